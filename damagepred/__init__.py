@@ -1,0 +1,64 @@
+"""How likely is which damage to a masonry wall when the ground under it moves.
+
+The names below are the public face; each is imported when first used, so that ``import damagepred`` is cheap.
+
+Examples
+--------
+>>> import damagepred
+>>> scene = damagepred.Scene.from_dict({"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2}})
+>>> wall = damagepred.solve(scene)
+>>> wall.damage_category.values.tolist()
+[0, 0, 0]
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from damagepred.assembly import Assembly
+    from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
+    from damagepred.path import solve
+    from damagepred.scene import Scene
+    from damagepred.study import Study, open_study
+    from damagepred.uq.fragility import fit_fragility
+
+_HOMES = {
+    "Assembly": "assembly",
+    "DamagepredError": "errors",
+    "InputError": "errors",
+    "Scene": "scene",
+    "SolverError": "errors",
+    "Study": "study",
+    "StudyError": "errors",
+    "fit_fragility": "uq.fragility",
+    "open_study": "study",
+    "solve": "path",
+}
+
+__all__ = [
+    "Assembly",
+    "DamagepredError",
+    "InputError",
+    "Scene",
+    "SolverError",
+    "Study",
+    "StudyError",
+    "__version__",
+    "fit_fragility",
+    "open_study",
+    "solve",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"damagepred.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'damagepred' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,134 @@
+"""Files that are either there, whole, or not there at all."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION
+from damagepred.errors import InputError, StudyError
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Write a file under a temporary name, bring it to the disk, then give it its name.
+
+    Parameters
+    ----------
+    path : Path
+        Final name; whatever bears it stays untouched unless the new file is complete.
+    write : callable
+        Writes the content to the path it is given.
+
+    Raises
+    ------
+    StudyError
+        If the disk is full or the folder may not be written.
+    """
+    temporary: Path | None = None
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
+        os.close(handle)
+        temporary = Path(name)
+        write(temporary)
+        with temporary.open("rb+") as stream:
+            os.fsync(stream.fileno())
+        temporary.chmod(0o644)
+        temporary.replace(path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        raise StudyError(f"{path}: could not be written: {_reason(error)}") from error
+    except RuntimeError as error:  # the netCDF library's word for a full disk
+        raise StudyError(f"{path}: could not be written: {error}. Is the disk full?") from error
+    finally:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    with contextlib.suppress(OSError):  # some systems cannot open a folder; the rename is then all there is
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _reason(error: OSError) -> str:
+    hints = {
+        errno.ENOSPC: "the disk is full; free some space and run the same command again",
+        errno.EDQUOT: "your disk quota is used up; free some space and run the same command again",
+        errno.EFBIG: "it exceeds the file size limit; raise the limit and run the same command again",
+        errno.EACCES: "no permission to write there; choose another place with -o",
+        errno.EPERM: "no permission to write there; choose another place with -o",
+        errno.EROFS: "the file system is read-only; choose another place with -o",
+        errno.ENOENT: "its folder does not exist; create it or choose another place with -o",
+        errno.ENOTDIR: "part of its path is a file, not a folder; choose another place with -o",
+    }
+    return hints.get(error.errno or 0, error.strerror or str(error))
+
+
+def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
+    """Write a dataset as netCDF-4, compressed, whole or not at all.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    path : str or Path
+        File to write.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be written.
+    """
+    encoding: dict[str, dict[str, Any]] = {}
+    for name, variable in ds.variables.items():
+        settings: dict[str, Any] = {}
+        if variable.size > 1000:
+            settings |= {"zlib": True, "complevel": 2, "shuffle": True}
+        if variable.dtype == np.int8:
+            settings["_FillValue"] = FLAG_FILL if name not in ds.coords else None
+        elif variable.dtype.kind == "f":
+            settings["_FillValue"] = np.nan if name not in ds.coords else None
+        elif variable.dtype == np.int64:
+            settings["dtype"] = "int32"
+        encoding[str(name)] = settings
+    write_whole(Path(path), lambda p: ds.to_netcdf(p, engine="netcdf4", format="NETCDF4", encoding=encoding))
+
+
+def read_dataset(path: str | Path) -> xr.Dataset:
+    """Read a netCDF file of this package into memory.
+
+    Raises
+    ------
+    InputError
+        If it is missing, no netCDF file, not of this package, or newer than this package.
+    """
+    file = Path(path)
+    if not file.exists():
+        raise InputError(f"{file}: no such file.")
+    try:
+        with xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
+            ds = opened.load()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: is not a readable netCDF file ({error}).") from None
+    version = ds.attrs.get("schema_version")
+    if version is None:
+        raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")
+    if int(version) > SCHEMA_VERSION:
+        raise InputError(
+            f"{file}: has schema version {int(version)}, this damagepred reads up to {SCHEMA_VERSION}; update damagepred."
+        )
+    for variable in ds.variables.values():
+        variable.attrs.pop("_FillValue", None)
+    return ds

@@ -1,0 +1,179 @@
+"""Every variable an archive may hold: its name, dimensions, unit and meaning. One list, used by writers and readers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+SCHEMA_VERSION = 1
+"""Raised when a variable changes its name or meaning; readers accept all versions up to it."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of an archive.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        In a wall's file; in a study's, ``sample`` comes first.
+    units : str or None
+        As UDUNITS reads it; None for flags.
+    long_name : str
+        Meaning and sign.
+    flags : tuple of str
+        Meanings of the values 0, 1, ... of a flag variable.
+    standard_name : str or None
+        CF standard name, where one fits.
+    """
+
+    dims: tuple[str, ...]
+    units: str | None
+    long_name: str
+    flags: tuple[str, ...] = ()
+    standard_name: str | None = None
+
+    def attributes(self) -> dict[str, Any]:
+        """Return the CF attributes."""
+        attrs: dict[str, Any] = {"long_name": self.long_name}
+        if self.units is not None:
+            attrs["units"] = self.units
+        if self.standard_name:
+            attrs["standard_name"] = self.standard_name
+        if self.flags:
+            attrs["flag_values"] = np.arange(len(self.flags), dtype=np.int8)
+            attrs["flag_meanings"] = " ".join(self.flags)
+        return attrs
+
+
+_STEP = ("increment",)
+_BLOCK, _CONTACT, _OPENING, _VERTEX = ("block",), ("contact",), ("opening",), ("vertex",)
+
+CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
+SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
+
+VARIABLES: dict[str, Variable] = {
+    # the path
+    "increment": Variable(_STEP, "1", "increment of the movement, 0 is dead load alone"),
+    "central_deflection": Variable(
+        _STEP, "m", "deflection of the footing's centre relative to its ends, not negative"
+    ),
+    "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
+    "unbalanced_force_ratio": Variable(
+        _STEP, "1", "largest unbalanced force over the mean weight of a block"
+    ),
+    "cycles": Variable(_STEP, "1", "cycles of the solver spent on the increment"),
+    "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
+    # the verdict
+    "damage_category": Variable(_STEP, None, "damage category of the wall proper, above any dpc", CATEGORIES),
+    "crack_width_max": Variable(_STEP, "m", "widest crack of the wall proper, above any dpc"),
+    "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of category 1 or more"),
+    "base_crack_width_max": Variable(_STEP, "m", "widest crack in the courses below the dpc"),
+    "dpc_opening_max": Variable(_STEP, "m", "widest opening of the damp-proof course"),
+    "dpc_separation_length": Variable(
+        _STEP, "m", "length over which the dpc is open by more than opening_threshold"
+    ),
+    # openings
+    "opening_left": Variable(_OPENING, "m", "left edge of the opening"),
+    "opening_sill": Variable(_OPENING, "m", "height of the opening's sill"),
+    "opening_width": Variable(_OPENING, "m", "width of the opening"),
+    "opening_height": Variable(_OPENING, "m", "height of the opening"),
+    "opening_width_change": Variable(
+        (*_STEP, *_OPENING), "m", "change of the width at the upper end of the jambs, widening positive"
+    ),
+    # blocks
+    "block_x": Variable(_BLOCK, "m", "centroid of the block along the wall"),
+    "block_y": Variable(_BLOCK, "m", "height of the block's centroid"),
+    "block_course": Variable(_BLOCK, "1", "course of the block, 0 at the bottom, -1 where there are none"),
+    "block_displacement_x": Variable((*_STEP, *_BLOCK), "m", "displacement of the block along the wall"),
+    "block_displacement_y": Variable((*_STEP, *_BLOCK), "m", "displacement of the block upwards"),
+    "block_rotation": Variable((*_STEP, *_BLOCK), "rad", "rotation of the block, counter-clockwise positive"),
+    "vertex_x": Variable(_VERTEX, "m", "corner of a block along the wall"),
+    "vertex_y": Variable(_VERTEX, "m", "height of a block's corner"),
+    "vertex_block": Variable(_VERTEX, "1", "block the corner belongs to; corners stand counter-clockwise"),
+    # contacts
+    "contact_x": Variable(_CONTACT, "m", "place of the contact along the wall"),
+    "contact_y": Variable(_CONTACT, "m", "height of the contact"),
+    "contact_kind": Variable(
+        _CONTACT, None, "what the contact lies in", ("bed_joint", "head_joint", "dpc", "footing_interface")
+    ),
+    "contact_interface": Variable(
+        _CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"
+    ),
+    "contact_joint": Variable(_CONTACT, "1", "mortar joint the contact belongs to"),
+    "contact_length": Variable(_CONTACT, "m", "length of joint the contact stands for"),
+    "contact_normal_x": Variable(_CONTACT, "1", "unit normal of the joint, along the wall"),
+    "contact_normal_y": Variable(_CONTACT, "1", "unit normal of the joint, upwards"),
+    "contact_tensile_strength": Variable(_CONTACT, "Pa", "tensile strength in effect"),
+    "contact_cohesion": Variable(_CONTACT, "Pa", "cohesion"),
+    "contact_friction": Variable(_CONTACT, "1", "tangent of the friction angle"),
+    "contact_opening": Variable(
+        (*_STEP, *_CONTACT), "m", "relative displacement normal to the joint, opening positive"
+    ),
+    "contact_slip": Variable((*_STEP, *_CONTACT), "m", "plastic slip along the joint"),
+    "contact_normal_stress": Variable((*_STEP, *_CONTACT), "Pa", "normal stress, tension positive"),
+    "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
+    "contact_state": Variable(
+        (*_STEP, *_CONTACT), None, "state of the contact", ("intact", "cracked", "slipping")
+    ),
+    # a study
+    "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
+    "status": Variable(("sample",), None, "how the sample ended", SAMPLE_STATUS),
+    "run_time": Variable(("sample",), "s", "time spent on the sample"),
+    "apex_limited": Variable(
+        ("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"
+    ),
+}
+
+FLAG_FILL = np.int8(-1)
+"""Value of a flag that is not known."""
+
+
+def dataset(
+    values: Mapping[str, Any],
+    attributes: Mapping[str, Any],
+    dims: Mapping[str, tuple[str, ...]] | None = None,
+    extra: Mapping[str, Variable] | None = None,
+) -> xr.Dataset:
+    """Put values under their registered names into a CF dataset.
+
+    Parameters
+    ----------
+    values : mapping of str to array
+        By variable name; ``increment``, ``sample`` and the like become coordinates.
+    attributes : mapping
+        Global attributes; None is left out, True and False become 1 and 0.
+    dims : mapping, optional
+        Dimensions of variables where they differ from the registered ones.
+    extra : mapping of str to Variable, optional
+        Variables this dataset has beyond the registered ones, such as sampled inputs.
+
+    Raises
+    ------
+    KeyError
+        If a name is not registered.
+    """
+    known = {**VARIABLES, **(extra or {})}
+    variables = {
+        name: xr.Variable(
+            (dims or {}).get(name, known[name].dims), np.asarray(value), known[name].attributes()
+        )
+        for name, value in values.items()
+    }
+    coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (
+        {"central_deflection", "deflection_ratio"} & set(variables)
+    )
+    ds = xr.Dataset(
+        {k: v for k, v in variables.items() if k not in coordinates},
+        coords={k: v for k, v in variables.items() if k in coordinates},
+    )
+    ds.attrs = {"Conventions": "CF-1.11", "schema_version": SCHEMA_VERSION} | {
+        key: (int(value) if isinstance(value, bool) else value)
+        for key, value in attributes.items()
+        if value is not None
+    }
+    return ds

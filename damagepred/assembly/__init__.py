@@ -1,0 +1,7 @@
+"""From descriptions to arrays: blocks, the interfaces between them, the law of each."""
+
+from damagepred.assembly.assembly import GRAVITY, Assembly
+from damagepred.assembly.model import Kind, Model
+from damagepred.assembly.wall import wall_geometry, wall_model
+
+__all__ = ["GRAVITY", "Assembly", "Kind", "Model", "wall_geometry", "wall_model"]

@@ -1,0 +1,460 @@
+"""Any set of convex blocks with supports, loads and a direction of gravity, made into a model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, shared_edges
+from damagepred.assembly.model import (
+    Blocks,
+    Ground,
+    Interfaces,
+    Jambs,
+    Joints,
+    Kind,
+    Model,
+    Supports,
+)
+from damagepred.assembly.properties import Fields, joint_properties, lump_block_elasticity
+from damagepred.assembly.quadrature import quadrature
+from damagepred.errors import InputError
+from damagepred.scene import BlockMaterial, Joint, Solver
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+GRAVITY = 9.81
+"""Acceleration of gravity (m/s2)."""
+
+NO_JAMBS = Jambs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What does not change while materials, loads and movement do.
+
+    Attributes
+    ----------
+    blocks, interfaces, joints
+        As in the model.
+    joint_material : array of int (m,)
+        Joint material of each interface.
+    ground_x : array (g, q)
+        Where the contacts with the ground lie (m).
+    """
+
+    blocks: Blocks
+    interfaces: Interfaces
+    joints: Joints
+    joint_material: IntArray
+    ground_x: FloatArray
+
+
+class Assembly:
+    """Blocks, and what holds, loads and moves them.
+
+    Parameters
+    ----------
+    thickness : float
+        Out of plane (m).
+    gravity : tuple of float
+        Acceleration of gravity as a vector (m/s2); turn it to tilt the wall.
+    joint : Joint
+        Material of all joints not set otherwise.
+    block : BlockMaterial
+        Material of all blocks not given their own.
+
+    Examples
+    --------
+    A brick on a moving plate:
+
+    >>> wall = Assembly(thickness=0.11)
+    >>> plate = wall.add_block([(0, -0.1), (1, -0.1), (1, 0), (0, 0)])
+    >>> brick = wall.add_block([(0.2, 0), (0.8, 0), (0.8, 0.3), (0.2, 0.3)])
+    >>> wall.move(plate, y=-0.002)
+    >>> wall.build().n_contacts
+    3
+    """
+
+    def __init__(
+        self,
+        thickness: float = 0.11,
+        gravity: tuple[float, float] = (0.0, -GRAVITY),
+        joint: Joint | None = None,
+        block: BlockMaterial | None = None,
+    ) -> None:
+        if not (np.isfinite(thickness) and thickness > 0):
+            raise InputError(f"thickness = {thickness!r}: must be a finite number greater than 0 m.")
+        if len(gravity) != 2 or not np.isfinite(gravity).all():
+            raise InputError(f"gravity = {gravity!r}: must be two finite numbers (x, y) in m/s2.")
+        self.thickness = float(thickness)
+        self.gravity = (float(gravity[0]), float(gravity[1]))
+        self._polygons: list[FloatArray] = []
+        self._course: list[int] = []
+        self._block_materials = [block or BlockMaterial()]
+        self._block_material: list[int] = []
+        self._joint_materials = [joint or Joint()]
+        self._pairs: dict[tuple[int, int], tuple[int, Kind | None]] = {}
+        self._levels: dict[int, tuple[int, Kind]] = {}
+        self._grounded: list[int] = []
+        self._ground_material = 0
+        self._ground_profile: Callable[[FloatArray], FloatArray] | None = None
+        self._load: dict[int, FloatArray] = {}
+        self._prescribed: dict[int, float] = {}
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks so far."""
+        return len(self._polygons)
+
+    def add_block(self, vertices: ArrayLike, material: BlockMaterial | None = None, course: int = -1) -> int:
+        """Add a convex polygon and return its number.
+
+        Parameters
+        ----------
+        vertices : array_like (v, 2)
+            Corners in order, either way round (m).
+        material : BlockMaterial, optional
+            Its own material.
+        course : int
+            Course it belongs to, counted from 0, if there are courses.
+
+        Raises
+        ------
+        InputError
+            If the polygon is degenerate or not convex.
+        """
+        number = len(self._polygons)
+        self._polygons.append(convex_polygon(np.asarray(vertices, dtype=np.float64), f"block {number}"))
+        self._course.append(course)
+        self._block_material.append(_numbered(self._block_materials, material))
+        return number
+
+    def set_joint(self, a: int, b: int, joint: Joint, kind: Kind | None = None) -> None:
+        """Give the joint between two blocks its own material, and optionally its kind.
+
+        Parameters
+        ----------
+        a, b : int
+            The blocks, in either order.
+        joint : Joint
+            Material.
+        kind : Kind, optional
+            What it is; by default told from its direction.
+        """
+        self._check(a)
+        self._check(b)
+        self._pairs[min(a, b), max(a, b)] = (_numbered(self._joint_materials, joint), kind)
+
+    def set_joint_above(self, course: int, joint: Joint, kind: Kind = Kind.DPC) -> None:
+        """Give the whole bed joint on top of a course (counted from 0) its own material and kind."""
+        self._joint_materials.append(joint)
+        self._levels[course] = (len(self._joint_materials) - 1, kind)
+
+    def rest_on_ground(
+        self,
+        blocks: Iterable[int],
+        displacement: Callable[[FloatArray], FloatArray] | None = None,
+        joint: Joint | None = None,
+    ) -> None:
+        """Let the underside of blocks rest on a ground whose every point moves vertically as prescribed.
+
+        Parameters
+        ----------
+        blocks : iterable of int
+            Blocks; their lowest edge must be level.
+        displacement : callable, optional
+            x (m) -> vertical displacement at full movement (m, upwards); None: the ground stays.
+        joint : Joint, optional
+            Joint between them and the ground.
+        """
+        self._grounded = [self._check(b) for b in blocks]
+        self._ground_profile = displacement
+        self._ground_material = _numbered(self._joint_materials, joint)
+
+    def support(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
+        """Hold a block in the directions that are True."""
+        for axis, held in enumerate((x, y, rotation)):
+            if held:
+                self._prescribed[3 * self._check(block) + axis] = 0.0
+
+    def move(self, block: int, *, x: float = 0.0, y: float = 0.0, rotation: float = 0.0) -> None:
+        """Hold a block and move it by the given displacement (m, m, rad; small) over the whole path."""
+        for axis, value in enumerate((x, y, rotation)):
+            if not np.isfinite(value):
+                raise InputError(f"block {block}: its displacement must be finite, got {value!r}.")
+            self._prescribed[3 * self._check(block) + axis] = float(value)
+
+    def load(
+        self,
+        block: int,
+        *,
+        x: float = 0.0,
+        y: float = 0.0,
+        moment: float = 0.0,
+        at: tuple[float, float] | None = None,
+    ) -> None:
+        """Add a dead load to a block.
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        x, y, moment : float
+            Force (N) and moment (N m, counter-clockwise).
+        at : tuple of float, optional
+            Where the force acts (m); by default at the centroid.
+        """
+        self._check(block)
+        if not np.isfinite([x, y, moment]).all():
+            raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}.")
+        if at is not None:
+            _, cx, cy, _ = mass_properties(self._polygons[block])
+            moment += (at[0] - cx) * y - (at[1] - cy) * x
+        self._load[block] = self._load.get(block, np.zeros(3)) + np.array([x, y, moment])
+
+    def _check(self, block: int) -> int:
+        if not 0 <= block < len(self._polygons):
+            raise InputError(
+                f"block {block}: there is no such block; they are numbered 0 to {len(self._polygons) - 1}."
+            )
+        return int(block)
+
+    # -- building -----------------------------------------------------------------------------------------------
+
+    def geometry(self, solver: Solver | None = None) -> Geometry:
+        """Find the interfaces and place their contacts.
+
+        Parameters
+        ----------
+        solver : Solver, optional
+            Its quadrature is used.
+
+        Raises
+        ------
+        InputError
+            If there are no blocks, or two of them overlap along a line.
+        """
+        if not self._polygons:
+            raise InputError("the assembly has no blocks; add some with add_block.")
+        blocks = self._blocks()
+        tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
+        shared = shared_edges(blocks.vertices, blocks.first_vertex, tolerance)
+        grounded = self._ground_edges(blocks)
+        edges = SharedEdges(*(np.concatenate(pair) for pair in zip(shared, grounded)))
+        kind, material = self._classify(edges, blocks, len(grounded.a))
+        order = self._order(edges, kind, blocks, len(grounded.a))
+        edges = SharedEdges(*(column[order] for column in edges))
+        kind, material = kind[order], material[order]
+        joint, joints = _number_joints(edges, kind, blocks)
+        settings = solver or Solver()
+        interfaces = _place_contacts(edges, kind, joint, blocks, settings, self.thickness)
+        first = len(kind) - len(grounded.a)
+        ground_x = (
+            interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
+        )
+        return Geometry(blocks, interfaces, joints, material, ground_x)
+
+    def build(
+        self, solver: Solver | None = None, fields: Fields | None = None, span: float | None = None
+    ) -> Model:
+        """Make the model the solvers take.
+
+        Parameters
+        ----------
+        solver : Solver, optional
+            Quadrature, and whether block elasticity is lumped into the joints.
+        fields : mapping, optional
+            Joint values that vary from joint to joint; see ``damagepred.assembly.properties.Fields``.
+        span : float, optional
+            Length to which the central deflection refers (m); by default the extent of the blocks.
+        """
+        settings = solver or Solver()
+        geometry = self.geometry(settings)
+        blocks = geometry.blocks
+        block_material = np.array(self._block_material)
+        properties, limited = joint_properties(
+            self._joint_materials, geometry.joint_material, geometry.interfaces.joint, fields or {}
+        )
+        if settings.lump_block_elasticity:
+            properties = lump_block_elasticity(
+                properties, geometry.interfaces, blocks, self._block_materials, block_material
+            )
+        density = np.array([m.density for m in self._block_materials])[block_material]
+        load = np.zeros((len(density), 3))
+        load[:, :2] = (density * blocks.area * self.thickness)[:, None] * np.array(self.gravity)
+        for block, extra in self._load.items():
+            load[block] += extra
+        extent = float(np.ptp(blocks.vertices[:, 0]))
+        length = extent if span is None else span
+        middle = float(blocks.vertices[:, 0].min()) + extent / 2
+        profile = self._ground_profile
+        return Model(
+            blocks=blocks,
+            interfaces=geometry.interfaces,
+            properties=properties,
+            ground=ground_movement(geometry, profile),
+            supports=Supports(
+                np.array(sorted(self._prescribed), dtype=np.int64),
+                np.array([self._prescribed[d] for d in sorted(self._prescribed)], dtype=np.float64),
+                load.ravel(),
+            ),
+            jambs=NO_JAMBS,
+            joints=geometry.joints,
+            density=density,
+            thickness=self.thickness,
+            span=length,
+            central_deflection=abs(float(profile(np.array([middle]))[0]))
+            if profile
+            else self._largest_movement(),
+            apex_limited=limited,
+        )
+
+    def _largest_movement(self) -> float:
+        return max((abs(v) for d, v in self._prescribed.items() if d % 3 < 2), default=0.0)
+
+    def _blocks(self) -> Blocks:
+        area, x, y, polar = np.array([mass_properties(p) for p in self._polygons]).T
+        sizes = [len(p) for p in self._polygons]
+        return Blocks(
+            x, y, area, polar, np.array(self._course, dtype=np.int64),
+            np.concatenate(self._polygons), np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
+        )  # fmt: skip
+
+    def _ground_edges(self, blocks: Blocks) -> SharedEdges:
+        starts, ends = [], []
+        for block in self._grounded:
+            corners = self._polygons[block]
+            low = corners[:, 1].min()
+            level = corners[corners[:, 1] <= low + 1e-9 * np.ptp(corners[:, 1])]
+            if len(level) < 2:
+                raise InputError(f"block {block}: cannot rest on the ground, its underside is a corner.")
+            starts.append((level[:, 0].min(), low))
+            ends.append((level[:, 0].max(), low))
+        count = len(starts)
+        return SharedEdges(
+            np.full(count, len(self._polygons), dtype=np.int64),
+            np.array(self._grounded, dtype=np.int64),
+            np.array(starts).reshape(count, 2),
+            np.array(ends).reshape(count, 2),
+            np.broadcast_to(np.array([0.0, 1.0]), (count, 2)),
+        )
+
+    def _classify(
+        self, edges: SharedEdges, blocks: Blocks, grounded: int
+    ) -> tuple[NDArray[np.int8], IntArray]:
+        """Tell kind and material of each interface: by direction, then by level, then by pair."""
+        level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
+        kind = np.where(level, Kind.BED_JOINT, Kind.HEAD_JOINT).astype(np.int8)
+        material = np.zeros(len(kind), dtype=np.int64)
+        inner = np.arange(len(kind)) < len(kind) - grounded
+        course = np.append(blocks.course, -1)
+        for below, (number, special) in self._levels.items():
+            here = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
+            kind[here], material[here] = special, number
+        if self._pairs:
+            place = {
+                (int(min(a, b)), int(max(a, b))): i
+                for i, (a, b) in enumerate(zip(edges.a, edges.b))
+                if inner[i]
+            }
+            for (a, b), (number, own) in self._pairs.items():
+                if (a, b) not in place:
+                    raise InputError(
+                        f"blocks {a} and {b} share no edge, so there is no joint to set between them."
+                    )
+                material[place[a, b]] = number
+                kind[place[a, b]] = kind[place[a, b]] if own is None else own
+        kind[~inner], material[~inner] = Kind.FOOTING_INTERFACE, self._ground_material
+        return kind, material
+
+    @staticmethod
+    def _order(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks, grounded: int) -> IntArray:
+        """Course by course, left to right, the ground last: neighbours in space are neighbours in memory."""
+        middle = (edges.start + edges.end) / 2
+        is_ground = np.arange(len(kind)) >= len(kind) - grounded
+        course = np.append(blocks.course, -1)[edges.b]
+        return np.lexsort((middle[:, 0], middle[:, 1], kind, course, is_ground))
+
+
+def ground_movement(geometry: Geometry, profile: Callable[[FloatArray], FloatArray] | None) -> Ground:
+    """Return the displacement of the ground at its contacts.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Where they are.
+    profile : callable or None
+        x (m) -> vertical displacement (m, upwards).
+    """
+    rise = np.zeros_like(geometry.ground_x) if profile is None else profile(geometry.ground_x)
+    first = len(geometry.interfaces.kind) - len(geometry.ground_x)
+    n_x, n_y = geometry.interfaces.normal_x[first:, None], geometry.interfaces.normal_y[first:, None]
+    return Ground(np.ascontiguousarray(n_y * rise), np.ascontiguousarray(-n_x * rise))
+
+
+def _numbered(materials: list, material: object | None) -> int:  # type: ignore[type-arg]
+    if material is None:
+        return 0
+    if material not in materials:
+        materials.append(material)
+    return materials.index(material)
+
+
+def _number_joints(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks) -> tuple[IntArray, Joints]:
+    """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
+    course = np.append(blocks.course, -1)[edges.b]
+    is_bed = (kind != Kind.HEAD_JOINT) & (course >= 0)
+    key = np.where(is_bed, edges.b, len(blocks.x) + 1 + np.arange(len(kind)))
+    _, first, joint = np.unique(key, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))  # number them in the order in which the interfaces stand
+    joint = rank[joint].astype(np.int64)
+    count = len(first)
+    length = np.hypot(*(edges.end - edges.start).T)
+    middle = (edges.start + edges.end) / 2
+    weight = np.bincount(joint, length, count)
+    leader = np.sort(first)
+    return joint, Joints(
+        kind[leader],
+        course[leader],
+        np.bincount(joint, length * middle[:, 0], count) / weight,
+        np.bincount(joint, length * middle[:, 1], count) / weight,
+    )
+
+
+def _place_contacts(
+    edges: SharedEdges,
+    kind: NDArray[np.int8],
+    joint: IntArray,
+    blocks: Blocks,
+    solver: Solver,
+    thickness: float,
+) -> Interfaces:
+    points, weights = quadrature(solver.quadrature, solver.contacts_per_interface)
+    middle = (edges.start + edges.end) / 2
+    length = np.hypot(*(edges.end - edges.start).T)
+    n_x, n_y = edges.normal.T
+    centre = np.column_stack((blocks.x, blocks.y))
+    centre = np.vstack((centre, [0.0, 0.0]))  # the ground does not turn: any centre serves
+
+    def arms(block: IntArray) -> tuple[FloatArray, FloatArray]:
+        r_x, r_y = (middle - centre[block]).T
+        return -n_x * r_y + n_y * r_x, -n_y * r_y - n_x * r_x
+
+    (normal_a, shear_a), (normal_b, shear_b) = arms(edges.a), arms(edges.b)
+    return Interfaces(
+        block_a=edges.a, block_b=edges.b, kind=kind, joint=joint,
+        x=middle[:, 0].copy(), y=middle[:, 1].copy(), length=length,
+        normal_x=n_x.copy(), normal_y=n_y.copy(),
+        arm_normal_a=normal_a, arm_shear_a=shear_a, arm_normal_b=normal_b, arm_shear_b=shear_b,
+        contact_offset=length[:, None] * points, contact_area=thickness * length[:, None] * weights,
+    )  # fmt: skip
+
+
+def rectangle(left: float, bottom: float, right: float, top: float) -> Sequence[tuple[float, float]]:
+    """Return the corners of a rectangle, counter-clockwise."""
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]

@@ -1,0 +1,152 @@
+"""Laying the bricks: courses and perpends gauged to the wall and its openings."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from damagepred.errors import InputError
+from damagepred.scene import Opening, Scene
+
+
+class Brick(NamedTuple):
+    """A rectangular block of the wall.
+
+    Attributes
+    ----------
+    left, bottom, right, top : float
+        Its edges (m).
+    course : int
+        Course counted from 0 at the bottom.
+    """
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+    course: int
+
+
+class Grid(NamedTuple):
+    """Lines on which joints may lie.
+
+    Attributes
+    ----------
+    x : list of float
+        Every half brick along the wall (m).
+    y : list of float
+        Bed joints, from the underside to the top (m).
+    """
+
+    x: list[float]
+    y: list[float]
+
+
+def gauge(scene: Scene) -> Grid:
+    """Space half bricks and courses so that ends, jambs, sills and heads fall on joints.
+
+    Between two neighbouring breakpoints (an end, a jamb) lie as many half bricks as fit best, made equal; so a
+    brick differs a little from its nominal size where the opening does not suit the bond. Likewise the courses.
+    """
+    wall = scene.wall
+    return Grid(
+        _spaced(
+            [0.0, wall.length] + [e for o in scene.opening for e in (o.x, o.right)], wall.block_length / 2
+        ),
+        _spaced([0.0, wall.height] + [e for o in scene.opening for e in (o.y, o.top)], wall.block_height),
+    )
+
+
+def _spaced(breakpoints: list[float], spacing: float) -> list[float]:
+    # jambs a hair apart are one: a sliver between them would be no brick
+    points = np.unique(np.array(breakpoints))
+    keep = np.concatenate(([True], np.diff(points) > 0.05 * spacing))
+    keep[-1] = True
+    points = points[keep]
+    if len(points) > 2 and points[-1] - points[-2] <= 0.05 * spacing:
+        points = np.delete(points, -2)
+    lines = [0.0]
+    for low, high in zip(points[:-1], points[1:]):
+        count = max(1, int(np.floor((high - low) / spacing + 0.5)))
+        lines.extend(low + (high - low) * (np.arange(count) + 1) / count)
+    return [float(v) for v in lines]
+
+
+def lay_bricks(scene: Scene) -> list[Brick]:
+    """Return all blocks of the wall, course by course from the bottom, left to right, lintels included.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its wall and openings.
+
+    Raises
+    ------
+    InputError
+        If a lintel finds no bearing.
+    """
+    grid = gauge(scene)
+    lintels = {i: span for i, hole in enumerate(scene.opening) if (span := _lintel(scene, hole, grid))}
+    bricks: list[Brick] = []
+    for course, (bottom, top) in enumerate(zip(grid.y[:-1], grid.y[1:])):
+        middle = (bottom + top) / 2
+        taken = [
+            (_index(grid.x, o.x), _index(grid.x, o.right)) for o in scene.opening if o.y < middle < o.top
+        ]
+        beams = [(first, last) for level, first, last in lintels.values() if level == course]
+        edges = (
+            set(range(course % 2, len(grid.x), 2))
+            if scene.wall.bond == "running"
+            else set(range(0, len(grid.x), 2))
+        )
+        edges |= {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
+        edges -= {e for first, last in beams for e in range(first + 1, last)}
+        joints = sorted(edges)
+        bricks += [
+            Brick(grid.x[a], bottom, grid.x[b], top, course)
+            for a, b in zip(joints[:-1], joints[1:])
+            if not any(first <= a and b <= last for first, last in taken)
+        ]
+    return bricks
+
+
+def _index(lines: list[float], value: float) -> int:
+    return int(np.argmin(np.abs(np.array(lines) - value)))
+
+
+def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | None:
+    """Return (course, first, last half-brick line) of the lintel over a hole, None where it reaches the top."""
+    level = _index(grid.y, hole.top)
+    if level == len(grid.y) - 1:
+        return None
+    first, last = _bearing(grid, hole)
+    y = (grid.y[level] + grid.y[level + 1]) / 2
+    if grid.x[first] > hole.x - 1e-9 or grid.x[last] < hole.right + 1e-9:
+        raise InputError(
+            f"opening at x = {hole.x:g} m: its lintel finds no bearing at an end of the wall; move the opening inwards"
+        )
+    for other in scene.opening:
+        if other is hole:
+            continue
+        if other.y < y < other.top and other.x < grid.x[last] - 1e-9 and other.right > grid.x[first] + 1e-9:
+            raise InputError(
+                f"opening at x = {hole.x:g} m: its lintel, {hole.lintel_bearing:g} m of bearing on either side, reaches "
+                f"into the opening at x = {other.x:g} m; move one of them or shorten lintel_bearing"
+            )
+        if _index(grid.y, other.top) == level:
+            others = _bearing(grid, other)
+            if first < others[1] and others[0] < last:
+                raise InputError(
+                    f"openings at x = {hole.x:g} m and x = {other.x:g} m: their lintels overlap; move them apart or "
+                    "shorten lintel_bearing"
+                )
+    return level, first, last
+
+
+def _bearing(grid: Grid, hole: Opening) -> tuple[int, int]:
+    """Return the half-brick lines at which the lintel ends: at least one half brick beyond each jamb."""
+    left, right = _index(grid.x, hole.x), _index(grid.x, hole.right)
+    first = min(_index(grid.x, hole.x - hole.lintel_bearing), left - 1)
+    last = max(_index(grid.x, hole.right + hole.lintel_bearing), right + 1)
+    return max(first, 0), min(last, len(grid.x) - 1)

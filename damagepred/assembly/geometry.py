@@ -1,0 +1,196 @@
+"""Polygons: area, centroid, inertia, convexity; and the edges they share."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def convex_polygon(vertices: FloatArray, name: str) -> FloatArray:
+    """Return the corners counter-clockwise, checked.
+
+    Parameters
+    ----------
+    vertices : array (v, 2)
+        Corners in order (m).
+    name : str
+        What the block is called in messages.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three, not all finite, coincident, or the polygon is not convex.
+    """
+    corners = np.asarray(vertices, dtype=np.float64)
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+        raise InputError(
+            f"{name}: vertices must be 3 or more points (x, y), got an array of shape {corners.shape}."
+        )
+    if not np.isfinite(corners).all():
+        raise InputError(f"{name}: vertices must be finite numbers.")
+    edges = np.roll(corners, -1, axis=0) - corners
+    size = np.ptp(corners, axis=0).max()
+    if (np.hypot(*edges.T) <= 1e-9 * size).any():
+        raise InputError(f"{name}: two neighbouring vertices coincide; leave one out.")
+    turns = _cross(edges, np.roll(edges, -1, axis=0))
+    if turns.sum() < 0:
+        return convex_polygon(corners[::-1], name)
+    winding = np.unwrap(np.arctan2(edges[:, 1], edges[:, 0]))
+    if (turns < -1e-12 * size**2).any() or winding[-1] - winding[0] > 2 * np.pi:
+        raise InputError(f"{name}: is not convex; cut it into convex blocks.")
+    return corners
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
+
+
+def mass_properties(corners: FloatArray) -> tuple[float, float, float, float]:
+    """Return area (m2), centroid x and y (m), and polar second moment of area about it (m4).
+
+    Parameters
+    ----------
+    corners : array (v, 2)
+        Counter-clockwise (m).
+    """
+    origin = corners.mean(axis=0)  # near the polygon, so that far-away coordinates lose no digits
+    p = corners - origin
+    q = np.roll(p, -1, axis=0)
+    cross = _cross(p, q)
+    area = cross.sum() / 2.0
+    centre = ((p + q) * cross[:, None]).sum(axis=0) / (6.0 * area)
+    about_origin = (cross * ((p * p).sum(1) + (p * q).sum(1) + (q * q).sum(1))).sum() / 12.0
+    polar = about_origin - area * (centre @ centre)
+    x, y = origin + centre
+    return float(area), float(x), float(y), float(polar)
+
+
+class SharedEdges(NamedTuple):
+    """Where two polygons meet along a line; the normal points from a to b.
+
+    Attributes
+    ----------
+    a, b : array of int (m,)
+        Polygons.
+    start, end : array (m, 2)
+        Ends of the common edge (m), start to end along the tangent (normal_y, -normal_x).
+    normal : array (m, 2)
+        Unit normal.
+    """
+
+    a: IntArray
+    b: IntArray
+    start: FloatArray
+    end: FloatArray
+    normal: FloatArray
+
+
+def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float) -> SharedEdges:
+    """Find all pairs of polygons that share part of an edge, in time n log n.
+
+    Edges are grouped by the line they lie on; on each line, those that face up and those that face down are matched
+    where their spans overlap.
+
+    Parameters
+    ----------
+    vertices : array (v, 2)
+        Corners of all polygons, counter-clockwise (m).
+    first_vertex : array of int (n + 1,)
+        Where each polygon's corners start.
+    tolerance : float
+        Lines closer than this are one; common edges shorter than this are none (m).
+
+    Raises
+    ------
+    InputError
+        If two polygons lie on the same side of a line and overlap there.
+    """
+    sizes = np.diff(first_vertex)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    following = np.arange(len(vertices)) + 1
+    following[first_vertex[1:] - 1] = first_vertex[:-1]
+    along = vertices[following] - vertices
+    length = np.hypot(along[:, 0], along[:, 1])
+    normal = np.column_stack((along[:, 1], -along[:, 0])) / length[:, None]  # outward
+    # one normal for both sides of a line; which side the block lies on is kept apart
+    flip = (normal[:, 0] < -1e-9) | ((np.abs(normal[:, 0]) <= 1e-9) & (normal[:, 1] < 0))
+    line_normal = np.where(flip[:, None], -normal, normal)
+    centre = vertices.mean(axis=0)
+    angle = np.arctan2(line_normal[:, 1], line_normal[:, 0])
+    reach = np.hypot(*np.ptp(vertices, axis=0))
+    direction = _groups(angle, tolerance / reach)
+    offset = ((vertices - centre) * line_normal).sum(axis=1)
+    line = _lines(direction, offset, tolerance)
+
+    found: list[tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]] = []
+    order = np.argsort(line, kind="stable")
+    for members in np.split(order, np.flatnonzero(np.diff(line[order])) + 1):
+        if flip[members].all() or not flip[members].any():
+            continue
+        n = line_normal[members[0]]
+        tangent = np.array([n[1], -n[0]])
+        ends = np.stack((vertices[members] @ tangent, vertices[following[members]] @ tangent))
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        # a block below the line has the line's normal as its outward one: it is a, the other is b
+        below, above = np.flatnonzero(~flip[members]), np.flatnonzero(flip[members])
+        i, j = _overlaps(low, high, below, above, tolerance)
+        s, e = np.maximum(low[below][i], low[above][j]), np.minimum(high[below][i], high[above][j])
+        foot = vertices[members[0]] - (vertices[members[0]] @ tangent) * tangent
+        found.append(
+            (
+                owner[members[below[i]]],
+                owner[members[above[j]]],
+                foot + s[:, None] * tangent,
+                foot + e[:, None] * tangent,
+                np.broadcast_to(n, (len(i), 2)),
+            )
+        )
+    if not found:
+        none = np.empty((0, 2))
+        return SharedEdges(np.empty(0, np.int64), np.empty(0, np.int64), none, none, none)
+    return SharedEdges(*(np.concatenate(column) for column in zip(*found)))
+
+
+def _groups(values: FloatArray, tolerance: float) -> IntArray:
+    """Number values so that those within ``tolerance`` of the next smaller one share a number."""
+    order = np.argsort(values, kind="stable")
+    number = np.empty(len(values), dtype=np.int64)
+    number[order] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > tolerance)))
+    return number
+
+
+def _lines(direction: IntArray, offset: FloatArray, tolerance: float) -> IntArray:
+    """Number edges by direction and offset together."""
+    order = np.lexsort((offset, direction))
+    new = (np.diff(direction[order]) != 0) | (np.diff(offset[order]) > tolerance)
+    number = np.empty(len(offset), dtype=np.int64)
+    number[order] = np.concatenate(([0], np.cumsum(new)))
+    return number
+
+
+def _overlaps(
+    low: FloatArray, high: FloatArray, below: IntArray, above: IntArray, tolerance: float
+) -> tuple[IntArray, IntArray]:
+    """Return index pairs (into below, above) whose spans overlap by more than ``tolerance``."""
+    rank = np.argsort(low[above], kind="stable")
+    start, end = low[above][rank], high[above][rank]
+    for side in (below, above):
+        sequence = side[np.argsort(low[side], kind="stable")]
+        if (low[sequence[1:]] < high[sequence[:-1]] - tolerance).any():
+            raise InputError(
+                "two blocks overlap: they lie on the same side of one line and share part of it."
+            )
+    first = np.searchsorted(end, low[below] + tolerance, side="right")
+    last = np.searchsorted(start, high[below] - tolerance, side="left")
+    count = np.maximum(last - first, 0)
+    i = np.repeat(np.arange(len(below)), count)
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return i, rank[np.repeat(first, count) + within]

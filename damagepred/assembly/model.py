@@ -1,0 +1,232 @@
+"""The model as the solvers take it: structure of arrays, all SI, tension and opening positive, y up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class Kind(IntEnum):
+    """What an interface is."""
+
+    BED_JOINT = 0
+    HEAD_JOINT = 1
+    DPC = 2
+    FOOTING_INTERFACE = 3
+
+
+class Blocks(NamedTuple):
+    """Rigid blocks; n of them, with vertices of all polygons one after the other (counter-clockwise).
+
+    Attributes
+    ----------
+    x, y : array (n,)
+        Centroid (m).
+    area, polar : array (n,)
+        Area of the elevation (m2) and its polar second moment about the centroid (m4).
+    course : array of int (n,)
+        Course counted from 0 at the bottom, -1 where there are none.
+    vertices : array (v, 2)
+        Corners (m).
+    first_vertex : array of int (n + 1,)
+        Block i owns vertices first_vertex[i] to first_vertex[i + 1].
+    """
+
+    x: FloatArray
+    y: FloatArray
+    area: FloatArray
+    polar: FloatArray
+    course: IntArray
+    vertices: FloatArray
+    first_vertex: IntArray
+
+
+class Interfaces(NamedTuple):
+    """Common edges of two blocks; m of them, each with q contacts. Those with the ground come last.
+
+    The normal points from block a to block b, the tangent is (normal_y, -normal_x). The ground is block n.
+
+    Attributes
+    ----------
+    block_a, block_b : array of int (m,)
+        The two blocks.
+    kind : array of int8 (m,)
+        A ``Kind``.
+    joint : array of int (m,)
+        Number of the mortar joint the interface belongs to: strengths that vary from joint to joint are the same
+        for all interfaces of one joint.
+    x, y : array (m,)
+        Middle of the edge (m).
+    length : array (m,)
+        Of the edge (m).
+    normal_x, normal_y : array (m,)
+        Unit normal from a to b.
+    arm_normal_a, arm_shear_a, arm_normal_b, arm_shear_b : array (m,)
+        Displacement of the edge's middle along normal and tangent for a unit rotation of a, of b (m).
+    contact_offset : array (m, q)
+        Position of the contacts along the tangent from the middle (m).
+    contact_area : array (m, q)
+        Area each stands for (m2).
+    """
+
+    block_a: IntArray
+    block_b: IntArray
+    kind: NDArray[np.int8]
+    joint: IntArray
+    x: FloatArray
+    y: FloatArray
+    length: FloatArray
+    normal_x: FloatArray
+    normal_y: FloatArray
+    arm_normal_a: FloatArray
+    arm_shear_a: FloatArray
+    arm_normal_b: FloatArray
+    arm_shear_b: FloatArray
+    contact_offset: FloatArray
+    contact_area: FloatArray
+
+
+class Joints(NamedTuple):
+    """The mortar joints: a bed under one unit, or a perpend; j of them, course by course, left to right.
+
+    Attributes
+    ----------
+    kind : array of int8 (j,)
+        A ``Kind``.
+    course : array of int (j,)
+        Course of the unit on a bed, or of the perpend; -1 where there are no courses.
+    x, y : array (j,)
+        Middle of the joint (m).
+    """
+
+    kind: NDArray[np.int8]
+    course: IntArray
+    x: FloatArray
+    y: FloatArray
+
+
+class JointProperties(NamedTuple):
+    """Law of each interface (m,): the fields of ``damagepred.scene.Joint``, with stiffness as the solver uses it."""
+
+    normal_stiffness: FloatArray
+    shear_stiffness: FloatArray
+    tensile_strength: FloatArray
+    cohesion: FloatArray
+    friction: FloatArray
+    dilation: FloatArray
+    residual_tensile_strength: FloatArray
+    residual_cohesion: FloatArray
+    residual_friction: FloatArray
+    brittle_shear: BoolArray
+
+
+class Ground(NamedTuple):
+    """Displacement of the ground at full movement under the contacts with it, the last g interfaces.
+
+    Attributes
+    ----------
+    normal, shear : array (g, q)
+        Along normal and tangent of the interface, taken from block b's side as what the joint does *not* open (m).
+    """
+
+    normal: FloatArray
+    shear: FloatArray
+
+
+class Supports(NamedTuple):
+    """What is held, moved and loaded; degrees of freedom are 3 block + (0: x, 1: y, 2: rotation).
+
+    Attributes
+    ----------
+    prescribed : array of int (p,)
+        Degrees of freedom that are held or moved.
+    prescribed_displacement : array (p,)
+        Their displacement at full movement (m, rad).
+    load : array (3 n,)
+        Dead load on each degree of freedom, self weight included (N, N m).
+    """
+
+    prescribed: IntArray
+    prescribed_displacement: FloatArray
+    load: FloatArray
+
+
+class Jambs(NamedTuple):
+    """Points whose distance tells how an opening's width changes: the upper ends of its two jambs.
+
+    Attributes
+    ----------
+    left_block, right_block : array of int (o,)
+        Blocks that hold the points.
+    left_arm_y, right_arm_y : array (o,)
+        Height of each point above its block's centroid (m).
+    """
+
+    left_block: IntArray
+    right_block: IntArray
+    left_arm_y: FloatArray
+    right_arm_y: FloatArray
+
+
+@dataclass(frozen=True)
+class Model:
+    """Blocks, interfaces, laws and what acts on them; see the parts for units and signs.
+
+    Attributes
+    ----------
+    blocks, interfaces, properties, ground, supports, jambs, joints
+        The parts.
+    density : array (n,)
+        Mass density of the blocks (kg/m3).
+    thickness : float
+        Out of plane (m).
+    span : float
+        Distance between the points to which the central deflection refers (m), usually the wall's length.
+    central_deflection : float
+        Deflection of the centre at full movement (m), not negative.
+    apex_limited : int
+        Number of joints whose tensile strength was cut to cohesion / friction, the apex of the cone.
+    """
+
+    blocks: Blocks
+    interfaces: Interfaces
+    properties: JointProperties
+    ground: Ground
+    supports: Supports
+    jambs: Jambs
+    joints: Joints
+    density: FloatArray
+    thickness: float
+    span: float
+    central_deflection: float
+    apex_limited: int
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return int(self.blocks.x.size)
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contacts."""
+        return int(self.interfaces.contact_area.size)
+
+    @property
+    def mass(self) -> FloatArray:
+        """Mass of each block (kg)."""
+        return self.density * self.blocks.area * self.thickness
+
+    @property
+    def mean_block_weight(self) -> float:
+        """Mean weight of a block (N), from the dead loads; the yardstick for unbalanced forces."""
+        forces = self.supports.load.reshape(-1, 3)[:, :2]
+        total = float(np.hypot(forces[:, 0], forces[:, 1]).mean())
+        return total if total > 0 else 1.0

@@ -1,0 +1,110 @@
+"""From joint materials to the law of every interface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly.model import Blocks, Interfaces, JointProperties
+from damagepred.scene import BlockMaterial, Joint
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
+Fields = Mapping[int, Mapping[str, FloatArray]]
+
+
+def joint_properties(
+    materials: Sequence[Joint], material: IntArray, joint: IntArray, fields: Fields
+) -> tuple[JointProperties, int]:
+    """Return the law of each interface, and how many joints had their tensile strength cut.
+
+    Tension in a Mohr-Coulomb joint cannot pass the apex of the cone, so in effect
+    tensile_strength <= cohesion / friction; the same holds for the residual values.
+
+    Parameters
+    ----------
+    materials : sequence of Joint
+        The joint materials.
+    material : array of int (m,)
+        Which of them each interface has.
+    joint : array of int (m,)
+        Which joint each interface belongs to.
+    fields : mapping
+        Values that vary from joint to joint, by material and field name.
+    """
+    columns: dict[str, FloatArray] = {}
+    for name in JointProperties._fields:
+        values = np.array([_value(m, name) for m in materials])[material]
+        for number, varied in fields.items():
+            if name in varied:
+                values = np.where(material == number, varied[name][joint], values)
+            elif (
+                name == "residual_friction"
+                and "friction" in varied
+                and materials[number].residual_friction is None
+            ):
+                values = np.where(material == number, varied["friction"][joint], values)
+        columns[name] = values
+    limited = _cut_at_apex(columns, "tensile_strength", "cohesion", "friction")
+    _cut_at_apex(columns, "residual_tensile_strength", "residual_cohesion", "residual_friction")
+    columns["brittle_shear"] = columns["brittle_shear"].astype(np.bool_)
+    return JointProperties(**columns), len(np.unique(joint[limited]))  # type: ignore[arg-type]
+
+
+def _value(material: Joint, name: str) -> float:
+    value = getattr(material, name)
+    return float(material.friction if value is None else value)
+
+
+def _cut_at_apex(
+    columns: dict[str, FloatArray], tension: str, cohesion: str, friction: str
+) -> NDArray[np.bool_]:
+    slope = columns[friction]
+    apex = np.full_like(slope, np.inf)
+    np.divide(columns[cohesion], slope, out=apex, where=slope > 0)
+    limited = columns[tension] > apex * (1 + 1e-12)
+    columns[tension] = np.minimum(columns[tension], apex)
+    return limited
+
+
+def lump_block_elasticity(
+    properties: JointProperties,
+    interfaces: Interfaces,
+    blocks: Blocks,
+    materials: Sequence[BlockMaterial],
+    material: IntArray,
+) -> JointProperties:
+    """Put the elasticity of rigid blocks in series with their joints.
+
+    1/k = 1/k_n + h_a/E_a + h_b/E_b, and with G for the shear stiffness, where h is the distance from the interface to
+    a block's centroid. Without it the wall is far too stiff.
+
+    Parameters
+    ----------
+    properties : JointProperties
+        Of the joints alone.
+    interfaces, blocks
+        Geometry; the ground, block number n, adds nothing.
+    materials : sequence of BlockMaterial
+        Block materials.
+    material : array of int (n,)
+        Which of them each block has.
+    """
+    soft_n = 1.0 / properties.normal_stiffness
+    soft_s = 1.0 / properties.shear_stiffness
+    modulus = np.array([m.elastic_modulus for m in materials])
+    shear = np.array([m.shear_modulus for m in materials])
+    for side in (interfaces.block_a, interfaces.block_b):
+        is_block = side < blocks.x.size
+        number = np.where(is_block, side, 0)
+        depth = np.abs(
+            interfaces.normal_x * (interfaces.x - blocks.x[number])
+            + interfaces.normal_y * (interfaces.y - blocks.y[number])
+        )
+        soft_n = soft_n + np.where(is_block, depth / modulus[material[number]], 0.0)
+        soft_s = soft_s + np.where(is_block, depth / shear[material[number]], 0.0)
+    return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)

@@ -1,0 +1,166 @@
+"""From a scene to its model. Geometry is worked out once for all samples that share it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly.assembly import GRAVITY, Assembly, Geometry, ground_movement, rectangle
+from damagepred.assembly.bond import Brick, gauge, lay_bricks
+from damagepred.assembly.model import Jambs, Kind, Model, Supports
+from damagepred.assembly.properties import joint_properties, lump_block_elasticity
+from damagepred.errors import InputError
+from damagepred.scene import Dpc, Joint, Opening, Scene, Solver, Wall
+
+FloatArray = NDArray[np.float64]
+
+MORTAR, DPC = 0, 1
+"""Numbers of the joint materials of a wall."""
+
+
+@lru_cache(maxsize=8)
+def _geometry(
+    wall: Wall, opening: tuple[Opening, ...], dpc_course: int | None, rule: str, contacts: int
+) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
+    scene = Scene(wall=wall, opening=opening)
+    bricks = lay_bricks(scene)
+    assembly = Assembly(thickness=wall.thickness)
+    for brick in bricks:
+        assembly.add_block(rectangle(brick.left, brick.bottom, brick.right, brick.top), course=brick.course)
+    if dpc_course is not None:
+        assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
+    assembly.rest_on_ground(i for i, brick in enumerate(bricks) if brick.course == 0)
+    geometry = assembly.geometry(Solver(quadrature=rule, contacts_per_interface=contacts))  # type: ignore[arg-type]
+    return geometry, tuple(bricks), _jambs(scene, bricks, geometry)
+
+
+def wall_geometry(scene: Scene) -> Geometry:
+    """Return blocks, interfaces and joints of a scene's wall.
+
+    Raises
+    ------
+    InputError
+        If the bricks cannot be laid or the dpc would lie on the top course.
+    """
+    return _cached(scene)[0]
+
+
+def _cached(scene: Scene) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
+    course = None if scene.dpc is None else scene.dpc.course
+    courses = len(gauge(scene).y) - 1
+    if course is not None and course >= courses:
+        raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
+    return _geometry(
+        scene.wall, scene.opening, course, scene.solver.quadrature, scene.solver.contacts_per_interface
+    )
+
+
+def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
+    """Return the model of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall and its movement.
+    fields : mapping of str to array (joints,), optional
+        Values that vary from joint to joint, by their place: ``"joint.<name>"`` or ``"dpc.<name>"``, one value for
+        each of the wall's joints in their order (those of the other material are ignored).
+
+    Raises
+    ------
+    InputError
+        If the bricks cannot be laid, or a field has the wrong size.
+    """
+    geometry, bricks, jambs = _cached(scene)
+    blocks, interfaces = geometry.blocks, geometry.interfaces
+    materials = [scene.joint, dpc_joint(scene.dpc, scene.joint)]
+    properties, limited = joint_properties(
+        materials,
+        geometry.joint_material,
+        interfaces.joint,
+        _by_material(fields or {}, len(geometry.joints.kind)),
+    )
+    every = np.zeros(len(bricks), dtype=np.int64)
+    if scene.solver.lump_block_elasticity:
+        properties = lump_block_elasticity(properties, interfaces, blocks, [scene.block], every)
+    density = np.full(len(bricks), scene.block.density)
+    load = np.zeros((len(bricks), 3))
+    load[:, 1] = -GRAVITY * density * blocks.area * scene.wall.thickness - _roof(scene, bricks)
+    length = scene.wall.length
+    return Model(
+        blocks=blocks,
+        interfaces=interfaces,
+        properties=properties,
+        ground=ground_movement(geometry, lambda x: scene.movement.profile(x, length)),
+        supports=Supports(np.empty(0, np.int64), np.empty(0), load.ravel()),
+        jambs=jambs,
+        joints=geometry.joints,
+        density=density,
+        thickness=scene.wall.thickness,
+        span=length,
+        central_deflection=scene.movement.central_deflection,
+        apex_limited=limited,
+    )
+
+
+def dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
+    """Return the joint material of a dpc: no tension, its own friction, the mortar's stiffness unless given."""
+    if dpc is None:
+        return joint
+    return Joint(
+        normal_stiffness=dpc.normal_stiffness or joint.normal_stiffness,
+        shear_stiffness=dpc.shear_stiffness or joint.shear_stiffness,
+        tensile_strength=0.0,
+        cohesion=dpc.cohesion,
+        friction=dpc.friction,
+    )
+
+
+def _by_material(fields: Mapping[str, FloatArray], joints: int) -> dict[int, dict[str, FloatArray]]:
+    sorted_out: dict[int, dict[str, FloatArray]] = {MORTAR: {}, DPC: {}}
+    for place, values in fields.items():
+        table, _, name = place.partition(".")
+        if table not in ("joint", "dpc") or name not in Joint.__dataclass_fields__:
+            raise InputError(f"'{place}': only properties of joint and dpc can vary from joint to joint.")
+        if np.shape(values) != (joints,):
+            raise InputError(
+                f"'{place}': needs one value for each of the {joints} joints, got {np.shape(values)}."
+            )
+        sorted_out[MORTAR if table == "joint" else DPC][name] = np.asarray(values, dtype=np.float64)
+    return sorted_out
+
+
+def _roof(scene: Scene, bricks: tuple[Brick, ...]) -> FloatArray:
+    """Share of the roof load on each brick (N), by the length of wall top it offers."""
+    left, _, right, top, _ = np.array(bricks).T
+    share = np.where(top > scene.wall.height * (1 - 1e-9), right - left, 0.0)
+    return scene.loads.roof * share / share.sum()
+
+
+def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
+    """Find the blocks at the upper ends of each opening's jambs, where the test measured the change in width."""
+    left, right, arm_left, arm_right = [], [], [], []
+    box = np.array([b[:4] for b in bricks])
+    for hole in scene.opening:
+        level = np.isclose(box[:, 3], _nearest(box[:, 3], hole.top))
+        west = np.flatnonzero(level & np.isclose(box[:, 2], _nearest(box[:, 2], hole.x)))
+        east = np.flatnonzero(level & np.isclose(box[:, 0], _nearest(box[:, 0], hole.right)))
+        # an opening at the very end of the wall has one jamb: its width is measured from there to nowhere
+        a, b = (int(west[0]) if west.size else -1), (int(east[0]) if east.size else -1)
+        left.append(a)
+        right.append(b)
+        arm_left.append(hole.top - geometry.blocks.y[a] if a >= 0 else 0.0)
+        arm_right.append(hole.top - geometry.blocks.y[b] if b >= 0 else 0.0)
+    return Jambs(
+        np.array(left, dtype=np.int64),
+        np.array(right, dtype=np.int64),
+        np.array(arm_left),
+        np.array(arm_right),
+    )
+
+
+def _nearest(values: FloatArray, target: float) -> float:
+    return float(values[np.argmin(np.abs(values - target))])

@@ -1,0 +1,100 @@
+"""The joints of a wall as damage assessment sees them: lines on a wall, some of them the dpc."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE = range(4)
+"""Kinds of interface, as the archive's flag values of ``contact_kind``."""
+
+
+@dataclass(frozen=True)
+class JointMap:
+    """Where the interfaces of a wall lie; m interfaces with q contacts each.
+
+    Attributes
+    ----------
+    start, end : array (m, 2)
+        Ends of each interface (m).
+    kind : array of int8 (m,)
+        0 bed joint, 1 head joint, 2 dpc, 3 footing interface.
+    contact_x, contact_y, contact_length : array (m, q)
+        Place of each contact and the length it stands for (m).
+    """
+
+    start: FloatArray
+    end: FloatArray
+    kind: NDArray[np.int8]
+    contact_x: FloatArray
+    contact_y: FloatArray
+    contact_length: FloatArray
+
+    @classmethod
+    def from_contacts(
+        cls,
+        x: FloatArray,
+        y: FloatArray,
+        length: FloatArray,
+        normal: FloatArray,
+        kind: NDArray[np.int8],
+    ) -> JointMap:
+        """Build the map from contacts.
+
+        Parameters
+        ----------
+        x, y, length : array (m, q)
+            Place of each contact and the length it stands for (m).
+        normal : array (m, 2)
+            Unit normal of each interface.
+        kind : array (m,)
+            Kind of each interface.
+        """
+        whole = length.sum(axis=1)
+        middle = np.column_stack(((x * length).sum(axis=1), (y * length).sum(axis=1))) / whole[:, None]
+        half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
+        return cls(middle - half, middle + half, kind, x, y, length)
+
+    @cached_property
+    def is_dpc(self) -> BoolArray:
+        """Which interfaces are the dpc, (m,)."""
+        return self.kind == DPC
+
+    @cached_property
+    def is_wall(self) -> BoolArray:
+        """Which interfaces are mortar joints of the wall proper, (m,): above the dpc, or all where there is none."""
+        mortar = (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
+        return mortar & (self.middle_y > self._dpc_level)
+
+    @cached_property
+    def is_base(self) -> BoolArray:
+        """Which interfaces are mortar joints below the dpc, (m,)."""
+        mortar = (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
+        return mortar & (self.middle_y <= self._dpc_level)
+
+    @cached_property
+    def middle_y(self) -> FloatArray:
+        """Height of each interface's middle (m), (m,)."""
+        return (self.start[:, 1] + self.end[:, 1]) / 2
+
+    @property
+    def _dpc_level(self) -> float:
+        return float(self.middle_y[self.is_dpc].max()) if self.is_dpc.any() else -np.inf
+
+    @cached_property
+    def corners(self) -> sparse.csr_array:
+        """Which corner each interface touches: array of bool (m, corners)."""
+        points = np.concatenate((self.start, self.end))
+        size = max(float(np.ptp(points, axis=0).max()), 1e-12)
+        _, number = np.unique(np.round(points / (1e-7 * size)).astype(np.int64), axis=0, return_inverse=True)
+        number = number.ravel()
+        rows = np.tile(np.arange(len(self.kind)), 2)
+        return sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))

@@ -1,0 +1,104 @@
+"""Damage tables: which width of crack is which category. The limits are data, with their source."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.data_files import data_file
+from damagepred.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DamageTable:
+    """Categories of damage by crack width.
+
+    Attributes
+    ----------
+    name, source, confidence : str
+        Where the limits come from, and how surely.
+    category_names : tuple of str
+        Of category 0, 1, ...
+    limits : tuple of float
+        Smallest crack width of category 1, 2, ... (m); a width that meets a limit belongs to the higher category.
+    group_category : int
+        Category that a group of wide cracks makes.
+    group_width : float
+        Width from which a crack counts in a group (m).
+    plasterboard_factor : float or None
+        Factor on all widths where plasterboard hides the wall; None if the table knows no such allowance.
+    """
+
+    name: str
+    source: str
+    confidence: str
+    category_names: tuple[str, ...]
+    limits: tuple[float, ...]
+    group_category: int
+    group_width: float
+    plasterboard_factor: float | None
+
+    @property
+    def highest(self) -> int:
+        """Number of the highest category."""
+        return len(self.limits)
+
+    def with_plasterboard(self) -> DamageTable:
+        """Return the table with the plasterboard allowance.
+
+        Raises
+        ------
+        InputError
+            If the table has none.
+        """
+        factor = self.plasterboard_factor
+        if factor is None:
+            raise InputError(
+                f"damage.plasterboard = true: {self.name} has no such allowance; use table = 'as2870'."
+            )
+        return DamageTable(
+            f"{self.name}, limits times {factor:g} for plasterboard", self.source, self.confidence,
+            self.category_names, tuple(v * factor for v in self.limits),
+            self.group_category, self.group_width * factor, None,
+        )  # fmt: skip
+
+    def by_width(self, width: FloatArray | float) -> NDArray[np.int8]:
+        """Return the category of a crack of given width (m), element by element."""
+        # a hair of tolerance: 5 mm computed as 4.9999999999 mm is 5 mm
+        return np.searchsorted(np.array(self.limits) * (1 - 1e-12), np.asarray(width), side="right").astype(
+            np.int8
+        )
+
+
+@lru_cache(maxsize=8)
+def load_table(name: str) -> DamageTable:
+    """Read a shipped damage table.
+
+    Parameters
+    ----------
+    name : {"as2870", "bre251"}
+        Its file in ``data/damage``.
+
+    Raises
+    ------
+    InputError
+        If there is no such table.
+    """
+    content = tomllib.loads(data_file("damage", f"{name}.toml").read_text(encoding="utf-8"))
+    categories = sorted(content["category"], key=lambda c: c["number"])
+    return DamageTable(
+        name=content["name"],
+        source=content["source"],
+        confidence=content["confidence"],
+        category_names=tuple(c["name"] for c in categories),
+        limits=tuple(float(c["from"]) for c in categories[1:]),
+        group_category=int(content["group"]["category"]),
+        group_width=float(content["group"]["crack_width"]),
+        plasterboard_factor=content["plasterboard"]["factor"] if "plasterboard" in content else None,
+    )

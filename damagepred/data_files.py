@@ -1,0 +1,38 @@
+"""Where the shipped data are: materials, statistics, damage tables, reference scenes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from damagepred.errors import InputError, nearest
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def data_folder() -> Path:
+    """Return the folder of shipped data, in an installed package or in a checkout."""
+    installed = _PACKAGE / "data"
+    return installed if installed.is_dir() else _PACKAGE.parent / "data"
+
+
+def data_file(*parts: str) -> Path:
+    """Return the path of one shipped file.
+
+    Parameters
+    ----------
+    *parts : str
+        Path below the data folder, for instance ``"damage", "as2870.toml"``.
+
+    Raises
+    ------
+    InputError
+        If there is no such file; the message lists its neighbours.
+    """
+    path = data_folder().joinpath(*parts)
+    if not path.is_file():
+        siblings = sorted(p.name for p in path.parent.glob("*")) if path.parent.is_dir() else []
+        raise InputError(
+            f"no shipped data file '{'/'.join(parts)}'; available there: {', '.join(siblings) or 'nothing'}."
+            + nearest(path.name, siblings)
+        )
+    return path

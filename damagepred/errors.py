@@ -1,0 +1,65 @@
+"""Errors a user can cause or must know of. Each message names key, value and remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class DamagepredError(Exception):
+    """Base of all errors this package raises on purpose."""
+
+
+class InputError(DamagepredError, ValueError):
+    """The input cannot be used as given: the message says what, why and what to do."""
+
+
+class StudyError(DamagepredError):
+    """A study folder cannot be written, resumed or read."""
+
+
+class SolverError(DamagepredError):
+    """A path ended before its last increment without a physical reason.
+
+    Attributes
+    ----------
+    increment : int
+        Increment in which it ended.
+    block : int
+        Block that was worst off (largest unbalanced force or displacement), -1 if none.
+    """
+
+    def __init__(self, message: str, *, increment: int = -1, block: int = -1) -> None:
+        super().__init__(message)
+        self.increment = increment
+        self.block = block
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Survive the trip from a worker process."""
+        return (_rebuild_solver_error, (type(self), str(self), self.increment, self.block))
+
+
+class DivergenceError(SolverError):
+    """The solution grew without bound or became NaN."""
+
+
+class ConvergenceError(SolverError):
+    """The solution did not settle within the cycles allowed."""
+
+
+def _rebuild_solver_error(kind: type[SolverError], message: str, increment: int, block: int) -> SolverError:
+    return kind(message, increment=increment, block=block)
+
+
+def nearest(word: str, allowed: Iterable[str]) -> str:
+    """Return a ' Did you mean ...?' hint, or '' when nothing allowed comes close to ``word``.
+
+    Parameters
+    ----------
+    word : str
+        What the user wrote.
+    allowed : iterable of str
+        What would have been accepted.
+    """
+    found = get_close_matches(word, list(allowed), n=1, cutoff=0.6)
+    return f" Did you mean '{found[0]}'?" if found else ""

@@ -1,0 +1,70 @@
+"""The one place where kernels are compiled: one decorator, one set of flags, one cache.
+
+numba keys its cache on the file of the function alone, so an edit to a law in another file goes unnoticed and the
+old machine code answers. The cache folder's name therefore holds a hash of all kernel sources.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+from numba import config
+
+
+def _sources_hash() -> str:
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _user_cache() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or str(Path.home() / ".cache")
+    return Path(base) / "damagepred"
+
+
+def _cache_folder() -> Path | None:
+    name = f"kernels-{_sources_hash()}"
+    asked = os.environ.get("NUMBA_CACHE_DIR")
+    for base in ([Path(asked)] if asked else []) + [
+        _user_cache(),
+        Path(tempfile.gettempdir()) / "damagepred",
+    ]:
+        if _writable(base / name):
+            return base / name
+    return None  # nowhere to write: compile anew in every process
+
+
+CACHE_FOLDER = _cache_folder()
+
+
+def kernel(function):
+    """Compile ``function``: cached, without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen)."""
+    before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
+    try:
+        return numba.njit(
+            cache=CACHE_FOLDER is not None, nogil=True, fastmath=False, error_model="numpy", boundscheck=False
+        )(function)
+    finally:
+        config.CACHE_DIR = before  # other users of numba in this process keep theirs
+
+
+def law(function):
+    """Compile a law that kernels call; it is inlined by the compiler and cached with its callers."""
+    return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False, inline="never")(
+        function
+    )

@@ -1,0 +1,238 @@
+"""One wall from description to verdict: assemble, solve, judge, collect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.archive.provenance import provenance
+from damagepred.archive.schema import dataset
+from damagepred.assembly import Assembly, Model, wall_model
+from damagepred.damage import JointMap, Verdict, damage_table, judge
+from damagepred.errors import SolverError
+from damagepred.scene import Damage, Movement, Scene, Solver
+from damagepred.solvers import ContactState, Increment, solve_path
+
+FloatArray = NDArray[np.float64]
+
+
+class Step(NamedTuple):
+    """One increment, judged.
+
+    Attributes
+    ----------
+    increment : Increment
+        Equilibrium.
+    verdict : Verdict
+        Cracks and category; the highest category once part of the wall came loose.
+    opening_width_change : array (openings,)
+        Change of width at the upper end of the jambs (m), NaN where an opening has only one jamb.
+    """
+
+    increment: Increment
+    verdict: Verdict
+    opening_width_change: FloatArray
+
+
+def joint_map(model: Model) -> JointMap:
+    """Return the joints of a model as damage assessment takes them."""
+    face = model.interfaces
+    tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
+    return JointMap.from_contacts(
+        face.x[:, None] + tangent[:, :1] * face.contact_offset,
+        face.y[:, None] + tangent[:, 1:] * face.contact_offset,
+        face.contact_area / model.thickness,
+        np.column_stack((face.normal_x, face.normal_y)),
+        face.kind,
+    )
+
+
+def follow(model: Model, solver: Solver, damage: Damage, increments: int) -> Iterator[Step]:
+    """Follow the movement and judge each increment; stop taking steps to stop the solver.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    solver : Solver
+        How to solve.
+    damage : Damage
+        How to judge.
+    increments : int
+        Number of equal steps of the movement.
+
+    Raises
+    ------
+    SolverError
+        If an increment cannot be solved.
+    """
+    joints = joint_map(model)
+    highest = damage_table(damage).highest
+    for increment in solve_path(model, solver, increments):
+        cracked = increment.state == ContactState.CRACKED
+        verdict = judge(joints, increment.opening, increment.slip, cracked, damage)
+        if increment.collapsed:
+            verdict = verdict._replace(damage_category=highest)
+        yield Step(increment, verdict, _width_change(model, increment))
+
+
+def _width_change(model: Model, increment: Increment) -> FloatArray:
+    jambs = model.jambs
+
+    def moved(block: NDArray[np.int64], arm_y: FloatArray) -> FloatArray:
+        x, _, rotation = increment.displacement[block].T
+        return np.asarray(x - rotation * arm_y)
+
+    change = moved(jambs.right_block, jambs.right_arm_y) - moved(jambs.left_block, jambs.left_arm_y)
+    return np.where((jambs.left_block >= 0) & (jambs.right_block >= 0), change, np.nan)
+
+
+def solve(
+    scene: Scene | Assembly,
+    *,
+    increments: int | None = None,
+    solver: Solver | None = None,
+    damage: Damage | None = None,
+    fields: Mapping[str, FloatArray] | None = None,
+    on_failure: str = "raise",
+    on_step: Callable[[Step], None] | None = None,
+) -> xr.Dataset:
+    """Solve one wall and return all that is known of it.
+
+    Parameters
+    ----------
+    scene : Scene or Assembly
+        What to solve.
+    increments : int, optional
+        Number of steps of the movement; by default the scene's, 20 for an assembly.
+    solver, damage : Solver, Damage, optional
+        In place of the scene's.
+    fields : mapping of str to array (joints,), optional
+        Values that vary from joint to joint; see ``damagepred.assembly.wall_model``. Only for a scene.
+    on_failure : {"raise", "return"}
+        What to do when an increment cannot be solved: raise, or return what was reached, with the attributes
+        ``status = "failed"`` and ``status_message``.
+    on_step : callable, optional
+        Called with each ``Step`` as it is reached.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``; SI units; see
+        ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed or failed.
+
+    Raises
+    ------
+    InputError
+        If the scene makes no wall.
+    SolverError
+        If an increment cannot be solved and ``on_failure = "raise"``.
+    """
+    if isinstance(scene, Scene):
+        settings, judged = solver or scene.solver, damage or scene.damage
+        described = _with(scene, settings, judged)
+        model = wall_model(described, fields)
+        count = increments or scene.movement.increments
+        attributes = {"title": scene.title, "scene": described.to_toml()}
+    else:
+        settings, judged = solver or Solver(), damage or Damage()
+        model = scene.build(settings)
+        count = increments or Movement().increments
+        attributes = {"title": "assembly of blocks"}
+    steps: list[Step] = []
+    status, message = "complete", None
+    try:
+        for step in follow(model, settings, judged, count):
+            steps.append(step)
+            if on_step is not None:
+                on_step(step)
+        if steps[-1].increment.collapsed:
+            status = "collapsed"
+            message = f"part of the wall came loose in increment {steps[-1].increment.number}"
+    except SolverError as error:
+        if on_failure == "raise" or not steps:
+            raise
+        status, message = "failed", str(error)
+    ds = _collect(model, steps, judged, attributes | {"status": status, "status_message": message})
+    if isinstance(scene, Scene):
+        for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
+            ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
+    return ds
+
+
+def _with(scene: Scene, solver: Solver, damage: Damage) -> Scene:
+    from dataclasses import replace
+
+    return replace(scene, solver=solver, damage=damage)
+
+
+def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what is known of each increment as a whole: arrays (increments,), openings (increments, openings).
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    steps : list of Step
+        Its path.
+    """
+    progress = np.array([s.increment.progress for s in steps])
+    values = {
+        "central_deflection": progress * model.central_deflection,
+        "deflection_ratio": progress * model.central_deflection / model.span,
+        "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
+        "cycles": np.array([s.increment.cycles for s in steps], dtype=np.int64),
+        "base_reaction": np.array([s.increment.base_reaction for s in steps]),
+        "opening_width_change": np.array([s.opening_width_change for s in steps]).reshape(len(steps), -1),
+    }
+    for name in Verdict._fields:
+        values[name] = np.array([getattr(s.verdict, name) for s in steps])
+    values["damage_category"] = values["damage_category"].astype(np.int8)
+    return values
+
+
+def _collect(model: Model, steps: list[Step], damage: Damage, attributes: Mapping[str, object]) -> xr.Dataset:
+    blocks, face, joints = model.blocks, model.interfaces, joint_map(model)
+    per_joint = face.contact_area.shape[1]
+    openings = len(model.jambs.left_block)
+    table = damage_table(damage)
+
+    def stacked(name: str) -> NDArray:
+        return np.array([getattr(s.increment, name).ravel() for s in steps])
+
+    def spread(values: NDArray) -> NDArray:
+        return np.repeat(values, per_joint)
+
+    moved = np.array([s.increment.displacement for s in steps])
+    values = {
+        "increment": np.array([s.increment.number for s in steps], dtype=np.int64),
+        **path_values(model, steps),
+        **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height")},
+        "block_x": blocks.x, "block_y": blocks.y, "block_course": blocks.course,
+        "block_displacement_x": moved[..., 0], "block_displacement_y": moved[..., 1], "block_rotation": moved[..., 2],
+        "vertex_x": blocks.vertices[:, 0], "vertex_y": blocks.vertices[:, 1],
+        "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
+        "contact_x": joints.contact_x.ravel(), "contact_y": joints.contact_y.ravel(),
+        "contact_length": joints.contact_length.ravel(),
+        "contact_kind": spread(face.kind), "contact_joint": spread(face.joint),
+        "contact_interface": spread(np.arange(len(face.kind))),
+        "contact_normal_x": spread(face.normal_x), "contact_normal_y": spread(face.normal_y),
+        "contact_tensile_strength": spread(model.properties.tensile_strength),
+        "contact_cohesion": spread(model.properties.cohesion),
+        "contact_friction": spread(model.properties.friction),
+        "contact_opening": stacked("opening"), "contact_slip": stacked("slip"),
+        "contact_normal_stress": stacked("normal_stress"), "contact_shear_stress": stacked("shear_stress"),
+        "contact_state": stacked("state"),
+    }  # fmt: skip
+    ds = dataset(
+        values,
+        {**attributes, **provenance(), "damage_table": table.name, "apex_limited_joints": model.apex_limited,
+         "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight},
+    )  # fmt: skip
+    ds["dpc_separation_length"].attrs["opening_threshold"] = damage.dpc_threshold
+    ds["damage_category"].attrs["comment"] = f"{table.name}; {table.source}"
+    return ds

@@ -1,0 +1,21 @@
+"""What the user says: frozen, validated descriptions of wall, footing, movement, loads and how to solve them."""
+
+from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.movement import Movement
+from damagepred.scene.scene import Scene
+from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.wall import Opening, Wall
+
+__all__ = [
+    "BlockMaterial",
+    "Damage",
+    "Dpc",
+    "Footing",
+    "Joint",
+    "Loads",
+    "Movement",
+    "Opening",
+    "Scene",
+    "Solver",
+    "Wall",
+]

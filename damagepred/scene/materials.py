@@ -1,0 +1,149 @@
+"""What blocks and joints are made of. Defaults are Tables 1 and 2 of the paper (Zhuge et al.)."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Density, Force, Length, Pressure, Pure, Stiffness
+
+
+@described
+class BlockMaterial:
+    """Elastic material of the bricks (``[block]``).
+
+    Attributes
+    ----------
+    elastic_modulus : float
+        Young's modulus (Pa). The default is the paper's 9000 MPa, a *masonry* modulus.
+    poisson_ratio : float
+        Poisson's ratio (1).
+    density : float
+        Mass density (kg/m3).
+    """
+
+    elastic_modulus: Pressure = Field(default=9.0e9, gt=0)
+    poisson_ratio: Pure = Field(default=0.19, ge=0, lt=0.5)
+    density: Density = Field(default=2000.0, ge=0)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G = E / (2 (1 + nu)) (Pa)."""
+        return self.elastic_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@described
+class Joint:
+    """Mortar joint (``[joint]``): elastic, cracks in tension, slides with cohesion and friction.
+
+    In the law, tension is positive: sigma <= tensile_strength and |tau| <= cohesion - sigma * friction.
+
+    Attributes
+    ----------
+    normal_stiffness, shear_stiffness : float
+        k_n and k_s (Pa/m).
+    tensile_strength : float
+        f_t (Pa). In effect at most cohesion / friction, the apex of the friction cone.
+    cohesion : float
+        C (Pa).
+    friction : float
+        tan(phi) (1).
+    dilation : float
+        tan(psi) (1): opening per unit of slip. At most the friction.
+    residual_tensile_strength, residual_cohesion : float
+        What is left (Pa) once the joint has cracked.
+    residual_friction : float or None
+        tan(phi) (1) once cracked; None keeps the friction.
+    brittle_shear : bool
+        If True the first slip, too, leaves only the residual values. False is the paper's Eq. 4 as printed:
+        slip leaves cohesion and tensile strength as they are.
+    """
+
+    normal_stiffness: Stiffness = Field(default=82e9, gt=0)
+    shear_stiffness: Stiffness = Field(default=36e9, gt=0)
+    tensile_strength: Pressure = Field(default=0.453e6, ge=0)
+    cohesion: Pressure = Field(default=0.375e6, ge=0)
+    friction: Pure = Field(default=0.75, ge=0)
+    dilation: Pure = Field(default=0.0, ge=0)
+    residual_tensile_strength: Pressure = Field(default=0.0, ge=0)
+    residual_cohesion: Pressure = Field(default=0.0, ge=0)
+    residual_friction: Pure | None = Field(default=None, ge=0)
+    brittle_shear: bool = False
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Joint:
+        if self.dilation > self.friction:
+            raise ValueError(f"dilation = {self.dilation:g}: must not exceed friction = {self.friction:g}")
+        for residual, intact in (
+            ("residual_tensile_strength", "tensile_strength"),
+            ("residual_cohesion", "cohesion"),
+        ):
+            if getattr(self, residual) > getattr(self, intact):
+                raise ValueError(
+                    f"{residual} = {getattr(self, residual):g}: must not exceed {intact} = {getattr(self, intact):g}"
+                )
+        return self
+
+
+@described
+class Dpc:
+    """Damp-proof course (``[dpc]``): the bed joint on top of the given number of courses.
+
+    It carries no tension. Stiffness and the friction law are those of the joints unless given here.
+
+    Attributes
+    ----------
+    course : int
+        The dpc lies on top of that many courses (1 or more, fewer than the wall has).
+    friction : float
+        tan(phi) (1), 0.5 in the paper.
+    cohesion : float
+        C (Pa), 0 in the paper.
+    normal_stiffness, shear_stiffness : float or None
+        k_n and k_s (Pa/m); None takes the joint's.
+    """
+
+    course: int = Field(default=2, ge=1)
+    friction: Pure = Field(default=0.5, ge=0)
+    cohesion: Pressure = Field(default=0.0, ge=0)
+    normal_stiffness: Stiffness | None = Field(default=None, gt=0)
+    shear_stiffness: Stiffness | None = Field(default=None, gt=0)
+
+
+@described
+class Footing:
+    """Footing beam under the wall (``[footing]``), the paper's 300 x 300 mm concrete by default.
+
+    A prescribed movement shape moves the underside of the wall as given, so these values then only describe
+    the footing; shapes that let the footing find its own form use them.
+
+    Attributes
+    ----------
+    width, depth : float
+        Cross-section (m).
+    elastic_modulus : float
+        Young's modulus (Pa).
+    poisson_ratio : float
+        Poisson's ratio (1).
+    density : float
+        Mass density (kg/m3).
+    """
+
+    width: Length = Field(default=0.3, gt=0)
+    depth: Length = Field(default=0.3, gt=0)
+    elastic_modulus: Pressure = Field(default=7.0e9, gt=0)
+    poisson_ratio: Pure = Field(default=0.2, ge=0, lt=0.5)
+    density: Density = Field(default=2130.0, ge=0)
+
+
+@described
+class Loads:
+    """Dead loads on the wall (``[loads]``); self weight comes from the densities.
+
+    Attributes
+    ----------
+    roof : float
+        Vertical load (N) in all, downwards, spread evenly along the top of the wall.
+    """
+
+    roof: Force = Field(default=0.0, ge=0)

@@ -1,0 +1,138 @@
+"""What the ground does: the shape and the size of the movement under the wall."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Length
+
+FloatArray = NDArray[np.float64]
+
+
+@described
+class Movement:
+    """Movement of the footing (``[movement]``), reached in equal increments.
+
+    Attributes
+    ----------
+    kind : {"dishing", "doming"}
+        Dishing: the centre goes down relative to the ends; doming: it goes up.
+    central_deflection : float
+        Final deflection of the centre relative to the ends (m), not negative; 0 leaves self weight alone.
+    increments : int
+        Number of equal increments.
+    shape : {"three_loads", "parabola", "arc", "table"}
+        Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points;
+        ``parabola``: uniform small curvature; ``arc``: circle through ends and centre; ``table``: as given.
+    table : sequence of (position, fraction)
+        For ``shape = "table"``: position along the wall from 0 to 1, and deflection there as a fraction of the
+        central one; 0 at both ends, and not 0 in the middle, where it is scaled to 1. Between the points a
+        monotone cubic is drawn (PCHIP).
+    """
+
+    kind: Literal["dishing", "doming"] = "dishing"
+    central_deflection: Length = Field(default=8e-3, ge=0)
+    increments: int = Field(default=20, ge=1)
+    shape: Literal["three_loads", "parabola", "arc", "table"] = "three_loads"
+    table: tuple[tuple[float, float], ...] = ()
+
+    @model_validator(mode="after")
+    def _table_fits(self) -> Movement:
+        if self.shape != "table":
+            if self.table:
+                raise ValueError(f"table: only read with shape = 'table'; here shape = '{self.shape}'")
+            return self
+        if len(self.table) < 3:
+            raise ValueError("table: needs at least 3 points [position, fraction], from position 0 to 1")
+        position = [p for p, _ in self.table]
+        if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in zip(position, position[1:])):
+            raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
+        if self.table[0][1] != 0 or self.table[-1][1] != 0:
+            raise ValueError(
+                "table: the deflection must be 0 at both ends; subtract the straight line between them"
+            )
+        if abs(float(_table_form(self.table, np.array([0.5]))[0])) < 1e-6:
+            raise ValueError(
+                "table: the deflection in the middle (position 0.5) must not be 0: the others scale to it"
+            )
+        return self
+
+    @property
+    def sign(self) -> float:
+        """+1 for doming (up), -1 for dishing (down)."""
+        return 1.0 if self.kind == "doming" else -1.0
+
+    def profile(self, position: FloatArray, length: float) -> FloatArray:
+        """Vertical displacement (m, upwards) of the footing at full movement.
+
+        Parameters
+        ----------
+        position : array of float
+            Distance x from the left end of the wall (m), any shape.
+        length : float
+            Length of the wall (m).
+
+        Returns
+        -------
+        array of float
+            Same shape; 0 at both ends, +/- ``central_deflection`` in the middle.
+        """
+        xi = np.asarray(position, dtype=np.float64) / length
+        return self.sign * self.central_deflection * self._form(xi, length)
+
+    def _form(self, xi: FloatArray, length: float) -> FloatArray:
+        if self.shape == "three_loads":
+            return three_loads(xi)
+        if self.shape == "parabola":
+            return 4.0 * xi * (1.0 - xi)
+        if self.shape == "arc":
+            return arc(xi, self.central_deflection / length)
+        return _table_form(self.table, xi) / _table_form(self.table, np.array([0.5]))
+
+
+def three_loads(xi: FloatArray) -> FloatArray:
+    """Simply supported elastic beam under equal loads at the quarter points, 1 at mid-span.
+
+    Parameters
+    ----------
+    xi : array of float
+        Position as a fraction of the span.
+
+    Notes
+    -----
+    s = (384/19) [5 xi/32 - xi^3/4 + <xi - 1/4>^3/6] for xi <= 1/2, symmetric; the quarter points are at 27/38
+    (Euler-Bernoulli).
+    """
+    near = np.minimum(xi, 1.0 - xi)
+    return (384.0 / 19.0) * (5.0 * near / 32.0 - near**3 / 4.0 + np.maximum(near - 0.25, 0.0) ** 3 / 6.0)
+
+
+def arc(xi: FloatArray, ratio: float) -> FloatArray:
+    """Circular arc through both ends, rising 1 at mid-span.
+
+    Parameters
+    ----------
+    xi : array of float
+        Position as a fraction of the chord.
+    ratio : float
+        Rise of the arc over its chord, below 1/2.
+    """
+    if ratio < 1e-6:  # the circle's radius loses all digits; its limit is the parabola
+        return 4.0 * xi * (1.0 - xi)
+    radius = 1.0 / (8.0 * ratio) + ratio / 2.0
+    offset = xi - 0.5
+    # radius - sqrt(radius^2 - offset^2), written so that nothing cancels
+    drop = offset**2 / (radius + np.sqrt(radius**2 - offset**2))
+    return 1.0 - drop / ratio
+
+
+def _table_form(table: tuple[tuple[float, float], ...], xi: FloatArray) -> FloatArray:
+    from scipy.interpolate import PchipInterpolator
+
+    position, fraction = np.array(table).T
+    return np.asarray(PchipInterpolator(position, fraction)(xi), dtype=np.float64)

@@ -1,0 +1,106 @@
+"""Numbers with units: everything inside is SI, what the user writes may carry a unit."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import core_schema
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint  # only when a string with a unit is met: it costs a third of a second
+
+    return pint.UnitRegistry()
+
+
+def to_si(value: Any, unit: str) -> float:
+    """Return ``value`` as a float in SI.
+
+    Parameters
+    ----------
+    value : float or str
+        A number is taken as SI; a string may carry a unit of the right dimension, such as
+        ``"0.453 MPa"``, ``"82 N/mm3"``, ``"8 mm"`` or, where no unit is due, ``"30 %"``.
+    unit : str
+        The SI unit expected, ``"1"`` for a pure number.
+
+    Raises
+    ------
+    ValueError
+        If it is not a number, not finite, or of another dimension.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"expected a number{_of(unit)} or a string with a unit")
+    number = _parse(value, unit) if isinstance(value, str) else float(value)
+    if not math.isfinite(number):
+        raise ValueError("must be a finite number")
+    return number
+
+
+def _of(unit: str) -> str:
+    return "" if unit == "1" else f" in {unit}"
+
+
+def _parse(text: str, unit: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    import pint
+
+    registry = _registry()
+    try:
+        # "N/mm3" is how engineers write "N/mm**3"
+        quantity = registry.Quantity(re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", text))
+        return float(quantity.to("dimensionless" if unit == "1" else unit).magnitude)
+    except pint.DimensionalityError as error:
+        raise ValueError(f"has the wrong kind of unit; expected one like {_example(unit)}") from error
+    except Exception as error:  # pint raises tokenizer, syntax, attribute and assertion errors alike
+        raise ValueError(f"is not a number with a unit; expected something like {_example(unit)}") from error
+
+
+def _example(unit: str) -> str:
+    examples = {
+        "m": "'8 mm'",
+        "Pa": "'0.453 MPa'",
+        "Pa/m": "'82 N/mm3'",
+        "kg/m**3": "'2000 kg/m3'",
+        "N": "'6 kN'",
+    }
+    return examples.get(unit, "0.5 or '50 %'" if unit == "1" else f"a number in {unit}")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a field as a number of a given SI unit; use inside ``Annotated[float, Quantity("m")]``.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit as UDUNITS and pint both read it; ``"1"`` for a pure number.
+    """
+
+    unit: str
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Convert to SI before pydantic applies the bounds that stand on the field."""
+        return core_schema.no_info_before_validator_function(
+            lambda value: to_si(value, self.unit), handler(source)
+        )
+
+
+Length = Annotated[float, Quantity("m")]
+Pressure = Annotated[float, Quantity("Pa")]
+Stiffness = Annotated[float, Quantity("Pa/m")]
+Density = Annotated[float, Quantity("kg/m**3")]
+Force = Annotated[float, Quantity("N")]
+Energy = Annotated[float, Quantity("J/m**2")]
+Pure = Annotated[float, Quantity("1")]

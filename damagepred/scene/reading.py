@@ -1,0 +1,159 @@
+"""TOML in, and complaints that name key, value and remedy."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+from pydantic import TypeAdapter, ValidationError
+
+from damagepred.errors import InputError, nearest
+from damagepred.scene.quantity import Quantity
+
+T = TypeVar("T")
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    InputError
+        If it is missing, a folder, unreadable, not text or not TOML.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            return tomllib.load(stream)
+    except FileNotFoundError:
+        folder = file.parent
+        names = [p.name for p in folder.glob("*.toml")] if folder.is_dir() else []
+        raise InputError(f"{file}: no such file." + nearest(file.name, names)) from None
+    except IsADirectoryError:
+        raise InputError(f"{file}: is a folder; give the TOML file itself.") from None
+    except PermissionError:
+        raise InputError(f"{file}: may not be read; check its permissions.") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file}: is not a text file; a scene or study is a TOML file in UTF-8.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(
+            f"{file}: is not valid TOML: {error}. Strings need quotes; tables look like [wall]."
+        ) from None
+
+
+def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
+    """Make a described object of ``kind`` from nested mappings.
+
+    Raises
+    ------
+    InputError
+        With one line for each thing that is wrong.
+    """
+    try:
+        return TypeAdapter(kind).validate_python(dict(tables))
+    except ValidationError as error:
+        lines = list(dict.fromkeys(_line(kind, problem) for problem in error.errors()))
+        raise InputError("\n".join(f"{source}: {line}" for line in lines)) from None
+
+
+def plain(value: Any) -> Any:
+    """Return a described object as nested dicts and lists of plain values, without None and without empty lists."""
+    if dataclasses.is_dataclass(value):
+        items = ((f.name, plain(getattr(value, f.name))) for f in dataclasses.fields(value))
+        return {name: item for name, item in items if item is not None and item != []}
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    return value
+
+
+def _line(kind: type, problem: Any) -> str:
+    location = [str(part) for part in problem["loc"]]
+    value, limits = problem.get("input"), problem.get("ctx", {})
+    place = _place(location)
+    match problem["type"]:
+        case "unexpected_keyword_argument" | "unexpected_positional_argument":
+            allowed = _field_names(kind, location[:-1])
+            return (
+                f"unknown key {place}; {_place(location[:-1]) or 'the top level'} takes {', '.join(allowed)}."
+                + nearest(location[-1], allowed)
+            )
+        case "missing" | "missing_keyword_only_argument":
+            return f"{place}: is missing; give it a value."
+        case "greater_than":
+            return f"{place} = {value!r}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
+        case "greater_than_equal":
+            return f"{place} = {value!r}: must be at least {limits['ge']:g}{_unit(kind, location)}."
+        case "less_than":
+            return f"{place} = {value!r}: must be less than {limits['lt']:g}{_unit(kind, location)}."
+        case "less_than_equal":
+            return f"{place} = {value!r}: must be at most {limits['le']:g}{_unit(kind, location)}."
+        case "literal_error":
+            hint = nearest(
+                str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
+            )
+            return f"{place} = {value!r}: must be {limits['expected']}.{hint}"
+        case "dataclass_type" | "dataclass_exact_type":
+            return f"{place} = {value!r}: must be a table, [{'.'.join(location)}] with keys."
+        case "value_error":
+            return _own_words(place, value, str(limits["error"]))
+        case _:
+            return f"{place} = {value!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
+
+
+def _own_words(place: str, value: Any, message: str) -> str:
+    """Lead with key and value, unless the complaint is about several keys and names them itself."""
+    end = "" if message.endswith((".", "?")) else "."
+    if isinstance(value, int | float | str):
+        return f"{place} = {value!r}: {message}{end}"
+    return f"{place}: {message}{end}" if place else f"{message}{end}"
+
+
+def _place(location: list[str]) -> str:
+    """Write ``[wall] length`` for a key in a table and ``[[opening]] number 2, width`` for one in a list."""
+    if not location:
+        return ""
+    if len(location) == 1:
+        return location[0]
+    if location[1].isdigit():
+        rest = ".".join(location[2:])
+        return f"[[{location[0]}]] number {int(location[1]) + 1}" + (f", {rest}" if rest else "")
+    return f"[{'.'.join(location[:-1])}] {location[-1]}"
+
+
+def _inner(kind: Any) -> Any:
+    """Return the dataclass inside ``X``, ``X | None`` or ``tuple[X, ...]``, or None."""
+    if dataclasses.is_dataclass(kind):
+        return kind
+    for part in get_args(kind):
+        if (found := _inner(part)) is not None:
+            return found
+    return None
+
+
+def _follow(kind: Any, location: list[str]) -> Any:
+    for step in location:
+        if step.isdigit():
+            continue
+        holder = _inner(kind)
+        field = getattr(holder, "__pydantic_fields__", {}).get(step) if holder is not None else None
+        if field is None:
+            return None
+        kind = field.annotation if not field.metadata else (field.annotation, field.metadata)
+    return kind
+
+
+def _field_names(kind: Any, location: list[str]) -> list[str]:
+    holder = _inner(_follow(kind, location))
+    return [f.name for f in dataclasses.fields(holder)] if holder is not None else []
+
+
+def _unit(kind: Any, location: list[str]) -> str:
+    found = _follow(kind, location)
+    metadata = found[1] if isinstance(found, tuple) else ()
+    for mark in metadata:
+        if isinstance(mark, Quantity) and mark.unit != "1":
+            return f" {mark.unit.replace('**', '')}"
+    return ""

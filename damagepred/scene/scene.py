@@ -1,0 +1,175 @@
+"""A scene: one wall on one footing, one movement, and how to solve and judge it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, model_validator
+
+from damagepred.errors import InputError, nearest
+from damagepred.scene.described import described
+from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.movement import Movement
+from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.wall import Opening, Wall
+
+
+@described
+class Scene:
+    """Everything about one wall; the scene file's tables are its fields.
+
+    A missing ``dpc`` means the wall has none; every other missing table takes the paper's values.
+
+    Attributes
+    ----------
+    title : str
+        What the wall is, for plots and archives.
+    wall, block, joint, dpc, opening, footing, movement, loads, solver, damage
+        The tables of the scene file; see their classes.
+    """
+
+    title: str = "masonry wall"
+    wall: Wall = Field(default_factory=Wall)
+    block: BlockMaterial = Field(default_factory=BlockMaterial)
+    joint: Joint = Field(default_factory=Joint)
+    dpc: Dpc | None = None
+    opening: tuple[Opening, ...] = ()
+    footing: Footing = Field(default_factory=Footing)
+    movement: Movement = Field(default_factory=Movement)
+    loads: Loads = Field(default_factory=Loads)
+    solver: Solver = Field(default_factory=Solver)
+    damage: Damage = Field(default_factory=Damage)
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Scene:
+        wall = self.wall
+        tolerance = 1e-9 * wall.length
+        for number, hole in enumerate(self.opening, start=1):
+            name = f"opening {number} ({hole.kind})"
+            if hole.right > wall.length + tolerance:
+                raise ValueError(
+                    f"{name}: x + width = {hole.right:g} m reaches outside the wall, whose length is {wall.length:g} m"
+                )
+            if hole.top > wall.height + tolerance:
+                raise ValueError(
+                    f"{name}: y + height = {hole.top:g} m reaches outside the wall, whose height is {wall.height:g} m"
+                )
+            if hole.width >= wall.length - tolerance:
+                raise ValueError(
+                    f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower"
+                )
+        for (i, first), (j, second) in combinations(enumerate(self.opening, start=1), 2):
+            if first.overlaps(second):
+                raise ValueError(
+                    f"openings {i} and {j} overlap or touch: x {first.x:g}-{first.right:g} m and "
+                    f"{second.x:g}-{second.right:g} m; move one or make them one opening"
+                )
+        if self.dpc is not None:
+            courses = max(1, round(wall.height / wall.block_height))
+            if self.dpc.course >= courses:
+                raise ValueError(
+                    f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "
+                    f"1 to {courses - 1} of them"
+                )
+        if self.movement.central_deflection > 0.1 * wall.length:
+            raise ValueError(
+                f"movement.central_deflection = {self.movement.central_deflection:g} m: more than a tenth of the "
+                f"wall's length ({wall.length:g} m) is outside the small rotations of this model"
+            )
+        return self
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Scene:
+        """Read a scene file.
+
+        Parameters
+        ----------
+        path : str or Path
+            TOML file; numbers are SI, strings may carry a unit.
+
+        Raises
+        ------
+        InputError
+            If the file is missing or unreadable, or a key or value is not acceptable.
+        """
+        from damagepred.scene.reading import read_toml
+
+        return cls.from_dict(read_toml(path), source=str(path))
+
+    @classmethod
+    def from_dict(cls, tables: Mapping[str, Any], source: str = "scene") -> Scene:
+        """Build a scene from nested mappings, as TOML gives them.
+
+        Parameters
+        ----------
+        tables : mapping
+            The scene file's content.
+        source : str
+            Where it came from, for messages.
+
+        Raises
+        ------
+        InputError
+            If a key or value is not acceptable.
+        """
+        from damagepred.scene.reading import build
+
+        return build(cls, tables, source)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return nested dicts of plain values in SI, without what is None or empty."""
+        from damagepred.scene.reading import plain
+
+        return plain(self)
+
+    def to_toml(self, path: str | Path | None = None) -> str:
+        """Return the scene as TOML, complete with defaults, and write it to ``path`` if given."""
+        import tomli_w
+
+        text = tomli_w.dumps(self.to_dict())
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+    def number_places(self) -> list[str]:
+        """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``."""
+        return [place for place, value in _walk(self, "") if isinstance(value, float)]
+
+    def with_values(self, values: Mapping[str, float]) -> Scene:
+        """Return a copy with numbers replaced by their place.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Place, such as ``"joint.tensile_strength"`` or ``"opening.0.width"``, and SI value.
+
+        Raises
+        ------
+        InputError
+            If a place does not exist or a value is not acceptable there.
+        """
+        tables = self.to_dict()
+        for place, value in values.items():
+            if place not in (places := self.number_places()):
+                raise InputError(f"'{place}': no such number in this scene." + nearest(place, places))
+            target: Any = tables
+            *way, last = place.split(".")
+            for step in way:
+                target = target[int(step)] if isinstance(target, list) else target[step]
+            target[last] = float(value)
+        return Scene.from_dict(tables, source="sampled scene")
+
+
+def _walk(value: Any, place: str) -> list[tuple[str, Any]]:
+    """List (place, number or None) of all fields below ``value``."""
+    if dataclasses.is_dataclass(value):
+        pairs = [(f.name, getattr(value, f.name)) for f in dataclasses.fields(value)]
+    elif isinstance(value, tuple):
+        pairs = [(str(i), item) for i, item in enumerate(value)]
+    else:
+        return [(place, value)]
+    return [found for name, item in pairs for found in _walk(item, f"{place}.{name}" if place else name)]

@@ -1,0 +1,87 @@
+"""How a wall is solved and how its damage is judged; neither changes what the wall is."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Length, Pure
+
+
+@described
+class Solver:
+    """How the path of equilibria is found (``[solver]``).
+
+    Attributes
+    ----------
+    method : {"explicit"}
+        Cundall's scheme: time stepping with damping until forces balance.
+    blocks : {"rigid"}
+        Rigid blocks; their elasticity is lumped in series with the joints.
+    lump_block_elasticity : bool
+        Whether it is (True), or the joints alone are elastic.
+    quadrature : {"lobatto", "midpoint"}
+        Where the contacts of an interface lie. Lobatto includes both ends and is exact for the elastic joint
+        from 3 contacts on (Simpson); with 2 the joint is three times too stiff in rotation.
+    contacts_per_interface : int
+        2 to 9 (Lobatto) or 1 to 9 (midpoint).
+    tolerance : float
+        An increment is settled when the largest unbalanced force is below this multiple of the mean block weight.
+    damping : float
+        Local damping: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
+    ramp_cycles : int
+        Cycles over which one increment's movement is applied before the wall is left to settle.
+    maximum_cycles : int
+        Cycles after which an increment that has not settled is given up.
+    time_step_safety : float
+        Fraction of the largest stable time step, which is known from the stiffness and the damping.
+    """
+
+    method: Literal["explicit"] = "explicit"
+    blocks: Literal["rigid"] = "rigid"
+    lump_block_elasticity: bool = True
+    quadrature: Literal["lobatto", "midpoint"] = "lobatto"
+    contacts_per_interface: int = Field(default=3, ge=1, le=9)
+    tolerance: Pure = Field(default=1e-3, gt=0)
+    damping: Pure = Field(default=0.8, ge=0, lt=1)
+    ramp_cycles: int = Field(default=1000, ge=1)
+    maximum_cycles: int = Field(default=200_000, ge=1)
+    time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
+
+    @model_validator(mode="after")
+    def _quadrature_exists(self) -> Solver:
+        if self.quadrature == "lobatto" and self.contacts_per_interface < 2:
+            raise ValueError(
+                "contacts_per_interface = 1: Lobatto needs 2 or more; or take quadrature = 'midpoint'"
+            )
+        return self
+
+
+@described
+class Damage:
+    """How openings become a damage category (``[damage]``).
+
+    Attributes
+    ----------
+    table : {"as2870", "bre251"}
+        Limits of crack width: AS 2870-2011 Table C1, or BRE Digest 251 with its category 5.
+    plasterboard : bool
+        Whether the wall is lined with easily repaired plasterboard or the like: limits rise by half (AS 2870).
+    count_rule : bool
+        Whether a group of cracks of 3 mm or more is moderate damage even if none reaches 5 mm (AS 2870).
+    group_distance : float
+        Cracks whose widest points lie within this distance form a group (m).
+    group_count : int
+        Number of such cracks that makes a group.
+    dpc_threshold : float
+        Opening of the dpc from which it counts as separated (m).
+    """
+
+    table: Literal["as2870", "bre251"] = "as2870"
+    plasterboard: bool = False
+    count_rule: bool = True
+    group_distance: Length = Field(default=1.0, gt=0)
+    group_count: int = Field(default=2, ge=2)
+    dpc_threshold: Length = Field(default=1e-3, gt=0)

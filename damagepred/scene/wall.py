@@ -1,0 +1,96 @@
+"""The wall: its size, its bricks, its openings."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Length
+
+
+@described
+class Wall:
+    """A straight leaf of masonry (``[wall]``), seen in elevation; x runs along it, y up from its underside.
+
+    Attributes
+    ----------
+    length, height : float
+        Size of the elevation (m).
+    thickness : float
+        Out of plane (m).
+    block_length, block_height : float
+        A whole brick with its joints, centre to centre (m). The bond is gauged to the wall and its openings:
+        perpends and courses move a little so that every end, jamb, sill and head meets a joint.
+    bond : {"running", "stack"}
+        Running bond breaks the perpends at half bricks; stack bond does not.
+    """
+
+    length: Length = Field(default=6.0, gt=0)
+    height: Length = Field(default=2.4, gt=0)
+    thickness: Length = Field(default=0.11, gt=0)
+    block_length: Length = Field(default=0.24, gt=0)
+    block_height: Length = Field(default=0.075, gt=0)
+    bond: Literal["running", "stack"] = "running"
+
+    @model_validator(mode="after")
+    def _holds_a_brick(self) -> Wall:
+        for size, brick in (("length", "block_length"), ("height", "block_height")):
+            if getattr(self, brick) > getattr(self, size):
+                raise ValueError(
+                    f"{brick} = {getattr(self, brick):g}: must not exceed the wall's {size} = {getattr(self, size):g}"
+                )
+        return self
+
+
+@described
+class Opening:
+    """A rectangular hole (``[[opening]]``).
+
+    Attributes
+    ----------
+    kind : {"window", "door"}
+        A door reaches down to the underside of the wall (y = 0).
+    x, y : float
+        Left edge and sill (m).
+    width, height : float
+        Clear size (m).
+    lintel_bearing : float
+        How far the lintel reaches into the wall on either side (m). The lintel is one block, a course high, of
+        the bricks' material; there is none where the opening reaches the top of the wall.
+    """
+
+    kind: Literal["window", "door"] = "window"
+    x: Length = Field(ge=0)
+    y: Length = Field(default=0.0, ge=0)
+    width: Length = Field(gt=0)
+    height: Length = Field(gt=0)
+    lintel_bearing: Length = Field(default=0.12, gt=0)
+
+    @model_validator(mode="after")
+    def _door_at_floor(self) -> Opening:
+        if self.kind == "door" and self.y != 0:
+            raise ValueError(f"y = {self.y:g}: a door starts at y = 0; leave y out, or make it a window")
+        if self.kind == "window" and self.y == 0:
+            raise ValueError("y = 0: a window needs a sill above the footing; give y, or make it a door")
+        return self
+
+    @property
+    def right(self) -> float:
+        """Right edge (m)."""
+        return self.x + self.width
+
+    @property
+    def top(self) -> float:
+        """Head (m)."""
+        return self.y + self.height
+
+    def overlaps(self, other: Opening, margin: float = 1e-9) -> bool:
+        """Whether the two holes share area, or touch within ``margin`` (m)."""
+        return (
+            self.x < other.right + margin
+            and other.x < self.right + margin
+            and self.y < other.top + margin
+            and other.y < self.top + margin
+        )

@@ -1,0 +1,256 @@
+"""Cundall's explicit scheme for rigid blocks: time stepping with local damping until forces balance.
+
+The time step is 1 and the masses are scaled to it, each degree of freedom by its own stiffness: a static run needs
+no physical time. Small displacements: geometry stays that of the undeformed wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.errors import ConvergenceError, DivergenceError
+from damagepred.kernels.cycle import run_cycles
+from damagepred.scene import Solver
+from damagepred.solvers.increment import Increment
+from damagepred.solvers.state import JointMemory, contact_states, fields_of
+from damagepred.solvers.stiffness import elastic_stiffness, held_dofs, turning_length
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+CHECK_EVERY = 50
+"""Cycles between two looks at the unbalanced force."""
+CALM_CHECKS = 3
+"""Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
+
+
+class Motion(NamedTuple):
+    """Motion of all degrees of freedom, arrays (3 (n + 1),) with the ground last; see ``run_cycles``."""
+
+    load: FloatArray
+    inverse_mass: FloatArray
+    velocity: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    prescribed: IntArray
+    prescribed_displacement: FloatArray
+
+
+def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
+    """Return masses for which a time step of 1 is stable.
+
+    Central differences are stable while omega^2 <= 4. Local damping adds up to ``damping`` times the unbalanced
+    force and so lowers the limit to 4 / (1 + damping). The largest omega^2 is bounded by Gershgorin's circles of
+    the intact wall; cracking and slipping only take stiffness away.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    damping : float
+        Local damping.
+    safety : float
+        Fraction of the largest stable time step to use.
+
+    Returns
+    -------
+    array (3 (n + 1),)
+        Mass of each degree of freedom (kg, kg m2); infinite where it is held, and where nothing joins it.
+    """
+    arm = np.ones((model.n_blocks + 1, 3))
+    arm[:-1, 2] = turning_length(model)
+    scale = arm.ravel()
+    stiffness = abs(elastic_stiffness(model))
+    row_sum = (stiffness @ (1.0 / scale)) / scale
+    mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
+    mass[held_dofs(model)] = np.inf
+    # a block without any joint: its weight moves it as if on the mean joint
+    loose = mass == 0.0
+    if loose.any():
+        mass[loose] = (
+            np.median(mass[np.isfinite(mass) & ~loose]) if (np.isfinite(mass) & ~loose).any() else 1.0
+        )
+    return mass
+
+
+class _Run:
+    """One path in progress."""
+
+    def __init__(self, model: Model, settings: Solver) -> None:
+        self.model, self.settings = model, settings
+        self.memory = JointMemory.fresh(model)
+        size = 3 * (model.n_blocks + 1)
+        held = held_dofs(model)
+        self.motion = Motion(
+            load=np.append(model.supports.load, np.zeros(3)),
+            inverse_mass=1.0 / scaled_mass(model, settings.damping, settings.time_step_safety),
+            velocity=np.zeros(size),
+            displacement=np.zeros(size),
+            force=np.zeros(size),
+            prescribed=model.supports.prescribed,
+            prescribed_displacement=model.supports.prescribed_displacement,
+        )
+        self.free = np.setdiff1d(np.arange(size), held)
+        arm = np.ones((model.n_blocks + 1, 3))
+        arm[:-1, 2] = turning_length(model)
+        self.arm = arm.ravel()
+        self.load_share = self.progress = 0.0
+        self.cycles = 0
+        self.last = np.zeros(size)
+        # a block this far from where ground and supports take it is no longer part of the wall
+        self.loose_at = 0.5 * float(np.sqrt(model.blocks.area.max()))
+
+    def advance(self, cycles: int, progress_to: float, load_to: float) -> None:
+        """Run cycles while movement and load rise linearly to their new values."""
+        step = (progress_to - self.progress) / cycles
+        # the load is stepped in a few stages; the movement in every cycle
+        stages = 1 if load_to == self.load_share else min(cycles, 100)
+        rise = (load_to - self.load_share) / stages
+        for stage in range(stages):
+            count = cycles * (stage + 1) // stages - cycles * stage // stages
+            self._cycle(
+                count,
+                self.load_share + rise * (stage + 1),
+                self.progress + step * (cycles * stage // stages),
+                step,
+            )
+        self.progress, self.load_share = progress_to, load_to
+
+    def glide(self, cycles: int) -> None:
+        """Start the blocks with the speed of the last increment: a steady movement then begins without a jolt."""
+        here = self.motion.displacement
+        self.motion.velocity[self.free] = (here - self.last)[self.free] / cycles
+        self.last = here.copy()
+
+    def halt(self) -> None:
+        """Stop all blocks, so that none runs past the balance it is near."""
+        self.motion.velocity[:] = 0.0
+
+    def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
+        model = self.model
+        run_cycles(
+            model.interfaces, model.properties, model.ground, self.memory, self.motion,
+            self.settings.damping, load_share, progress, step, count,
+        )  # fmt: skip
+        self.cycles += count
+
+    def unbalanced(self) -> FloatArray:
+        """Return the unbalanced force of every degree of freedom over the mean block weight, 0 where it is held."""
+        ratio = np.zeros_like(self.motion.force)
+        ratio[self.free] = np.abs(self.motion.force / self.arm)[self.free] / self.model.mean_block_weight
+        return ratio
+
+    def settle(self, increment: int) -> tuple[float, bool]:
+        """Cycle until forces balance; return the unbalanced ratio and whether a part came loose instead."""
+        calm, spent = 0, 0
+        while True:
+            self._cycle(CHECK_EVERY, self.load_share, self.progress, 0.0)
+            spent += CHECK_EVERY
+            ratio = self.unbalanced()
+            largest = float(ratio.max(initial=0.0))
+            if not np.isfinite(largest) or not np.isfinite(self.motion.displacement).all():
+                raise DivergenceError(
+                    f"diverged in increment {increment} after {spent} cycles: a displacement is no longer a number. "
+                    "Lower solver.time_step_safety.",
+                    increment=increment,
+                    block=int(np.flatnonzero(~np.isfinite(ratio))[0]) // 3
+                    if not np.isfinite(ratio).all()
+                    else -1,
+                )
+            calm = calm + 1 if largest < self.settings.tolerance else 0
+            if calm >= CALM_CHECKS:
+                return largest, False
+            if self.come_loose().any():
+                return largest, True
+            if spent >= self.settings.maximum_cycles:
+                worst = int(ratio.argmax()) // 3
+                raise ConvergenceError(
+                    f"increment {increment} did not settle within {spent} cycles: the unbalanced force is {largest:.2g} "
+                    f"block weights at {describe_block(self.model, worst)}, allowed is {self.settings.tolerance:g}. Raise "
+                    "solver.maximum_cycles or solver.tolerance.",
+                    increment=increment,
+                    block=worst,
+                )
+
+    def come_loose(self) -> NDArray[np.bool_]:
+        """Tell which blocks have left the wall: further from home than the movement explains."""
+        moved = self.motion.displacement[:-3].reshape(-1, 3)
+        allowed = self.loose_at + 2.0 * self.progress * self._largest_movement()
+        return np.hypot(moved[:, 0], moved[:, 1]) > allowed
+
+    def _largest_movement(self) -> float:
+        ground = np.hypot(self.model.ground.normal, self.model.ground.shear).max(initial=0.0)
+        return max(float(ground), float(np.abs(self.model.supports.prescribed_displacement).max(initial=0.0)))
+
+    def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
+        """Take a picture of the present state."""
+        model = self.model
+        fields = fields_of(model, self.memory, self.motion.displacement, self.progress)
+        return Increment(
+            number=number,
+            progress=self.progress,
+            displacement=self.motion.displacement[:-3].reshape(-1, 3).copy(),
+            opening=fields.opening,
+            slip=self.memory.slip.copy(),
+            normal_stress=fields.normal_stress,
+            shear_stress=fields.shear_stress,
+            state=contact_states(self.memory),
+            unbalanced_force_ratio=ratio,
+            base_reaction=self._reaction(),
+            cycles=cycles,
+            collapsed=collapsed,
+        )
+
+    def _reaction(self) -> float:
+        """Vertical force of supports and ground on the wall (N): the opposite of what reaches them."""
+        held = held_dofs(self.model)
+        return -float(self.motion.force[held[held % 3 == 1]].sum())
+
+
+def describe_block(model: Model, block: int) -> str:
+    """Say where a block is, in words for a message."""
+    course = int(model.blocks.course[block])
+    where = f"x = {model.blocks.x[block]:.3g} m, y = {model.blocks.y[block]:.3g} m"
+    return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
+
+
+def explicit_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
+    """Follow the movement increment by increment.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Damping, tolerance and limits.
+    increments : int
+        Number of equal steps of the movement.
+
+    Yields
+    ------
+    Increment
+        First the state under dead load (number 0), then one each step. The path ends early after an increment in
+        which a part of the wall came loose.
+
+    Raises
+    ------
+    DivergenceError
+        If a displacement becomes infinite or NaN.
+    ConvergenceError
+        If an increment does not settle; the message names increment and block.
+    """
+    run = _Run(model, settings)
+    for number in range(increments + 1):
+        before = run.cycles
+        run.glide(settings.ramp_cycles)
+        run.advance(settings.ramp_cycles, progress_to=number / increments, load_to=1.0)
+        run.halt()
+        ratio, collapsed = run.settle(number)
+        yield run.report(number, ratio, run.cycles - before, collapsed)
+        if collapsed:
+            return

@@ -1,0 +1,62 @@
+"""What every solver hands out, one increment after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class ContactState(IntEnum):
+    """What has become of a contact."""
+
+    INTACT = 0
+    CRACKED = 1
+    SLIPPING = 2
+
+
+@dataclass(frozen=True)
+class Increment:
+    """Equilibrium at one point of the path; n blocks, m interfaces with q contacts each.
+
+    Attributes
+    ----------
+    number : int
+        0 is the state under dead load, before any movement.
+    progress : float
+        Share of the full movement, 0 to 1.
+    displacement : array (n, 3)
+        x, y (m) and rotation (rad, counter-clockwise) of each block.
+    opening, slip : array (m, q)
+        Relative displacement normal to the joint, opening positive, and plastic slip along it (m).
+    normal_stress, shear_stress : array (m, q)
+        Tension positive (Pa).
+    state : array of int8 (m, q)
+        ``ContactState``: cracked once the bond is broken in tension (or by brittle shear), else slipping once it
+        has slid.
+    unbalanced_force_ratio : float
+        Largest unbalanced force over the mean weight of a block.
+    base_reaction : float
+        Vertical force of ground and supports on the wall (N, upwards).
+    cycles : int
+        Work done for this increment.
+    collapsed : bool
+        Whether a part of the wall has come loose; then this increment is no equilibrium.
+    """
+
+    number: int
+    progress: float
+    displacement: FloatArray
+    opening: FloatArray
+    slip: FloatArray
+    normal_stress: FloatArray
+    shear_stress: FloatArray
+    state: NDArray[np.int8]
+    unbalanced_force_ratio: float
+    base_reaction: float
+    cycles: int
+    collapsed: bool = False

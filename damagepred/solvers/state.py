@@ -1,0 +1,73 @@
+"""Memory of the joints and motion of the blocks while a path is followed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.kernels.contact import contact_fields
+from damagepred.solvers.increment import ContactState
+
+FloatArray = NDArray[np.float64]
+
+
+class JointMemory(NamedTuple):
+    """What a contact remembers, arrays (m, q).
+
+    Attributes
+    ----------
+    slip, dilated : array (m, q)
+        Plastic slip and opening by dilation (m).
+    cracked : array of bool (m, q)
+        Whether the bond is broken.
+    """
+
+    slip: FloatArray
+    dilated: FloatArray
+    cracked: NDArray[np.bool_]
+
+    @classmethod
+    def fresh(cls, model: Model) -> JointMemory:
+        """Return the memory of joints that have seen nothing yet."""
+        shape = model.interfaces.contact_area.shape
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.bool_))
+
+
+class ContactFields(NamedTuple):
+    """Opening (m), shear displacement (m), normal and shear stress (Pa, tension positive) of contacts, arrays (m, q)."""
+
+    opening: FloatArray
+    shear: FloatArray
+    normal_stress: FloatArray
+    shear_stress: FloatArray
+
+
+def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progress: float) -> ContactFields:
+    """Evaluate all contacts at a displacement of the blocks.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    memory : JointMemory
+        Left as it is.
+    displacement : array (3 (n + 1),)
+        Of the blocks and the ground.
+    progress : float
+        Share of the full movement.
+    """
+    fields = ContactFields(*(np.empty(model.interfaces.contact_area.shape) for _ in range(4)))
+    contact_fields(model.interfaces, model.properties, model.ground, memory, displacement, progress, *fields)
+    return fields
+
+
+def contact_states(memory: JointMemory) -> NDArray[np.int8]:
+    """Return the ``ContactState`` of each contact."""
+    return np.where(
+        memory.cracked,
+        ContactState.CRACKED,
+        np.where(memory.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
+    ).astype(np.int8)

@@ -1,0 +1,69 @@
+"""Elastic stiffness of all joints together."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from damagepred.assembly import Model
+
+FloatArray = NDArray[np.float64]
+
+
+def elastic_stiffness(model: Model) -> sparse.csc_array:
+    """Return the stiffness of the intact wall.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+
+    Returns
+    -------
+    csc_array (3 (n + 1), 3 (n + 1))
+        Force on each degree of freedom for unit displacements (N/m, N, N m); the last three are the ground's.
+    """
+    face = model.interfaces
+    q = face.contact_area.shape[1]
+    ones = np.ones((1, q))
+    # rows of the kinematics: opening and shear at a contact for unit displacements of blocks a and b
+    opening = np.stack(
+        [
+            -face.normal_x[:, None] * ones, -face.normal_y[:, None] * ones,
+            -(face.arm_normal_a[:, None] + face.contact_offset),
+            face.normal_x[:, None] * ones, face.normal_y[:, None] * ones,
+            face.arm_normal_b[:, None] + face.contact_offset,
+        ],
+        axis=-1,
+    )  # fmt: skip
+    shear = np.stack(
+        [
+            -face.normal_y[:, None] * ones, face.normal_x[:, None] * ones, -face.arm_shear_a[:, None] * ones,
+            face.normal_y[:, None] * ones, -face.normal_x[:, None] * ones, face.arm_shear_b[:, None] * ones,
+        ],
+        axis=-1,
+    )  # fmt: skip
+    k_n = model.properties.normal_stiffness[:, None] * face.contact_area
+    k_s = model.properties.shear_stiffness[:, None] * face.contact_area
+    blocks = np.einsum("mq,mqi,mqj->mij", k_n, opening, opening) + np.einsum(
+        "mq,mqi,mqj->mij", k_s, shear, shear
+    )
+    dof = np.concatenate(
+        (3 * face.block_a[:, None] + np.arange(3), 3 * face.block_b[:, None] + np.arange(3)), axis=1
+    )
+    rows = np.broadcast_to(dof[:, :, None], blocks.shape).ravel()
+    columns = np.broadcast_to(dof[:, None, :], blocks.shape).ravel()
+    size = 3 * (model.n_blocks + 1)
+    return sparse.coo_array((blocks.ravel(), (rows, columns)), shape=(size, size)).tocsc()
+
+
+def turning_length(model: Model) -> FloatArray:
+    """Return the radius of gyration of each block (m): the arm that makes a rotation comparable to a displacement."""
+    return np.sqrt(model.blocks.polar / model.blocks.area)
+
+
+def held_dofs(model: Model) -> NDArray[np.int64]:
+    """Return the degrees of freedom that do not move freely: supports and the ground."""
+    ground = 3 * model.n_blocks + np.arange(3)
+    return np.concatenate((model.supports.prescribed, ground))
