@@ -114,8 +114,8 @@ def solve(
     fields : mapping of str to array (joints,), optional
         Values that vary from joint to joint; see ``damagepred.assembly.wall_model``. Only for a scene.
     on_failure : {"raise", "return"}
-        What to do when an increment cannot be solved: raise, or return what was reached, with the attributes
-        ``status = "failed"`` and ``status_message``.
+        What to do when an increment cannot be solved, or the user interrupts: raise, or return what was reached, with
+        the attributes ``status = "failed"`` or ``"interrupted"`` and ``status_message``.
     on_step : callable, optional
         Called with each ``Step`` as it is reached.
 
@@ -123,7 +123,7 @@ def solve(
     -------
     xarray.Dataset
         Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``; SI units; see
-        ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed or failed.
+        ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed, failed or interrupted.
 
     Raises
     ------
@@ -153,10 +153,11 @@ def solve(
         if steps[-1].increment.collapsed:
             status = "collapsed"
             message = f"part of the wall came loose in increment {steps[-1].increment.number}"
-    except SolverError as error:
+    except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise
-        status, message = "failed", str(error)
+        status = "failed" if isinstance(error, SolverError) else "interrupted"
+        message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     ds = _collect(model, steps, judged, attributes | {"status": status, "status_message": message})
     if isinstance(scene, Scene):
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):

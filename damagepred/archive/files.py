@@ -53,6 +53,33 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
                 temporary.unlink(missing_ok=True)
 
 
+def check_writable(*paths: Path | None) -> None:
+    """Check before the work that its results can be written after it.
+
+    Parameters
+    ----------
+    *paths : Path or None
+        Files to write, or folders to write into.
+
+    Raises
+    ------
+    StudyError
+        If one of them cannot be written.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        is_folder = path.is_dir() or not path.suffix
+        folder = path if is_folder else path.parent
+        try:
+            if is_folder:
+                folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            raise StudyError(f"{path}: cannot be written: {_reason(error)}") from error
+
+
 def _sync_folder(folder: Path) -> None:
     with contextlib.suppress(OSError):  # some systems cannot open a folder; the rename is then all there is
         handle = os.open(folder, os.O_RDONLY)
@@ -127,7 +154,7 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")
     if int(version) > SCHEMA_VERSION:
         raise InputError(
-            f"{file}: has schema version {int(version)}, this damagepred reads up to {SCHEMA_VERSION}; update damagepred."
+            f"{file}: has schema version {int(version)}, this damagepred reads up to {SCHEMA_VERSION}; update it."
         )
     for variable in ds.variables.values():
         variable.attrs.pop("_FillValue", None)

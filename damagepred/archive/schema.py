@@ -59,13 +59,9 @@ SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
 VARIABLES: dict[str, Variable] = {
     # the path
     "increment": Variable(_STEP, "1", "increment of the movement, 0 is dead load alone"),
-    "central_deflection": Variable(
-        _STEP, "m", "deflection of the footing's centre relative to its ends, not negative"
-    ),
+    "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
-    "unbalanced_force_ratio": Variable(
-        _STEP, "1", "largest unbalanced force over the mean weight of a block"
-    ),
+    "unbalanced_force_ratio": Variable(_STEP, "1", "largest unbalanced force over the mean weight of a block"),
     "cycles": Variable(_STEP, "1", "cycles of the solver spent on the increment"),
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
     # the verdict
@@ -74,9 +70,7 @@ VARIABLES: dict[str, Variable] = {
     "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of category 1 or more"),
     "base_crack_width_max": Variable(_STEP, "m", "widest crack in the courses below the dpc"),
     "dpc_opening_max": Variable(_STEP, "m", "widest opening of the damp-proof course"),
-    "dpc_separation_length": Variable(
-        _STEP, "m", "length over which the dpc is open by more than opening_threshold"
-    ),
+    "dpc_separation_length": Variable(_STEP, "m", "length over which the dpc is open by more than opening_threshold"),
     # openings
     "opening_left": Variable(_OPENING, "m", "left edge of the opening"),
     "opening_sill": Variable(_OPENING, "m", "height of the opening's sill"),
@@ -101,9 +95,7 @@ VARIABLES: dict[str, Variable] = {
     "contact_kind": Variable(
         _CONTACT, None, "what the contact lies in", ("bed_joint", "head_joint", "dpc", "footing_interface")
     ),
-    "contact_interface": Variable(
-        _CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"
-    ),
+    "contact_interface": Variable(_CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"),
     "contact_joint": Variable(_CONTACT, "1", "mortar joint the contact belongs to"),
     "contact_length": Variable(_CONTACT, "m", "length of joint the contact stands for"),
     "contact_normal_x": Variable(_CONTACT, "1", "unit normal of the joint, along the wall"),
@@ -117,16 +109,12 @@ VARIABLES: dict[str, Variable] = {
     "contact_slip": Variable((*_STEP, *_CONTACT), "m", "plastic slip along the joint"),
     "contact_normal_stress": Variable((*_STEP, *_CONTACT), "Pa", "normal stress, tension positive"),
     "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
-    "contact_state": Variable(
-        (*_STEP, *_CONTACT), None, "state of the contact", ("intact", "cracked", "slipping")
-    ),
+    "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", ("intact", "cracked", "slipping")),
     # a study
     "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
     "status": Variable(("sample",), None, "how the sample ended", SAMPLE_STATUS),
     "run_time": Variable(("sample",), "s", "time spent on the sample"),
-    "apex_limited": Variable(
-        ("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"
-    ),
+    "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 
 FLAG_FILL = np.int8(-1)
@@ -159,9 +147,7 @@ def dataset(
     """
     known = {**VARIABLES, **(extra or {})}
     variables = {
-        name: xr.Variable(
-            (dims or {}).get(name, known[name].dims), np.asarray(value), known[name].attributes()
-        )
+        name: xr.Variable((dims or {}).get(name, known[name].dims), np.asarray(value), known[name].attributes())
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (

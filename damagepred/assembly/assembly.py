@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -245,23 +246,19 @@ class Assembly:
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         shared = shared_edges(blocks.vertices, blocks.first_vertex, tolerance)
         grounded = self._ground_edges(blocks)
-        edges = SharedEdges(*(np.concatenate(pair) for pair in zip(shared, grounded)))
+        edges = _joined(shared, grounded)
         kind, material = self._classify(edges, blocks, len(grounded.a))
         order = self._order(edges, kind, blocks, len(grounded.a))
-        edges = SharedEdges(*(column[order] for column in edges))
+        edges = SharedEdges(edges.a[order], edges.b[order], edges.start[order], edges.end[order], edges.normal[order])
         kind, material = kind[order], material[order]
         joint, joints = _number_joints(edges, kind, blocks)
         settings = solver or Solver()
         interfaces = _place_contacts(edges, kind, joint, blocks, settings, self.thickness)
         first = len(kind) - len(grounded.a)
-        ground_x = (
-            interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
-        )
+        ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
         return Geometry(blocks, interfaces, joints, material, ground_x)
 
-    def build(
-        self, solver: Solver | None = None, fields: Fields | None = None, span: float | None = None
-    ) -> Model:
+    def build(self, solver: Solver | None = None, fields: Fields | None = None, span: float | None = None) -> Model:
         """Make the model the solvers take.
 
         Parameters
@@ -308,9 +305,7 @@ class Assembly:
             density=density,
             thickness=self.thickness,
             span=length,
-            central_deflection=abs(float(profile(np.array([middle]))[0]))
-            if profile
-            else self._largest_movement(),
+            central_deflection=abs(float(profile(np.array([middle]))[0])) if profile else self._largest_movement(),
             apex_limited=limited,
         )
 
@@ -344,9 +339,7 @@ class Assembly:
             np.broadcast_to(np.array([0.0, 1.0]), (count, 2)),
         )
 
-    def _classify(
-        self, edges: SharedEdges, blocks: Blocks, grounded: int
-    ) -> tuple[NDArray[np.int8], IntArray]:
+    def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: int) -> tuple[NDArray[np.int8], IntArray]:
         """Tell kind and material of each interface: by direction, then by level, then by pair."""
         level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
         kind = np.where(level, Kind.BED_JOINT, Kind.HEAD_JOINT).astype(np.int8)
@@ -357,16 +350,10 @@ class Assembly:
             here = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
             kind[here], material[here] = special, number
         if self._pairs:
-            place = {
-                (int(min(a, b)), int(max(a, b))): i
-                for i, (a, b) in enumerate(zip(edges.a, edges.b))
-                if inner[i]
-            }
+            place = {(int(min(a, b)), int(max(a, b))): i for i, (a, b) in enumerate(zip(edges.a, edges.b)) if inner[i]}
             for (a, b), (number, own) in self._pairs.items():
                 if (a, b) not in place:
-                    raise InputError(
-                        f"blocks {a} and {b} share no edge, so there is no joint to set between them."
-                    )
+                    raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
                 material[place[a, b]] = number
                 kind[place[a, b]] = kind[place[a, b]] if own is None else own
         kind[~inner], material[~inner] = Kind.FOOTING_INTERFACE, self._ground_material
@@ -397,7 +384,17 @@ def ground_movement(geometry: Geometry, profile: Callable[[FloatArray], FloatArr
     return Ground(np.ascontiguousarray(n_y * rise), np.ascontiguousarray(-n_x * rise))
 
 
-def _numbered(materials: list, material: object | None) -> int:  # type: ignore[type-arg]
+def _joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
+    return SharedEdges(
+        np.concatenate((first.a, second.a)),
+        np.concatenate((first.b, second.b)),
+        np.concatenate((first.start, second.start)),
+        np.concatenate((first.end, second.end)),
+        np.concatenate((first.normal, second.normal)),
+    )
+
+
+def _numbered(materials: list[Any], material: object | None) -> int:
     if material is None:
         return 0
     if material not in materials:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -51,9 +52,7 @@ def gauge(scene: Scene) -> Grid:
     """
     wall = scene.wall
     return Grid(
-        _spaced(
-            [0.0, wall.length] + [e for o in scene.opening for e in (o.x, o.right)], wall.block_length / 2
-        ),
+        _spaced([0.0, wall.length] + [e for o in scene.opening for e in (o.x, o.right)], wall.block_length / 2),
         _spaced([0.0, wall.height] + [e for o in scene.opening for e in (o.y, o.top)], wall.block_height),
     )
 
@@ -67,7 +66,7 @@ def _spaced(breakpoints: list[float], spacing: float) -> list[float]:
     if len(points) > 2 and points[-1] - points[-2] <= 0.05 * spacing:
         points = np.delete(points, -2)
     lines = [0.0]
-    for low, high in zip(points[:-1], points[1:]):
+    for low, high in itertools.pairwise(points):
         count = max(1, int(np.floor((high - low) / spacing + 0.5)))
         lines.extend(low + (high - low) * (np.arange(count) + 1) / count)
     return [float(v) for v in lines]
@@ -91,21 +90,17 @@ def lay_bricks(scene: Scene) -> list[Brick]:
     bricks: list[Brick] = []
     for course, (bottom, top) in enumerate(zip(grid.y[:-1], grid.y[1:])):
         middle = (bottom + top) / 2
-        taken = [
-            (_index(grid.x, o.x), _index(grid.x, o.right)) for o in scene.opening if o.y < middle < o.top
-        ]
+        taken = [(_index(grid.x, o.x), _index(grid.x, o.right)) for o in scene.opening if o.y < middle < o.top]
         beams = [(first, last) for level, first, last in lintels.values() if level == course]
         edges = (
-            set(range(course % 2, len(grid.x), 2))
-            if scene.wall.bond == "running"
-            else set(range(0, len(grid.x), 2))
+            set(range(course % 2, len(grid.x), 2)) if scene.wall.bond == "running" else set(range(0, len(grid.x), 2))
         )
         edges |= {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
         edges -= {e for first, last in beams for e in range(first + 1, last)}
         joints = sorted(edges)
         bricks += [
             Brick(grid.x[a], bottom, grid.x[b], top, course)
-            for a, b in zip(joints[:-1], joints[1:])
+            for a, b in itertools.pairwise(joints)
             if not any(first <= a and b <= last for first, last in taken)
         ]
     return bricks

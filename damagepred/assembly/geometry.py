@@ -30,9 +30,7 @@ def convex_polygon(vertices: FloatArray, name: str) -> FloatArray:
     """
     corners = np.asarray(vertices, dtype=np.float64)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
-        raise InputError(
-            f"{name}: vertices must be 3 or more points (x, y), got an array of shape {corners.shape}."
-        )
+        raise InputError(f"{name}: vertices must be 3 or more points (x, y), got an array of shape {corners.shape}.")
     if not np.isfinite(corners).all():
         raise InputError(f"{name}: vertices must be finite numbers.")
     edges = np.roll(corners, -1, axis=0) - corners
@@ -160,7 +158,7 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
 
 
 def _groups(values: FloatArray, tolerance: float) -> IntArray:
-    """Number values so that those within ``tolerance`` of the next smaller one share a number."""
+    """Give numbers to values so that those within ``tolerance`` of the next smaller one share a number."""
     order = np.argsort(values, kind="stable")
     number = np.empty(len(values), dtype=np.int64)
     number[order] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > tolerance)))
@@ -168,7 +166,7 @@ def _groups(values: FloatArray, tolerance: float) -> IntArray:
 
 
 def _lines(direction: IntArray, offset: FloatArray, tolerance: float) -> IntArray:
-    """Number edges by direction and offset together."""
+    """Give numbers to edges by direction and offset together."""
     order = np.lexsort((offset, direction))
     new = (np.diff(direction[order]) != 0) | (np.diff(offset[order]) > tolerance)
     number = np.empty(len(offset), dtype=np.int64)
@@ -185,9 +183,7 @@ def _overlaps(
     for side in (below, above):
         sequence = side[np.argsort(low[side], kind="stable")]
         if (low[sequence[1:]] < high[sequence[:-1]] - tolerance).any():
-            raise InputError(
-                "two blocks overlap: they lie on the same side of one line and share part of it."
-            )
+            raise InputError("two blocks overlap: they lie on the same side of one line and share part of it.")
     first = np.searchsorted(end, low[below] + tolerance, side="right")
     last = np.searchsorted(start, high[below] - tolerance, side="left")
     count = np.maximum(last - first, 0)

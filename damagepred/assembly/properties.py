@@ -42,11 +42,7 @@ def joint_properties(
         for number, varied in fields.items():
             if name in varied:
                 values = np.where(material == number, varied[name][joint], values)
-            elif (
-                name == "residual_friction"
-                and "friction" in varied
-                and materials[number].residual_friction is None
-            ):
+            elif name == "residual_friction" and "friction" in varied and materials[number].residual_friction is None:
                 values = np.where(material == number, varied["friction"][joint], values)
         columns[name] = values
     limited = _cut_at_apex(columns, "tensile_strength", "cohesion", "friction")
@@ -60,9 +56,7 @@ def _value(material: Joint, name: str) -> float:
     return float(material.friction if value is None else value)
 
 
-def _cut_at_apex(
-    columns: dict[str, FloatArray], tension: str, cohesion: str, friction: str
-) -> NDArray[np.bool_]:
+def _cut_at_apex(columns: dict[str, FloatArray], tension: str, cohesion: str, friction: str) -> NDArray[np.bool_]:
     slope = columns[friction]
     apex = np.full_like(slope, np.inf)
     np.divide(columns[cohesion], slope, out=apex, where=slope > 0)

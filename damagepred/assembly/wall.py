@@ -53,9 +53,7 @@ def _cached(scene: Scene) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
-    return _geometry(
-        scene.wall, scene.opening, course, scene.solver.quadrature, scene.solver.contacts_per_interface
-    )
+    return _geometry(scene.wall, scene.opening, course, scene.solver.quadrature, scene.solver.contacts_per_interface)
 
 
 def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
@@ -126,9 +124,7 @@ def _by_material(fields: Mapping[str, FloatArray], joints: int) -> dict[int, dic
         if table not in ("joint", "dpc") or name not in Joint.__dataclass_fields__:
             raise InputError(f"'{place}': only properties of joint and dpc can vary from joint to joint.")
         if np.shape(values) != (joints,):
-            raise InputError(
-                f"'{place}': needs one value for each of the {joints} joints, got {np.shape(values)}."
-            )
+            raise InputError(f"'{place}': needs one value for each of the {joints} joints, got {np.shape(values)}.")
         sorted_out[MORTAR if table == "joint" else DPC][name] = np.asarray(values, dtype=np.float64)
     return sorted_out
 

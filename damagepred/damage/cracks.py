@@ -60,9 +60,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
         none = np.empty(0)
         return Cracks(none, none, none, np.empty(0, np.int64))
     touching = joints.corners[number]
-    count, label = connected_components(
-        sparse.csr_array(touching.astype(np.int32) @ touching.T), directed=False
-    )
+    count, label = connected_components(sparse.csr_array(touching.astype(np.int32) @ touching.T), directed=False)
     widest = width[number].argmax(axis=1)
     per_joint = width[number, widest]
     order = np.lexsort((-per_joint, label))

@@ -69,9 +69,7 @@ def category_of(cracks: Cracks, table: DamageTable, settings: Damage) -> int:
     return category
 
 
-def judge(
-    joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray, settings: Damage
-) -> Verdict:
+def judge(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray, settings: Damage) -> Verdict:
     """Judge one state of a wall.
 
     Parameters
@@ -95,7 +93,5 @@ def judge(
         crack_count=int((cracks.width >= table.limits[0]).sum()),
         base_crack_width_max=float(gap[joints.is_base].max(initial=0.0)),
         dpc_opening_max=float(dpc_gap.max(initial=0.0)),
-        dpc_separation_length=float(
-            joints.contact_length[joints.is_dpc][dpc_gap > settings.dpc_threshold].sum()
-        ),
+        dpc_separation_length=float(joints.contact_length[joints.is_dpc][dpc_gap > settings.dpc_threshold].sum()),
     )

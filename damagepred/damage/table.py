@@ -59,9 +59,7 @@ class DamageTable:
         """
         factor = self.plasterboard_factor
         if factor is None:
-            raise InputError(
-                f"damage.plasterboard = true: {self.name} has no such allowance; use table = 'as2870'."
-            )
+            raise InputError(f"damage.plasterboard = true: {self.name} has no such allowance; use table = 'as2870'.")
         return DamageTable(
             f"{self.name}, limits times {factor:g} for plasterboard", self.source, self.confidence,
             self.category_names, tuple(v * factor for v in self.limits),
@@ -71,9 +69,7 @@ class DamageTable:
     def by_width(self, width: FloatArray | float) -> NDArray[np.int8]:
         """Return the category of a crack of given width (m), element by element."""
         # a hair of tolerance: 5 mm computed as 4.9999999999 mm is 5 mm
-        return np.searchsorted(np.array(self.limits) * (1 - 1e-12), np.asarray(width), side="right").astype(
-            np.int8
-        )
+        return np.searchsorted(np.array(self.limits) * (1 - 1e-12), np.asarray(width), side="right").astype(np.int8)
 
 
 @lru_cache(maxsize=8)

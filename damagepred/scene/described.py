@@ -17,4 +17,4 @@ def described(cls: type[T]) -> type[T]:
     make: Callable[[type[T]], Any] = _pydantic_dataclass(
         frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)
     )
-    return make(cls)  # type: ignore[no-any-return]
+    return make(cls)

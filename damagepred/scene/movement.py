@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Literal
 
 import numpy as np
@@ -50,16 +51,12 @@ class Movement:
         if len(self.table) < 3:
             raise ValueError("table: needs at least 3 points [position, fraction], from position 0 to 1")
         position = [p for p, _ in self.table]
-        if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in zip(position, position[1:])):
+        if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
             raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
         if self.table[0][1] != 0 or self.table[-1][1] != 0:
-            raise ValueError(
-                "table: the deflection must be 0 at both ends; subtract the straight line between them"
-            )
+            raise ValueError("table: the deflection must be 0 at both ends; subtract the straight line between them")
         if abs(float(_table_form(self.table, np.array([0.5]))[0])) < 1e-6:
-            raise ValueError(
-                "table: the deflection in the middle (position 0.5) must not be 0: the others scale to it"
-            )
+            raise ValueError("table: the deflection in the middle (position 0.5) must not be 0: the others scale to it")
         return self
 
     @property

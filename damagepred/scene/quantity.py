@@ -88,13 +88,9 @@ class Quantity:
 
     unit: str
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Convert to SI before pydantic applies the bounds that stand on the field."""
-        return core_schema.no_info_before_validator_function(
-            lambda value: to_si(value, self.unit), handler(source)
-        )
+        return core_schema.no_info_before_validator_function(lambda value: to_si(value, self.unit), handler(source))
 
 
 Length = Annotated[float, Quantity("m")]

@@ -39,9 +39,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise InputError(f"{file}: is not a text file; a scene or study is a TOML file in UTF-8.") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(
-            f"{file}: is not valid TOML: {error}. Strings need quotes; tables look like [wall]."
-        ) from None
+        raise InputError(f"{file}: is not valid TOML: {error}. Strings need quotes; tables look like [wall].") from None
 
 
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
@@ -151,9 +149,29 @@ def _field_names(kind: Any, location: list[str]) -> list[str]:
 
 
 def _unit(kind: Any, location: list[str]) -> str:
+    unit = unit_of(kind, location)
+    return "" if unit == "1" else f" {unit.replace('**', '')}"
+
+
+def unit_of(kind: Any, location: list[str]) -> str:
+    """Return the SI unit of the field at a location, ``"1"`` for a pure number or for what is no number.
+
+    Parameters
+    ----------
+    kind : type
+        Described class.
+    location : list of str
+        Field names, with numbers for items of a list.
+    """
     found = _follow(kind, location)
-    metadata = found[1] if isinstance(found, tuple) else ()
-    for mark in metadata:
-        if isinstance(mark, Quantity) and mark.unit != "1":
-            return f" {mark.unit.replace('**', '')}"
-    return ""
+    marks = _marks(found)
+    return next((mark.unit for mark in marks if isinstance(mark, Quantity)), "1")
+
+
+def _marks(annotation: Any) -> list[Any]:
+    """List all that is annotated anywhere inside ``annotation``."""
+    if isinstance(annotation, tuple | list):
+        return [mark for part in annotation for mark in _marks(part)]
+    if isinstance(annotation, Quantity):
+        return [annotation]
+    return _marks(list(get_args(annotation))) if get_args(annotation) else []

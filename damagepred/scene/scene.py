@@ -59,9 +59,7 @@ class Scene:
                     f"{name}: y + height = {hole.top:g} m reaches outside the wall, whose height is {wall.height:g} m"
                 )
             if hole.width >= wall.length - tolerance:
-                raise ValueError(
-                    f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower"
-                )
+                raise ValueError(f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower")
         for (i, first), (j, second) in combinations(enumerate(self.opening, start=1), 2):
             if first.overlaps(second):
                 raise ValueError(
@@ -138,6 +136,13 @@ class Scene:
     def number_places(self) -> list[str]:
         """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``."""
         return [place for place, value in _walk(self, "") if isinstance(value, float)]
+
+    @staticmethod
+    def unit_of(place: str) -> str:
+        """Return the SI unit of a number by its place, ``"1"`` for a pure number."""
+        from damagepred.scene.reading import unit_of
+
+        return unit_of(Scene, place.split("."))
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """Return a copy with numbers replaced by their place.

@@ -53,9 +53,7 @@ class Solver:
     @model_validator(mode="after")
     def _quadrature_exists(self) -> Solver:
         if self.quadrature == "lobatto" and self.contacts_per_interface < 2:
-            raise ValueError(
-                "contacts_per_interface = 1: Lobatto needs 2 or more; or take quadrature = 'midpoint'"
-            )
+            raise ValueError("contacts_per_interface = 1: Lobatto needs 2 or more; or take quadrature = 'midpoint'")
         return self
 
 

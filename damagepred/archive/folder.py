@@ -1,0 +1,298 @@
+"""A study's folder: what was asked, what was drawn, what was found, what failed. Nothing in it is ever changed.
+
+    study.toml      frozen copy of the study, scene inside
+    manifest.json   which program, when, how many samples were asked for so far
+    design.nc       every input of every sample, written before any run
+    parts/          one file a finished task, never touched again
+    failures/       one file a failed sample, with its reason and its inputs
+    results.nc      all parts together, for fast reading; can be rebuilt from them at any time
+
+Every file is written under a temporary name and renamed when it is on the disk, so a killed run leaves whole files.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import filelock
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.files import read_dataset, write_dataset, write_whole
+from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.errors import InputError, StudyError
+
+MISSING = SAMPLE_STATUS.index("missing")
+FAILED = SAMPLE_STATUS.index("failed")
+
+
+class StudyFolder:
+    """Reads and writes one study's folder.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder, usually named ``*.dp``.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.parts = self.path / "parts"
+        self.failures = self.path / "failures"
+        self.study_file = self.path / "study.toml"
+        self.manifest_file = self.path / "manifest.json"
+        self.design_file = self.path / "design.nc"
+        self.results_file = self.path / "results.nc"
+
+    # -- making and opening ---------------------------------------------------------------------------------------
+
+    @property
+    def exists(self) -> bool:
+        """Whether the folder holds a study."""
+        return self.study_file.is_file()
+
+    def create(self, study_toml: str, manifest: Mapping[str, Any]) -> None:
+        """Make the folder.
+
+        Parameters
+        ----------
+        study_toml : str
+            Frozen copy of the study.
+        manifest : mapping
+            Plain values.
+
+        Raises
+        ------
+        StudyError
+            If there is something else in its place, or it cannot be written.
+        """
+        if self.path.exists() and (not self.path.is_dir() or any(p.name != ".lock" for p in self.path.iterdir())):
+            raise StudyError(
+                f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o."
+            )
+        self._make(self.parts)
+        self._make(self.failures)
+        self.write_manifest(manifest)
+        write_whole(self.study_file, lambda p: p.write_text(study_toml, encoding="utf-8"))
+
+    def _make(self, folder: Path) -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(
+                f"{folder}: the folder cannot be made: {error.strerror}; choose another place with -o."
+            ) from error
+
+    def require(self) -> None:
+        """Check that this is a study folder of a known schema.
+
+        Raises
+        ------
+        InputError
+            If it is missing, something else, or newer than this package.
+        """
+        if not self.path.exists():
+            raise InputError(f"{self.path}: no such study folder; `damagepred study` makes one.")
+        if not self.exists or not self.manifest_file.is_file():
+            raise InputError(f"{self.path}: is not a study folder (it has no study.toml and manifest.json).")
+        version = int(self.manifest().get("schema_version", 0))
+        if version > SCHEMA_VERSION:
+            raise InputError(
+                f"{self.path}: has schema version {version}, this damagepred reads up to {SCHEMA_VERSION}; update it."
+            )
+
+    def lock(self) -> filelock.FileLock:
+        """Take the folder for writing, until the lock is released or the process ends.
+
+        Raises
+        ------
+        StudyError
+            If another process has it, or the folder cannot be written.
+        """
+        self._make(self.path)
+        lock = filelock.FileLock(self.path / ".lock", timeout=0)
+        try:
+            lock.acquire()
+        except filelock.Timeout:
+            raise StudyError(
+                f"{self.path}: another damagepred is writing to this study; wait for it, or read with status."
+            ) from None
+        except OSError as error:
+            raise StudyError(f"{self.path}: cannot be written: {error.strerror}; choose another with -o.") from error
+        return lock
+
+    # -- what is in it --------------------------------------------------------------------------------------------
+
+    def study_text(self) -> str:
+        """Return the frozen copy of the study."""
+        return self.study_file.read_text(encoding="utf-8")
+
+    def manifest(self) -> dict[str, Any]:
+        """Return the manifest.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read.
+        """
+        try:
+            content: dict[str, Any] = json.loads(self.manifest_file.read_text(encoding="utf-8"))
+        except (OSError, json.JSONDecodeError) as error:
+            raise InputError(f"{self.manifest_file}: cannot be read ({error}).") from None
+        return content
+
+    def write_manifest(self, manifest: Mapping[str, Any]) -> None:
+        """Replace the manifest."""
+        text = json.dumps({"schema_version": SCHEMA_VERSION, **manifest}, indent=2, sort_keys=True) + "\n"
+        write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))
+
+    def part_file(self, sample: int) -> Path:
+        """Return the name of the part that holds one sample."""
+        return self.parts / f"sample-{sample:08d}.nc"
+
+    def failure_file(self, sample: int) -> Path:
+        """Return the name of the record of one failed sample."""
+        return self.failures / f"sample-{sample:08d}.json"
+
+    def finished(self) -> set[int]:
+        """Return the samples that have a part, solved or failed in solving."""
+        return {int(p.stem.split("-")[1]) for p in self.parts.glob("sample-*.nc")}
+
+    def failed(self) -> dict[int, dict[str, Any]]:
+        """Return the record of each failed sample."""
+        records = {}
+        for file in sorted(self.failures.glob("sample-*.json")):
+            records[int(file.stem.split("-")[1])] = json.loads(file.read_text(encoding="utf-8"))
+        return records
+
+    def record_failure(self, sample: int, reason: str, message: str, inputs: Mapping[str, float]) -> None:
+        """Write down that a sample failed.
+
+        Parameters
+        ----------
+        sample : int
+            Its number.
+        reason : str
+            One word: diverged, not_converged, timeout, worker_died, error.
+        message : str
+            What happened, in full.
+        inputs : mapping
+            Its sampled values, to look at and to replay.
+        """
+        record = {"sample": sample, "reason": reason, "message": message, "inputs": dict(inputs)}
+        text = json.dumps(record, indent=2) + "\n"
+        write_whole(self.failure_file(sample), lambda p: p.write_text(text, encoding="utf-8"))
+
+    def forget_failures(self, samples: set[int]) -> None:
+        """Remove failed samples, so that they run again."""
+        for sample in samples:
+            self.part_file(sample).unlink(missing_ok=True)
+            self.failure_file(sample).unlink(missing_ok=True)
+        if samples:
+            self.results_file.unlink(missing_ok=True)
+
+    def design(self) -> xr.Dataset:
+        """Return every input of every sample."""
+        return read_dataset(self.design_file)
+
+    # -- reading it whole -----------------------------------------------------------------------------------------
+
+    def results(self) -> xr.Dataset:
+        """Return all samples as one dataset; those not run yet have status missing, NaN and -1.
+
+        Raises
+        ------
+        InputError
+            If the folder is no study.
+        """
+        self.require()
+        design = self.design()
+        failed = self.failed()
+        pieces = _Pieces(design.sizes["sample"])
+        known: set[int] = set()
+        if self.results_file.is_file():
+            whole = read_dataset(self.results_file)
+            known = set(whole["sample"].values[whole["status"].values != MISSING].tolist())
+            pieces.put(whole.isel(sample=np.flatnonzero(np.isin(whole["sample"].values, sorted(known)))))
+        for sample in sorted(self.finished() - known):
+            pieces.put(read_dataset(self.part_file(sample)))
+        for sample in failed:
+            pieces.mark_failed(sample)
+        inputs = {str(name): v for name, v in design.data_vars.items() if v.dims == ("sample",)}
+        ds = pieces.dataset(design)
+        for name, variable in inputs.items():
+            ds[name] = variable
+        ds.attrs.update(design.attrs)
+        ds.attrs["samples_failed"] = int((ds["status"].values == FAILED).sum())
+        return ds
+
+    def consolidate(self) -> None:
+        """Write all samples into one file, for fast reading."""
+        write_dataset(self.results(), self.results_file)
+
+
+class _Pieces:
+    """Puts samples from parts into arrays for all samples."""
+
+    def __init__(self, samples: int) -> None:
+        self.samples = samples
+        self.values: dict[str, np.ndarray] = {}
+        self.dims: dict[str, tuple[str, ...]] = {}
+        self.attributes: dict[str, dict[str, Any]] = {}
+
+    def put(self, part: xr.Dataset) -> None:
+        rows = part["sample"].values
+        keep = rows < self.samples
+        for key, variable in part.variables.items():
+            name = str(key)
+            if "sample" not in variable.dims or name == "sample" or name not in VARIABLES:
+                continue
+            if name not in self.values:
+                shape = (self.samples, *variable.shape[1:])
+                self.values[name] = _blank(shape, variable.dtype)
+                self.dims[name] = tuple(str(d) for d in variable.dims)
+                self.attributes[name] = dict(variable.attrs)
+            self.values[name][rows[keep]] = variable.values[keep]
+
+    def mark_failed(self, sample: int) -> None:
+        if sample < self.samples:
+            self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))[sample] = FAILED
+
+    def dataset(self, design: xr.Dataset) -> xr.Dataset:
+        status = self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))
+        status[status == FLAG_FILL] = MISSING
+        ds = dataset({"sample": np.arange(self.samples), **self.values}, {}, {"status": ("sample",), **self.dims})
+        for name, attributes in self.attributes.items():
+            ds[name].attrs.update(attributes)
+        return ds
+
+
+def _blank(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
+    if dtype == np.int8:
+        return np.full(shape, FLAG_FILL, dtype=np.int8)
+    return np.full(shape, np.nan if dtype.kind == "f" else -1, dtype=np.float64 if dtype.kind == "f" else dtype)
+
+
+def open_study(path: str | Path) -> xr.Dataset:
+    """Read a study, finished or still running.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``sample`` and ``increment``: every sampled input with one value a wall, and what was found. The
+        flag ``status`` tells complete, collapsed, failed and missing samples; what is not known is NaN or -1.
+
+    Raises
+    ------
+    InputError
+        If it is no study folder.
+    """
+    return StudyFolder(path).results()

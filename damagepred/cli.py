@@ -1,0 +1,236 @@
+"""The command line: thin, and quick to start; everything is imported when a command needs it."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from damagepred import screen
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="How likely is which damage to a masonry wall when the ground under it moves.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+OK, BAD_INPUT, SOME_FAILED, INTERRUPTED = 0, 2, 3, 130
+"""Exit codes."""
+
+SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
+
+
+class Intensity(StrEnum):
+    """Measure of the movement."""
+
+    central_deflection = "central_deflection"
+    deflection_ratio = "deflection_ratio"
+
+
+@app.command()
+def new(file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)]) -> None:
+    """Write a commented starter study."""
+    from damagepred.study.starter import write_starter
+
+    write_starter(file)
+    screen.say(f"wrote {file}; next: damagepred check {file}")
+
+
+@app.command()
+def check(file: Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)]) -> None:
+    """Validate a file, solve one wall of it and say what the whole run will cost."""
+    from damagepred.study.price import price
+
+    with screen.Bar("timing one wall") as bar:
+        estimate = price(file, on_step=bar.step)
+    for line in estimate.lines():
+        screen.say(line)
+
+
+@app.command()
+def solve(
+    scene: SceneFile,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
+) -> None:
+    """Solve one wall."""
+    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.path import solve as solve_wall
+    from damagepred.scene import Scene
+
+    described = Scene.from_toml(scene)
+    check_writable(output, plot)
+    with screen.Bar("solving", described.movement.increments + 1) as bar:
+        ds = solve_wall(described, on_failure="return", on_step=bar.step)
+    screen.wall_table(ds)
+    if output is not None:
+        write_dataset(ds, output)
+        screen.say(f"wrote {output}")
+    if plot is not None:
+        _draw_wall(ds, plot)
+    raise typer.Exit(_exit_code(ds))
+
+
+@app.command()
+def study(
+    file: Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)],
+    samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")] = None,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+    timeout: Annotated[float | None, typer.Option("--timeout", help="Seconds a wall may take.")] = None,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
+) -> None:
+    """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
+    from damagepred.study import Study
+    from damagepred.study.settings import StudySettings
+
+    settings = StudySettings.from_toml(file).with_samples(samples, seed)
+    folder = output or file.with_suffix(".dp")
+    with screen.StudyBar() as bar:
+        summary = Study(settings).run(
+            folder, samples, workers, timeout=timeout, retry_failed=retry_failed, on_progress=bar.update
+        )
+    word = "interrupted" if summary.interrupted else "complete"
+    screen.say(
+        f"{folder}: {word}, {summary.done} of {summary.total} walls done, {summary.failed} failed, "
+        f"{summary.seconds:.1f} s this time"
+    )
+    if summary.interrupted:
+        screen.say("what was done is kept; the same command goes on from here")
+        raise typer.Exit(INTERRUPTED)
+    if summary.failed:
+        screen.say(f"reasons of the failures: {folder / 'failures'}", error=True)
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def status(folder: StudyFolderPath) -> None:
+    """Show what is done, failed and left, and the estimate so far."""
+    from damagepred.study.standing import standing
+
+    report = standing(folder)
+    for line in report.lines:
+        screen.say(line)
+    screen.table("Share of walls by category reached by the end of the movement", report.columns, report.rows)
+
+
+@app.command()
+def fragility(
+    folder: StudyFolderPath,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")] = None,
+    intensity: Annotated[Intensity, typer.Option(help="Measure of the movement.")] = Intensity.central_deflection,
+    confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
+    bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 200,
+) -> None:
+    """Fit fragility curves to a study."""
+    from damagepred.archive.files import check_writable, write_dataset, write_whole
+    from damagepred.archive.folder import open_study
+    from damagepred.uq.fragility import fit_fragility
+
+    check_writable(output, plot, csv)
+    curves = fit_fragility(open_study(folder), intensity=intensity.value, confidence=confidence, bootstrap=bootstrap)
+    screen.fragility_table(curves)
+    if output is not None:
+        write_dataset(curves.assign_attrs(schema_version=1), output)
+        screen.say(f"wrote {output}")
+    if csv is not None:
+        frame = curves[["probability", "probability_lower", "probability_upper", "empirical"]].to_dataframe()
+        write_whole(csv, lambda p: frame.to_csv(p))
+        screen.say(f"wrote {csv}")
+    if plot is not None:
+        from damagepred.plotting import save_fragility_picture
+
+        screen.say(f"drew {save_fragility_picture(curves, plot)}")
+
+
+@app.command()
+def replay(
+    folder: StudyFolderPath,
+    sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
+) -> None:
+    """Solve one wall of a study again, the very same, and keep all its fields."""
+    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.study.replay import replay as replay_sample
+
+    check_writable(output, plot)
+    with screen.Bar(f"sample {sample}") as bar:
+        ds, comparison = replay_sample(folder, sample, on_step=bar.step)
+    screen.wall_table(ds)
+    screen.say(comparison)
+    if output is not None:
+        write_dataset(ds, output)
+        screen.say(f"wrote {output}")
+    if plot is not None:
+        _draw_wall(ds, plot)
+    raise typer.Exit(_exit_code(ds))
+
+
+@app.command()
+def plot(
+    path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for pictures.")] = Path("pictures"),
+) -> None:
+    """Draw a solved wall or a study."""
+    from damagepred.archive.files import check_writable, read_dataset
+    from damagepred.archive.folder import open_study
+
+    check_writable(output)
+    if path.is_dir():
+        from damagepred.plotting import save_study_pictures
+
+        files = save_study_pictures(open_study(path), output)
+        for file in files:
+            screen.say(f"drew {file}")
+        return
+    from damagepred.errors import InputError
+
+    ds = read_dataset(path)
+    if "contact_opening" not in ds:
+        raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
+    _draw_wall(ds, output)
+
+
+def main() -> None:
+    """Run the command line; every expected error is one message and an exit code."""
+    from damagepred.errors import InputError, SolverError, StudyError
+
+    try:
+        app()
+    except (InputError, StudyError) as error:
+        screen.say(str(error), error=True)
+        sys.exit(BAD_INPUT)
+    except SolverError as error:
+        screen.say(str(error), error=True)
+        sys.exit(SOME_FAILED)
+    except KeyboardInterrupt:
+        screen.say("interrupted", error=True)
+        sys.exit(INTERRUPTED)
+
+
+def _draw_wall(ds: xr.Dataset, folder: Path) -> None:
+    from damagepred.plotting import save_wall_pictures
+
+    for file in save_wall_pictures(ds, folder):
+        screen.say(f"drew {file}")
+
+
+def _exit_code(ds: xr.Dataset) -> int:
+    """Say how the path of a wall ended, if not at its last increment."""
+    ending = ds.attrs["status"]
+    if ending != "complete":
+        screen.say(f"{ending}: {ds.attrs['status_message']}", error=True)
+    return {"failed": SOME_FAILED, "interrupted": INTERRUPTED}.get(ending, OK)

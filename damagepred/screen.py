@@ -1,0 +1,175 @@
+"""What the command line shows: messages, progress, tables."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.markup import escape
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from damagepred.path import Step
+    from damagepred.study import Progress as StudyProgress
+
+_out, _err = Console(soft_wrap=True, highlight=False), Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def say(message: str, *, error: bool = False) -> None:
+    """Print a message, errors to the error stream."""
+    if error:
+        _err.print(f"[bold red]damagepred:[/] {escape(message)}")
+    else:
+        _out.print(escape(message))
+
+
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table, its numbers to the right."""
+    from rich.table import Table
+
+    grid = Table(title=title, title_justify="left")
+    for name in columns:
+        grid.add_column(name, justify="right")
+    for row in rows:
+        grid.add_row(*(escape(cell) for cell in row))
+    _out.print(grid)
+
+
+class Bar:
+    """Progress of one wall, increment by increment; shown only on a terminal.
+
+    Parameters
+    ----------
+    label : str
+        What is going on.
+    total : int, optional
+        Number of increments.
+    """
+
+    def __init__(self, label: str, total: int | None = None) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self._progress = Progress(
+            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+            console=_err, transient=True, disable=not _err.is_terminal,
+        )  # fmt: skip
+        self._task = self._progress.add_task(label, total=total)
+
+    def __enter__(self) -> Bar:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._progress.stop()
+
+    def step(self, step: Step) -> None:
+        """Show one more increment."""
+        self._progress.update(self._task, advance=1)
+
+
+class StudyBar:
+    """Progress of a study: done, failed, remaining time. Without a terminal, a line now and then."""
+
+    def __init__(self) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self._progress = Progress(
+            TextColumn("walls"), BarColumn(), MofNCompleteColumn(),
+            TextColumn("[red]{task.fields[failed]} failed[/]"), TimeElapsedColumn(), TextColumn("{task.fields[left]}"),
+            console=_err, disable=not _err.is_terminal,
+        )  # fmt: skip
+        self._task: Any = None
+        self._before = 0
+        self._began = self._spoke = time.monotonic()
+
+    def __enter__(self) -> StudyBar:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._progress.stop()
+
+    def update(self, state: StudyProgress) -> None:
+        """Show where the study stands."""
+        if self._task is None:
+            self._before, self._began = state.done, time.monotonic()
+            self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
+        if state.just_failed:
+            say(state.just_failed, error=True)
+        left = self._remaining(state)
+        self._progress.update(self._task, completed=state.done, failed=state.failed, left=left)
+        if not _err.is_terminal and (time.monotonic() - self._spoke > 10 or state.done in (self._before, state.total)):
+            self._spoke = time.monotonic()
+            _err.print(f"{state.done} of {state.total} walls, {state.failed} failed{', ' + left if left else ''}")
+
+    def _remaining(self, state: StudyProgress) -> str:
+        fresh = state.done - self._before
+        if not fresh or state.done == state.total:
+            return ""
+        from damagepred.study.words import duration
+
+        return f"about {duration((time.monotonic() - self._began) / fresh * (state.total - state.done))} left"
+
+
+def wall_table(ds: xr.Dataset) -> None:
+    """Print what became of a wall, a line an increment."""
+    names = ds["damage_category"].attrs["flag_meanings"].split()
+    threshold = 1e3 * float(ds["dpc_separation_length"].attrs["opening_threshold"])
+    columns = ["deflection mm", "widest crack mm", "category", "dpc opening mm", f"dpc open > {threshold:g} mm, m",
+               "reaction kN", "unbalanced"]  # fmt: skip
+    columns += [f"opening {i + 1} width mm" for i in range(ds.sizes["opening"])]
+    rows = []
+    for i in range(ds.sizes["increment"]):
+        at = ds.isel(increment=i)
+        category = int(at["damage_category"])
+        rows.append(
+            [f"{1e3 * float(at['central_deflection']):.2f}", f"{1e3 * float(at['crack_width_max']):.3f}",
+             f"{category} {names[category].replace('_', ' ')}", f"{1e3 * float(at['dpc_opening_max']):.3f}",
+             f"{float(at['dpc_separation_length']):.2f}", f"{float(at['base_reaction']) / 1e3:.3f}",
+             f"{float(at['unbalanced_force_ratio']):.1e}"]
+            + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values]
+        )  # fmt: skip
+    table(ds.attrs["title"], columns, rows)
+
+
+def fragility_table(curves: xr.Dataset) -> None:
+    """Print medians and dispersions of fragility curves with their bands."""
+    in_mm = curves["intensity"].attrs["units"] == "m"
+    scale, unit = (1e3, "mm") if in_mm else (1.0, "-")
+    band = f"{100 * curves.attrs['confidence']:.0f} %"
+    columns = ["category", f"median {unit}", f"{band} band", "dispersion", f"{band} band", "reached", "not yet", "failed",
+               "fit"]  # fmt: skip
+    rows = []
+    for category in curves["category"].values:
+        c = curves.sel(category=category)
+        fitted = str(c["fit_status"].values) == "fitted"
+        digits = ".2f" if in_mm else ".3g"
+        rows.append(
+            [f"{category} {str(c['category_name'].values).replace('_', ' ')}",
+             f"{scale * float(c['median']):{digits}}" if fitted else "-", _band(c, "median", scale, digits),
+             f"{float(c['dispersion']):.3f}" if fitted else "-", _band(c, "dispersion", 1.0, ".3f"),
+             str(int(c["reached"])), str(int(c["not_reached"])), str(int(c["failed"])), str(c["fit_status"].values)]
+        )  # fmt: skip
+    table(str(curves.attrs["title"]), columns, rows)
+    if curves.attrs["samples_failed"]:
+        say(
+            "failed walls are left out of the fit; the medians if all of them counted as undamaged or as damaged: "
+            + "; ".join(
+                f"category {int(c)}: {scale * float(u):.3g} / {scale * float(d):.3g} {unit}"
+                for c, u, d in zip(
+                    curves["category"].values,
+                    curves["median_failed_undamaged"].values,
+                    curves["median_failed_damaged"].values,
+                )
+            )
+        )
+    if curves.attrs["curves_cross"]:
+        say("note: fitted apart, the curves of two categories cross; read neither beyond the movement of the study")
+
+
+def _band(curve: xr.Dataset, name: str, scale: float, digits: str) -> str:
+    low, high = float(curve[f"{name}_lower"]), float(curve[f"{name}_upper"])
+    return "-" if low != low else f"{scale * low:{digits}} - {scale * high:{digits}}"

@@ -1,0 +1,70 @@
+"""One sample of a study again, the very same, with all its fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.files import read_dataset
+from damagepred.archive.folder import StudyFolder
+from damagepred.errors import InputError
+from damagepred.path import Step, solve
+from damagepred.study.sample import sampled_wall
+from damagepred.study.study import Study
+
+COMPARED = ("damage_category", "crack_width_max", "dpc_opening_max", "base_reaction", "opening_width_change")
+
+
+def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None = None) -> tuple[xr.Dataset, str]:
+    """Solve one sample again.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder.
+    sample : int
+        Number of the sample.
+    on_step : callable, optional
+        Called with each increment.
+
+    Returns
+    -------
+    dataset : xarray.Dataset
+        As ``damagepred.solve`` returns it.
+    comparison : str
+        Whether it is bit for bit what the archive holds.
+
+    Raises
+    ------
+    InputError
+        If there is no such study or sample.
+    """
+    folder = StudyFolder(path)
+    folder.require()
+    design = folder.design()
+    if not 0 <= sample < design.sizes["sample"]:
+        raise InputError(f"sample {sample}: {folder.path} has samples 0 to {design.sizes['sample'] - 1}.")
+    study = Study.from_folder(path)
+    values = {place: float(design[place].values[sample]) for place in study.design.wall}
+    scene, fields = sampled_wall(study.settings, study.design, sample, values)
+    ds = solve(scene, fields=fields, on_failure="return", on_step=on_step)
+    ds.attrs.update(sample=sample, seed=study.settings.study.seed, study=study.settings.to_toml())
+    return ds, _compare(folder, sample, ds)
+
+
+def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
+    if not folder.part_file(sample).is_file():
+        return f"sample {sample} has not been run in this study yet: nothing to compare with"
+    part = read_dataset(folder.part_file(sample)).isel(sample=0)
+    steps = int(np.isfinite(part["base_reaction"].values).sum())
+    differing = [
+        name
+        for name in COMPARED
+        if not np.array_equal(part[name].values[:steps], ds[name].values[:steps], equal_nan=True)
+    ]
+    if differing:
+        return f"differs from the archive in {', '.join(differing)}: another machine, library or version may round otherwise"
+    return f"bit for bit what the archive holds for sample {sample}"

@@ -1,0 +1,214 @@
+"""The study file: a scene, what is uncertain about it, and how many walls to sample."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from damagepred.errors import InputError, nearest
+from damagepred.scene import Scene
+from damagepred.scene.described import described
+from damagepred.scene.reading import build, plain, read_toml
+from damagepred.uq.design import Design
+from damagepred.uq.variable import Variable
+
+
+@described
+class Sampling:
+    """How walls are sampled (``[study]``).
+
+    Attributes
+    ----------
+    title : str or None
+        What the study asks; the scene's title if None.
+    samples : int
+        Number of walls, unless the command says otherwise.
+    seed : int
+        Of all random streams.
+    sampler : {"sobol", "lhs", "random"}
+        For the values that hold for a whole wall. Only a Latin hypercube cannot be extended.
+    store_fields : bool
+        Whether the design file also records every joint's values. They follow from the seed; the record is for the
+        archive.
+    stop_at_category : int or None
+        A path ends once this category is reached; None: the table's highest. The movement beyond is not solved.
+    """
+
+    title: str | None = None
+    samples: int = Field(default=100, ge=1)
+    seed: int = Field(default=1, ge=0)
+    sampler: Literal["sobol", "lhs", "random"] = "sobol"
+    store_fields: bool = True
+    stop_at_category: int | None = Field(default=None, ge=1)
+
+
+@described
+class StudySettings:
+    """Content of a study file.
+
+    Attributes
+    ----------
+    scene : Scene
+        The wall as it is where nothing is sampled.
+    study : Sampling
+        How to sample.
+    variables : dict of str to Variable
+        What is uncertain, by its place in the scene.
+    correlation : dict of str to dict of str to float
+        Correlation of pairs of variables.
+    """
+
+    scene: Scene
+    study: Sampling = Field(default_factory=Sampling)
+    variables: dict[str, Variable] = Field(default_factory=dict)
+    correlation: dict[str, dict[str, float]] = Field(default_factory=dict)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> StudySettings:
+        """Read a study file.
+
+        Raises
+        ------
+        InputError
+            If it, or the scene it names, is missing or not acceptable.
+        """
+        file = Path(path)
+        tables = read_toml(file)
+        scene = tables.get("scene")
+        if scene is None:
+            raise InputError(f'{file}: has no scene; give scene = "file.toml" at the top, or tables [scene.*].')
+        if isinstance(scene, str):
+            described_scene: Any = Scene.from_toml(file.parent / scene)
+        else:
+            described_scene = Scene.from_dict(scene, source=f"{file} [scene]")
+        settings = build(cls, {**tables, "scene": described_scene}, str(file))
+        settings.check(str(file))
+        return settings
+
+    @classmethod
+    def from_dict(cls, tables: Mapping[str, Any], source: str = "study") -> StudySettings:
+        """Build settings from nested mappings with the scene's tables inside.
+
+        Raises
+        ------
+        InputError
+            If a key or value is not acceptable.
+        """
+        settings = build(cls, tables, source)
+        settings.check(source)
+        return settings
+
+    def check(self, source: str) -> None:
+        """Check what only all tables together can tell.
+
+        Raises
+        ------
+        InputError
+            If a variable names no number of the scene, or a correlation no variable.
+        """
+        places = self.scene.number_places()
+        for place, variable in self.variables.items():
+            if place not in places:
+                raise InputError(
+                    f'{source}: [variables."{place}"]: the scene has no such number.' + nearest(place, places)
+                )
+            if variable.field is not None and place.split(".")[0] not in ("joint", "dpc"):
+                raise InputError(
+                    f'{source}: [variables."{place}"] field: only numbers of joint and dpc vary from joint to joint.'
+                )
+        for a, b, value in self._pairs():
+            for place in (a, b):
+                if place not in self.variables:
+                    raise InputError(
+                        f'{source}: [correlation] "{place}": is no variable of this study.'
+                        + nearest(place, self.variables)
+                    )
+            if a == b or not -1 <= value <= 1:
+                raise InputError(
+                    f'{source}: [correlation] "{a}" with "{b}" = {value:g}: must be between two variables, -1 to 1.'
+                )
+        self._check_range(source)
+
+    def _check_range(self, source: str) -> None:
+        """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""
+        design = self.design()
+        for place, marginal in design.marginals.items():
+            for share in (1e-6, 0.5, 1 - 1e-6):
+                value = float(marginal.ppf(share))
+                try:
+                    self.scene.with_values({place: value})
+                except InputError as error:
+                    reason = str(error).removeprefix("sampled scene: ")
+                    raise InputError(
+                        f'{source}: [variables."{place}"]: one wall in {1 / min(share, 1 - share):.0f} gets a value '
+                        f"the scene cannot take: {reason} Use a distribution that stays in range, or lower and upper."
+                    ) from None
+
+    def _pairs(self) -> list[tuple[str, str, float]]:
+        return [(a, b, value) for a, row in self.correlation.items() for b, value in row.items()]
+
+    @property
+    def title(self) -> str:
+        """What the study asks."""
+        return self.study.title or self.scene.title
+
+    def design(self) -> Design:
+        """Return the distributions made ready to draw from."""
+        pairs = {frozenset((a, b)): value for a, b, value in self._pairs()}
+        units = {place: Scene.unit_of(place) for place in self.variables}
+        return Design.make(self.variables, units, pairs, self.study.sampler, self.study.seed)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return nested dicts of plain values, in SI where the scene is."""
+        content: dict[str, Any] = {"study": plain(self.study)}
+        content["variables"] = {place: plain(v) for place, v in self.variables.items()}
+        if self.correlation:
+            content["correlation"] = {a: dict(row) for a, row in self.correlation.items()}
+        content["scene"] = self.scene.to_dict()
+        return content
+
+    def to_toml(self) -> str:
+        """Return the study as TOML, its scene inside, complete with defaults."""
+        import tomli_w
+
+        return tomli_w.dumps(self.to_dict())
+
+    def with_samples(self, samples: int | None, seed: int | None) -> StudySettings:
+        """Return the settings with another number of samples or another seed, where given."""
+        changes: dict[str, Any] = {k: v for k, v in (("samples", samples), ("seed", seed)) if v is not None}
+        if not changes:
+            return self
+        if changes.get("samples", 1) < 1 or changes.get("seed", 0) < 0:
+            raise InputError("the number of samples must be 1 or more, and the seed 0 or more.")
+        return dataclasses.replace(self, study=dataclasses.replace(self.study, **changes))
+
+
+def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: str = "") -> list[str]:
+    """List the keys, dotted, in which two nested mappings differ.
+
+    Parameters
+    ----------
+    first, second : mapping
+        To compare.
+    place : str
+        Where they stand, for the dots.
+    """
+    found: list[str] = []
+    for key in sorted({*first, *second}):
+        here = f"{place}.{key}" if place else str(key)
+        a, b = first.get(key), second.get(key)
+        if isinstance(a, Mapping) and isinstance(b, Mapping):
+            found += differing_keys(a, b, here)
+        elif a != b:
+            found.append(f"{here} (was {a!r}, is {b!r})")
+    return found
+
+
+def read_frozen(text: str) -> StudySettings:
+    """Read the frozen copy of a study from its text."""
+    return StudySettings.from_dict(tomllib.loads(text), source="study.toml")

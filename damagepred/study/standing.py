@@ -1,0 +1,94 @@
+"""Where a study stands: what is done, failed and left, and the estimate so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
+from damagepred.study.words import duration
+
+MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A study's standing, ready to print.
+
+    Attributes
+    ----------
+    total, done, failed, remaining : int
+        Walls.
+    lines : list of str
+        In words.
+    columns, rows
+        Table of categories with the share of walls that end in them, and the share in them or worse with its 90 %
+        confidence interval (Wilson) and the bounds if all failed walls were undamaged or damaged.
+    """
+
+    total: int
+    done: int
+    failed: int
+    remaining: int
+    lines: list[str]
+    columns: list[str]
+    rows: list[list[str]]
+
+
+def standing(path: str | Path) -> Standing:
+    """Read where a study stands.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder; it may be running.
+
+    Raises
+    ------
+    InputError
+        If it is no study folder.
+    """
+    folder = StudyFolder(path)
+    ds = folder.results()
+    state = ds["status"].values
+    total, failed = len(state), int((state == FAILED).sum())
+    remaining = int((state == MISSING).sum())
+    lines = [
+        f"{ds.attrs['title']}: {total - remaining} of {total} walls done, {failed} failed, {remaining} remaining",
+    ]
+    if "run_time" in ds and np.isfinite(ds["run_time"].values).any():
+        each = float(np.nanmean(ds["run_time"].values))
+        lines.append(
+            f"{duration(each)} a wall" + (f", about {duration(each * remaining)} of work left" if remaining else "")
+        )
+    for sample, record in list(folder.failed().items())[:5]:
+        lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
+    columns = ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
+    return Standing(total, total - remaining, failed, remaining, lines, columns, _rows(ds, failed))
+
+
+def _rows(ds: object, failed: int) -> list[list[str]]:
+    import xarray as xr
+    from scipy.stats import binomtest
+
+    assert isinstance(ds, xr.Dataset)
+    if "damage_category" not in ds:
+        return []
+    good = ~np.isin(ds["status"].values, (MISSING, FAILED))
+    worst = ds["damage_category"].values[good].max(axis=1, initial=0)
+    count = len(worst)
+    if not count:
+        return []
+    rows = []
+    for category in range(int(ds.attrs["highest_category"]) + 1):
+        here, beyond = int((worst == category).sum()), int((worst >= category).sum())
+        low, high = binomtest(beyond, count).proportion_ci(0.9, method="wilson")
+        bounds = f"{beyond / (count + failed):.3f} - {(beyond + failed) / (count + failed):.3f}" if failed else "-"
+        rows.append(
+            [f"{category} {CATEGORIES[category].replace('_', ' ')}", str(here), f"{here / count:.3f}",
+             f"{beyond / count:.3f}", f"{low:.3f} - {high:.3f}", bounds]
+        )  # fmt: skip
+    return rows

@@ -1,0 +1,110 @@
+"""The commented study that ``damagepred new`` writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from damagepred.archive.files import write_whole
+from damagepred.errors import InputError
+
+STARTER = """\
+# A masonry wall on moving ground: which damage, how likely?
+#   damagepred check {name}       is it valid, and what will it cost?
+#   damagepred study {name} -j 2
+#   damagepred fragility {stem}.dp --plot curves.png
+# Numbers are SI; a string may carry a unit. What is left out takes the values of the paper (Zhuge et al.).
+
+[study]
+title = "my house"
+samples = 32              # walls to sample; a larger -n on the command line extends the study
+seed = 1                  # the same seed gives the same walls
+sampler = "sobol"         # or "lhs" (cannot be extended), "random"
+
+[scene.wall]              # seen in elevation
+length = "6 m"
+height = "2.4 m"
+thickness = "110 mm"
+block_length = "240 mm"   # a brick with its joint
+block_height = "75 mm"
+bond = "running"          # or "stack"
+
+[[scene.opening]]         # repeat the table for each opening, or remove it
+kind = "window"           # or "door"
+x = "2.55 m"              # left edge
+y = "0.9 m"               # sill
+width = "0.9 m"
+height = "1.5 m"          # to the top of the wall here; lower ones get a lintel
+
+[scene.joint]
+normal_stiffness = "82 N/mm3"
+shear_stiffness = "36 N/mm3"
+tensile_strength = "0.453 MPa"
+cohesion = "0.375 MPa"
+friction = 0.75           # tangent of the friction angle
+
+[scene.dpc]               # remove the table for a wall without damp-proof course
+course = 2                # lies on top of that many courses
+friction = 0.5
+
+[scene.movement]
+kind = "dishing"          # the centre goes down; "doming": up
+central_deflection = "20 mm"
+increments = 20
+shape = "three_loads"     # or "parabola", "arc", "table"
+
+[scene.loads]
+roof = "0 kN"             # in all, spread along the top
+
+[scene.solver]
+tolerance = 0.01          # largest unbalanced force, in block weights
+
+[scene.damage]
+table = "as2870"          # or "bre251"
+plasterboard = false      # true: limits half as large again
+
+# What is uncertain, by its place in the scene.
+[variables."joint.tensile_strength"]
+distribution = "lognormal"
+mean = "0.453 MPa"
+cov = 0.30
+field = {{ course_correlation = 0.4 }}   # one value a joint; leave out for one value a wall
+
+[variables."joint.cohesion"]
+distribution = "lognormal"
+mean = "0.375 MPa"
+cov = 0.35
+field = {{ course_correlation = 0.4 }}
+
+[variables."dpc.friction"]
+distribution = "truncated_normal"
+mean = 0.5
+cov = 0.2
+lower = 0.3
+upper = 0.7
+
+[correlation]
+"joint.tensile_strength" = {{ "joint.cohesion" = 0.7 }}
+"""
+
+
+def write_starter(path: Path) -> None:
+    """Write the starter study.
+
+    Parameters
+    ----------
+    path : Path
+        New file, ending in ``.toml``.
+
+    Raises
+    ------
+    InputError
+        If the file exists or has another ending.
+    StudyError
+        If it cannot be written.
+    """
+    if path.suffix != ".toml":
+        raise InputError(f"{path}: a study is a TOML file; give a name that ends in .toml.")
+    if path.exists():
+        raise InputError(f"{path}: exists already and is left as it is; give another name.")
+    text = STARTER.format(name=path.name, stem=path.stem)
+    write_whole(path, lambda p: p.write_text(text, encoding="utf-8"))

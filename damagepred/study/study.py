@@ -1,0 +1,388 @@
+"""A Monte Carlo study: draw walls, run them, keep what is found."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.archive.files import write_dataset
+from damagepred.archive.folder import FAILED, StudyFolder
+from damagepred.archive.provenance import provenance
+from damagepred.archive.schema import Variable, dataset
+from damagepred.damage import damage_table
+from damagepred.errors import InputError, StudyError
+from damagepred.path import solve
+from damagepred.scene import Scene
+from damagepred.study.sample import joint_sequence, sampled_wall
+from damagepred.study.settings import StudySettings, differing_keys, read_frozen
+from damagepred.study.workers import GivenExecutor, LocalPool, Lost, run_all
+
+FloatArray = NDArray[np.float64]
+
+
+class Progress(NamedTuple):
+    """Where a run stands.
+
+    Attributes
+    ----------
+    total, done, failed : int
+        Samples asked for, finished in any way, and failed among those.
+    just_failed : str
+        What went wrong with the sample that just failed, if one did.
+    """
+
+    total: int
+    done: int
+    failed: int
+    just_failed: str = ""
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """How a run ended.
+
+    Attributes
+    ----------
+    folder : Path
+        Study folder.
+    total, done, failed : int
+        Samples asked for, finished in any way, and failed among those.
+    interrupted : bool
+        Whether it was stopped before the last sample.
+    seconds : float
+        Time of this run.
+    """
+
+    folder: Path
+    total: int
+    done: int
+    failed: int
+    interrupted: bool
+    seconds: float
+
+
+class Study:
+    """A study as its file describes it.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        Scene, variables and sampling.
+
+    Examples
+    --------
+    >>> study = Study.from_toml("house.toml")                 # doctest: +SKIP
+    >>> study.run("house.dp", samples=100, workers=2)         # doctest: +SKIP
+    """
+
+    def __init__(self, settings: StudySettings) -> None:
+        self.settings = settings
+        self.design = settings.design()
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Study:
+        """Read a study file.
+
+        Raises
+        ------
+        InputError
+            If it, or the scene it names, is missing or not acceptable.
+        """
+        return cls(StudySettings.from_toml(path))
+
+    @classmethod
+    def from_folder(cls, path: str | Path) -> Study:
+        """Read the frozen study of a study folder.
+
+        Raises
+        ------
+        InputError
+            If it is no study folder.
+        """
+        folder = StudyFolder(path)
+        folder.require()
+        return cls(read_frozen(folder.study_text()))
+
+    def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
+        """Return the scene of one sample, and its values that vary from joint to joint.
+
+        Parameters
+        ----------
+        number : int
+            Number of the sample, from 0.
+        samples : int, optional
+            Number of samples of the design; only a Latin hypercube depends on it.
+        """
+        values = self.design.wall_values(samples or max(self.settings.study.samples, number + 1))
+        return sampled_wall(self.settings, self.design, number, {k: float(v[number]) for k, v in values.items()})
+
+    def run(
+        self,
+        out: str | Path,
+        samples: int | None = None,
+        workers: int = 1,
+        executor: Executor | None = None,
+        *,
+        timeout: float | None = None,
+        retry_failed: bool = False,
+        on_progress: Callable[[Progress], None] | None = None,
+    ) -> RunSummary:
+        """Run the study, or what is left of it, into a folder.
+
+        Parameters
+        ----------
+        out : str or Path
+            Study folder. If it holds this study, what is missing is run; more samples than before extend it.
+        samples : int, optional
+            Number of samples in all.
+        workers : int
+            Processes to run at a time.
+        executor : concurrent.futures.Executor, optional
+            Run there instead.
+        timeout : float, optional
+            Seconds a sample may take; not with an executor.
+        retry_failed : bool
+            Run failed samples again.
+        on_progress : callable, optional
+            Called with a ``Progress`` at the start and after each sample.
+
+        Returns
+        -------
+        RunSummary
+
+        Raises
+        ------
+        StudyError
+            If the folder holds another study, is in use, or cannot be written.
+        InputError
+            If a Latin hypercube is to be extended.
+        """
+        if workers < 1:
+            raise InputError(f"workers = {workers}: must be 1 or more.")
+        if timeout is not None and not timeout > 0:
+            raise InputError(f"timeout = {timeout:g}: must be greater than 0 s.")
+        if timeout is not None and executor is not None:
+            raise InputError("timeout: is for the local workers; with an executor of your own, let it set the limit.")
+        began = time.perf_counter()
+        folder = StudyFolder(out)
+        lock = folder.lock()
+        try:
+            asked = samples or self.settings.study.samples
+            drawn = self._prepare(folder, asked)
+            if retry_failed:
+                folder.forget_failures({i for i in folder.failed() if i < asked})
+            values = self.design.wall_values(drawn)
+            over = {i for i in folder.finished() | set(folder.failed()) if i < asked}
+            left = [i for i in range(asked) if i not in over]
+            failed = sum(1 for i in folder.failed() if i < asked)
+            state = Progress(asked, len(over), failed)
+            if on_progress:
+                on_progress(state)
+            tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
+            with _interruptible() as stop:
+                if left:
+                    state = self._run(folder, tasks, workers, executor, timeout, stop, state, on_progress)
+            folder.consolidate()
+        finally:
+            lock.release()
+        return RunSummary(
+            folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began
+        )
+
+    def _run(
+        self,
+        folder: StudyFolder,
+        tasks: Iterator[tuple[int, dict[str, float]]],
+        workers: int,
+        executor: Executor | None,
+        timeout: float | None,
+        stop: _Stop,
+        state: Progress,
+        on_progress: Callable[[Progress], None] | None,
+    ) -> Progress:
+        warm_up(self.settings.scene)
+        where = str(folder.path.resolve())
+        values: dict[int, dict[str, float]] = {}
+
+        def noted() -> Iterator[tuple[int, dict[str, float]]]:
+            for sample, inputs in tasks:
+                values[sample] = inputs
+                yield sample, inputs
+
+        engine = GivenExecutor(where, executor) if executor is not None else LocalPool(where, workers, timeout)
+        ahead = 2 * (workers if executor is None else max(workers, 16))
+        finished = False
+        stop.at_once = engine.kill
+        try:
+            for result in run_all(engine.submit, noted(), ahead, lambda: stop.asked > 0):
+                message = ""
+                if stop.asked > 1 and isinstance(result, Lost):
+                    continue  # ended by the second interrupt: not its own fault, it stays to be run
+                if isinstance(result, Lost):
+                    folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
+                    message = f"sample {result.sample}: {result.reason}: {result.message}"
+                elif result.status == FAILED:
+                    message = f"sample {result.sample}: {result.message}"
+                values.pop(result.sample, None)
+                state = Progress(state.total, state.done + 1, state.failed + bool(message), message)
+                if on_progress:
+                    on_progress(state)
+            finished = True
+        finally:
+            if finished and stop.asked < 2:
+                engine.close()
+            else:
+                engine.kill()
+        return state
+
+    # -- folder ---------------------------------------------------------------------------------------------------
+
+    def _prepare(self, folder: StudyFolder, asked: int) -> int:
+        """Make or check the folder and its design; return the number of samples drawn."""
+        if not folder.exists:
+            folder.create(self.settings.to_toml(), self._manifest(asked))
+            self._write_design(folder, asked)
+            return asked
+        folder.require()
+        frozen = read_frozen(folder.study_text())
+        was, now = frozen.to_dict(), self.settings.to_dict()
+        for content in (was, now):
+            content["study"].pop("samples")
+        if differences := differing_keys(was, now):
+            raise StudyError(
+                f"{folder.path}: holds a different study; nothing was changed. These keys differ:\n  "
+                + "\n  ".join(differences)
+                + "\nRun into another folder with -o, or set the keys back."
+            )
+        manifest = folder.manifest()
+        drawn = int(manifest["samples"])
+        if asked > drawn or not folder.design_file.is_file():
+            if self.settings.study.sampler == "lhs" and asked != drawn:
+                raise InputError(
+                    f"{folder.path}: a Latin hypercube of {drawn} samples cannot be extended to {asked}; use sampler = "
+                    "'sobol' or 'random' in a new study, which can."
+                )
+            drawn = max(asked, drawn)
+            self._write_design(folder, drawn)
+            folder.write_manifest({**manifest, "samples": drawn})
+        return drawn
+
+    def _manifest(self, samples: int) -> dict[str, Any]:
+        return {
+            "title": self.settings.title,
+            "samples": samples,
+            "seed": self.settings.study.seed,
+            "sampler": self.settings.study.sampler,
+            "created": datetime.now(UTC).isoformat(timespec="seconds"),
+            **provenance(),
+        }
+
+    def _write_design(self, folder: StudyFolder, samples: int) -> None:
+        write_dataset(self.design_dataset(samples), folder.design_file)
+
+    def design_dataset(self, samples: int) -> xr.Dataset:
+        """Return every input of the first samples.
+
+        Parameters
+        ----------
+        samples : int
+            How many.
+
+        Returns
+        -------
+        xarray.Dataset
+            One variable for each sampled number, named by its place: on (sample,), or on (sample, joint) if it varies
+            from joint to joint and the study stores fields.
+        """
+        values = self.design.wall_values(samples)
+        columns: dict[str, Any] = {"sample": np.arange(samples), **values}
+        if self.settings.study.store_fields and self.design.joint and not self._geometry_varies():
+            sequence = joint_sequence(self.settings.scene)
+            drawn = [self.design.joint_values(i, sequence) for i in range(samples)]
+            columns |= {place: np.array([d[place] for d in drawn]) for place in self.design.joint}
+        extra = {
+            place: Variable(
+                ("sample", "joint") if place in self.design.joint else ("sample",),
+                Scene.unit_of(place).replace("**", ""),
+                f"sampled input {place}" + (" of each joint" if place in self.design.joint else ""),
+            )
+            for place in self.design.marginals
+        }
+        settings = self.settings
+        ds = dataset(
+            columns,
+            {
+                "title": settings.title,
+                "seed": settings.study.seed,
+                "sampler": settings.study.sampler,
+                "study": settings.to_toml(),
+                "scene": settings.scene.to_toml(),
+                "damage_table": damage_table(settings.scene.damage).name,
+                "highest_category": damage_table(settings.scene.damage).highest,
+                "span": settings.scene.wall.length,
+                **provenance(),
+            },
+            extra=extra,
+        )
+        for place in self.design.marginals:
+            if place in ds:
+                ds[place].attrs.update(role="input", distribution=settings.variables[place].distribution)
+        return ds
+
+    def _geometry_varies(self) -> bool:
+        return any(place.split(".")[0] in ("wall", "opening") for place in self.settings.variables)
+
+
+class _Stop:
+    """Counts interrupts: the first lets running samples finish, the second ends them."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+        self.at_once: Callable[[], None] | None = None
+
+    def __call__(self, number: int, frame: object) -> None:
+        self.asked += 1
+        if self.asked == 2 and self.at_once is not None:
+            self.at_once()
+        if self.asked > 2:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def _interruptible() -> Iterator[_Stop]:
+    """Turn Ctrl-C and a polite kill into a request, while in the main thread."""
+    stop = _Stop()
+    before: dict[signal.Signals, Any] = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            before[number] = signal.signal(number, stop)
+        except ValueError:  # not the main thread: the caller handles its own interrupts
+            break
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def warm_up(scene: Scene) -> None:
+    """Compile the kernels once, here, so that workers only load them."""
+    small = Scene.from_dict(
+        {
+            "wall": {"length": 0.48, "height": 0.15, "thickness": scene.wall.thickness},
+            "movement": {"increments": 1, "central_deflection": 1e-5},
+            "solver": scene.to_dict()["solver"] | {"tolerance": 0.1},
+        }
+    )
+    solve(small)

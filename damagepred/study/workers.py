@@ -1,0 +1,186 @@
+"""Running many samples at once, and surviving what happens to single ones.
+
+Workers are processes of their own, each with one thread. A worker that dies or hangs costs the sample it was at, and
+no other: it is replaced, and the sample is reported as failed.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any, NamedTuple
+
+from damagepred.errors import StudyError
+from damagepred.study.sample import Outcome, run_sample
+
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+
+
+class Lost(NamedTuple):
+    """A sample whose worker never answered.
+
+    Attributes
+    ----------
+    sample : int
+        Its number.
+    reason : str
+        timeout, worker_died or error.
+    message : str
+        In full.
+    """
+
+    sample: int
+    reason: str
+    message: str
+
+
+Submit = Callable[[int, Mapping[str, float]], "Future[Outcome]"]
+
+
+def prepare_worker() -> None:
+    """Set up a worker process: interrupts are the parent's business."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Let processes started inside use one thread each."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+class LocalPool:
+    """Worker processes on this machine.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder.
+    workers : int
+        Number of processes.
+    timeout : float or None
+        Seconds a sample may take before its worker is ended.
+    """
+
+    def __init__(self, folder: str, workers: int, timeout: float | None) -> None:
+        from pebble import ProcessPool
+
+        self.folder, self.timeout = folder, timeout
+        with one_thread_each():
+            self.pool = ProcessPool(max_workers=workers, context=get_context("spawn"), initializer=prepare_worker)
+            # the pool starts its processes with the first task: they inherit the environment as it is then
+            self.pool.schedule(os.getpid).result()
+
+    def submit(self, sample: int, values: Mapping[str, float]) -> Future[Outcome]:
+        """Hand a sample to the next free worker."""
+        with one_thread_each():  # a worker that replaces a lost one starts now
+            future: Future[Outcome] = self.pool.schedule(
+                run_sample, args=(self.folder, sample, dict(values)), timeout=self.timeout
+            )
+        return future
+
+    def close(self) -> None:
+        """End the workers once they are idle."""
+        self.pool.close()
+        self.pool.join()
+
+    def kill(self) -> None:
+        """End the workers now."""
+        self.pool.stop()
+        self.pool.join()
+
+
+class GivenExecutor:
+    """Any ``concurrent.futures`` executor, or a Dask client: what they share is ``submit``.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder, as the executor's workers see it.
+    executor : Executor
+        The executor; it is left open.
+    """
+
+    def __init__(self, folder: str, executor: Executor) -> None:
+        self.folder, self.executor = folder, executor
+
+    def submit(self, sample: int, values: Mapping[str, float]) -> Future[Outcome]:
+        """Hand a sample to the executor."""
+        return self.executor.submit(run_sample, self.folder, sample, dict(values))
+
+    def close(self) -> None:
+        """Leave the executor as it is: it is the caller's."""
+
+    kill = close
+
+
+def run_all(
+    submit: Submit,
+    tasks: Iterable[tuple[int, Mapping[str, float]]],
+    ahead: int,
+    draining: Callable[[], bool],
+) -> Iterator[Outcome | Lost]:
+    """Keep workers busy and yield what they bring, in the order in which it comes.
+
+    Parameters
+    ----------
+    submit : callable
+        Hands over one sample.
+    tasks : iterable of (int, mapping)
+        Samples with their values.
+    ahead : int
+        Samples handed over at a time.
+    draining : callable
+        Asked before each hand-over; once True, only what runs is waited for.
+
+    Raises
+    ------
+    StudyError
+        If a sample's result cannot be written.
+    """
+    queue = iter(tasks)
+    running: dict[Any, int] = {}
+    exhausted = False
+    while True:
+        while not exhausted and not draining() and len(running) < ahead:
+            task = next(queue, None)
+            if task is None:
+                exhausted = True
+                break
+            running[submit(*task)] = task[0]
+        if draining():
+            for future in [f for f in running if f.cancel()]:
+                del running[future]
+        if not running:
+            return
+        # a short wait, so that an interrupt is seen also while all samples are slow
+        done, _ = wait(running, timeout=0.5, return_when=FIRST_COMPLETED)
+        for future in done:
+            yield _result(future, running.pop(future))
+
+
+def _result(future: Future[Outcome], sample: int) -> Outcome | Lost:
+    from pebble import ProcessExpired
+
+    try:
+        return future.result()
+    except StudyError:
+        raise
+    except TimeoutError as error:
+        return Lost(sample, "timeout", f"took longer than its time limit ({error.args[-1] if error.args else '?'} s)")
+    except ProcessExpired as error:
+        return Lost(sample, "worker_died", f"its worker process died with exit code {error.exitcode}")
+    except Exception as error:  # an executor's own failures have no common ancestor
+        return Lost(sample, "error", f"{type(error).__name__}: {error}")

@@ -1,0 +1,1 @@
+"""Uncertainty: distributions, correlation, fields along joints, samplers, fragility."""

@@ -1,0 +1,61 @@
+"""Values that vary from joint to joint: correlated along a course, independent between courses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def course_noise(innovation: FloatArray, sequence: IntArray, correlation: float) -> FloatArray:
+    """Return standard normals with a given correlation between neighbours in a sequence.
+
+    Parameters
+    ----------
+    innovation : array (joints,)
+        Independent standard normals.
+    sequence : array of int (joints,)
+        Joints with the same number, next to each other in the array, are neighbours in a course.
+    correlation : float
+        Of the normals, from one joint to the next (first-order autoregression: k joints apart, its k-th power).
+
+    Returns
+    -------
+    array (joints,)
+    """
+    if correlation == 0.0:
+        return innovation
+    fresh = np.sqrt(1.0 - correlation**2)
+    noise = np.empty_like(innovation)
+    starts = np.flatnonzero(np.diff(sequence, prepend=sequence[0] - 1))
+    for start, end in zip(starts, np.append(starts[1:], len(sequence))):
+        # the first joint has the full variance, not that of an innovation
+        noise[start] = innovation[start]
+        noise[start + 1 : end], _ = signal.lfilter(
+            [fresh], [1.0, -correlation], innovation[start + 1 : end], zi=[correlation * innovation[start]]
+        )
+    return noise
+
+
+def course_sequences(course: IntArray, kind: NDArray[np.int8]) -> IntArray:
+    """Give numbers to the runs of joints of one kind in one course.
+
+    Parameters
+    ----------
+    course, kind : array (joints,)
+        Of each joint, in the order in which they stand in the wall.
+    """
+    change = (np.diff(course, prepend=course[:1]) != 0) | (np.diff(kind, prepend=kind[:1]) != 0)
+    return np.cumsum(change).astype(np.int64)
+
+
+def lag_correlation(marginal: Any, correlation: float) -> float:
+    """Return the correlation of normals that gives neighbours of this marginal the stated correlation."""
+    from damagepred.uq.correlation import gaussian_correlation
+
+    return gaussian_correlation(marginal, marginal, correlation)

@@ -1,0 +1,361 @@
+"""Fragility curves: the probability that a category of damage is reached at a given movement.
+
+Each wall's path brackets its capacity for a category: undamaged at one increment, damaged at the next, or not yet
+damaged at the last. The lognormal curve is fitted to those intervals by maximum likelihood; walls that were not yet
+damaged count as such (censored), for leaving them out biases the curve to too small capacities.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from damagepred.errors import InputError
+from damagepred.uq.samplers import Stream, generator
+
+FloatArray = NDArray[np.float64]
+
+COMPLETE, COLLAPSED, FAILED = 0, 1, 2
+"""Values of a sample's status that the fit uses; what is missing is left out."""
+
+FEWEST = 3
+"""Walls that must have reached a category before a curve is fitted to it."""
+
+_SMALLEST, _LARGEST = 1e-4, 20.0
+"""Bounds of the dispersion."""
+
+
+class Capacities(NamedTuple):
+    """Movement at which each wall first reached a category lies in (lower, upper]; infinite upper: not yet.
+
+    Attributes
+    ----------
+    lower, upper : array (walls,)
+        In the unit of the movement.
+    failed : array of bool (walls,)
+        Walls whose path could not be followed to its end, and had not reached the category before.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    failed: NDArray[np.bool_]
+
+
+class Fit(NamedTuple):
+    """A lognormal curve.
+
+    Attributes
+    ----------
+    median, dispersion : float
+        Median, and standard deviation of the logarithm; NaN if not fitted.
+    status : str
+        ``"fitted"``, or why not.
+    """
+
+    median: float
+    dispersion: float
+    status: str
+
+    def probability(self, intensity: FloatArray) -> FloatArray:
+        """Return the probability of having reached the category, NaN if not fitted."""
+        with np.errstate(divide="ignore"):
+            return special.ndtr(np.log(np.asarray(intensity) / self.median) / self.dispersion)
+
+
+def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
+    """Read each wall's capacity for a category from a study.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        With ``damage_category`` and the intensity on (sample, increment), and ``status`` on (sample,).
+    category : int
+        Category that counts as reached from here upwards.
+    intensity : str
+        Name of the movement's measure.
+    """
+    status = ds["status"].values
+    known = np.isin(status, (COMPLETE, COLLAPSED, FAILED))
+    reached = ds["damage_category"].values[known]
+    movement = np.asarray(ds[intensity].values, dtype=np.float64)[known]
+    status = status[known]
+    hit = reached >= category
+    ever = hit.any(axis=1)
+    first = hit.argmax(axis=1)
+    solved = (reached >= 0) & np.isfinite(movement)
+    row = np.arange(len(first))
+    # the last movement at which the wall is known to have been below the category
+    before = solved & (np.arange(reached.shape[1]) < np.where(ever, first, reached.shape[1])[:, None])
+    lower = np.where(before, movement, 0.0).max(axis=1, initial=0.0)
+    upper = np.where(ever, movement[row, first], np.inf)
+    return Capacities(lower, upper, (status == FAILED) & ~ever)
+
+
+def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> Fit:
+    """Fit a lognormal capacity to intervals by maximum likelihood.
+
+    Parameters
+    ----------
+    lower, upper : array (n,)
+        The capacity lies in (lower, upper]; upper infinite: censored; equal: known exactly.
+    count : array (n,), optional
+        How many walls each interval stands for.
+
+    Raises
+    ------
+    InputError
+        If a bound is NaN or an interval is empty.
+    """
+    lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+    weight = np.ones_like(lower) if count is None else np.asarray(count, dtype=np.float64)
+    if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
+        raise InputError("capacities must be intervals lower <= upper without NaN.")
+    keep = weight > 0
+    lower, upper, weight = lower[keep], upper[keep], weight[keep]
+    reached = np.isfinite(upper)
+    if not reached.any():
+        return Fit(np.nan, np.nan, "never reached")
+    if (upper[reached] <= 0).any():
+        return Fit(np.nan, np.nan, "reached by some walls before any movement")
+    if weight[reached].sum() < FEWEST:
+        return Fit(np.nan, np.nan, f"reached by fewer than {FEWEST} walls")
+    if lower.max() <= upper.min():
+        # every capacity could be one and the same number: the scatter is below what the increments resolve
+        return Fit(np.nan, np.nan, "all walls within one increment: refine the increments")
+    with np.errstate(divide="ignore"):
+        low, high = np.log(lower), np.log(upper)
+    exact = lower == upper
+
+    def cost(parameters: FloatArray) -> float:
+        mu, beta = parameters[0], np.exp(parameters[1])
+        terms = np.where(
+            exact,
+            -0.5 * ((np.where(exact, high, 0.0) - mu) / beta) ** 2 - np.log(beta),
+            _log_between((low - mu) / beta, (high - mu) / beta),
+        )
+        return -float(weight @ terms)
+
+    middle = np.where(
+        reached, np.log(np.where(lower > 0, np.sqrt(lower * np.where(reached, upper, 1)), upper / 2)), low
+    )
+    start = np.average(middle, weights=weight)
+    scatter = np.sqrt(np.average((middle - start) ** 2, weights=weight))
+    best: Any = None
+    for guess in (scatter, 0.3, 1.0):
+        found = optimize.minimize(
+            cost, [start, np.log(np.clip(guess, 0.05, 3.0))], method="Nelder-Mead",
+            options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 2000},
+        )  # fmt: skip
+        if best is None or found.fun < best.fun:
+            best = found
+    median, dispersion = float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+    if not _SMALLEST < dispersion < _LARGEST:
+        return Fit(np.nan, np.nan, f"no finite dispersion explains the walls (it runs to {dispersion:.2g})")
+    return Fit(median, dispersion, "fitted")
+
+
+def _log_between(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return log(Phi(b) - Phi(a)) without cancellation in either tail."""
+    flip = a > 0
+    low, high = np.where(flip, -b, a), np.where(flip, -a, b)
+    log_high, log_low = special.log_ndtr(high), special.log_ndtr(low)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        difference = log_high + np.log1p(-np.exp(np.minimum(log_low - log_high, 0.0)))
+    return np.maximum(np.where(np.isnan(difference), -1e6, difference), -1e6)
+
+
+def fit_fragility(
+    ds: xr.Dataset,
+    *,
+    intensity: str = "central_deflection",
+    categories: Sequence[int] | None = None,
+    confidence: float = 0.9,
+    bootstrap: int = 200,
+    seed: int = 0,
+    points: int = 201,
+) -> xr.Dataset:
+    """Fit a fragility curve for each damage category of a study.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), ``status`` on
+        (sample,).
+    intensity : {"central_deflection", "deflection_ratio"}
+        Measure of the movement.
+    categories : sequence of int, optional
+        By default all that the damage table has, from 1.
+    confidence : float
+        Of the band, 0.9 for 5 to 95 %.
+    bootstrap : int
+        Number of resamples of walls for the band; 0 for none.
+    seed : int
+        Of the bootstrap.
+    points : int
+        Number of points of the curves.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``probability``, ``probability_lower``, ``probability_upper``, ``empirical`` on (category, intensity);
+        ``median``, ``dispersion`` with ``_lower`` and ``_upper``, ``reached``, ``not_reached``, ``failed``,
+        ``fit_status`` and the bounds ``median_failed_undamaged`` and ``median_failed_damaged`` on (category,).
+
+    Raises
+    ------
+    InputError
+        If the dataset has no finished sample or not the variables needed.
+    """
+    for name in ("damage_category", "status", intensity):
+        if name not in ds:
+            raise InputError(f"the dataset has no variable '{name}'; fragility needs a study as open_study returns it.")
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    if not np.isin(ds["status"].values, (COMPLETE, COLLAPSED)).any():
+        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+    highest = int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
+    wanted = list(range(1, highest + 1)) if categories is None else [int(c) for c in categories]
+    movement = np.asarray(ds[intensity].values)
+    grid = np.linspace(0.0, float(np.nanmax(movement)), points)
+    curves = [_curve(ds, c, intensity, grid, confidence, bootstrap, seed) for c in wanted]
+    columns = {key: np.array([curve[key] for curve in curves]) for key in curves[0]}
+    units = ds[intensity].attrs.get("units", "1")
+    result = xr.Dataset(
+        {
+            key: (("category", "intensity") if value.ndim == 2 else ("category",), value)
+            for key, value in columns.items()
+        },
+        coords={
+            "category": ("category", np.array(wanted, dtype=np.int32), {"long_name": "damage category or worse"}),
+            "category_name": ("category", np.array([names[c] if c < len(names) else str(c) for c in wanted])),
+            "intensity": (
+                "intensity",
+                grid,
+                {"long_name": ds[intensity].attrs.get("long_name", intensity), "units": units},
+            ),
+        },
+        attrs={
+            "Conventions": "CF-1.11",
+            "title": f"fragility of {ds.attrs.get('title', 'a wall')}",
+            "intensity_measure": intensity,
+            "confidence": confidence,
+            "bootstrap_samples": bootstrap,
+            "bootstrap_seed": seed,
+            "samples": int(np.isin(ds["status"].values, (COMPLETE, COLLAPSED, FAILED)).sum()),
+            "samples_failed": int((ds["status"].values == FAILED).sum()),
+            "curves_cross": int(_cross(curves)),
+        }
+        | {k: ds.attrs[k] for k in ("source", "damagepred_version", "damagepred_commit", "seed") if k in ds.attrs},
+    )
+    for variable in result.data_vars.values():
+        _describe(variable, units)
+    return result
+
+
+def _describe(variable: xr.DataArray, units: str) -> None:
+    name = str(variable.name)
+    if name.startswith("median"):
+        variable.attrs.update(
+            units=units, long_name="median capacity, " + (name[7:].replace("_", " ") or "best estimate")
+        )
+    elif name.startswith("dispersion"):
+        variable.attrs.update(units="1", long_name="standard deviation of the capacity's logarithm")
+    elif name.startswith("probability"):
+        variable.attrs.update(
+            units="1", long_name="probability of the category or worse" + name[11:].replace("_", ", ")
+        )
+    elif name == "empirical":
+        variable.attrs.update(units="1", long_name="share of walls in the category or worse (Kaplan-Meier)")
+    elif name != "fit_status":
+        variable.attrs.update(units="1", long_name=f"walls: {name.replace('_', ' ')}")
+
+
+def _curve(
+    ds: xr.Dataset, category: int, intensity: str, grid: FloatArray, confidence: float, bootstrap: int, seed: int
+) -> dict[str, Any]:
+    lower, upper, failed = capacities(ds, category, intensity)
+    good = ~failed
+    fit = fit_lognormal(lower[good], upper[good])
+    medians, dispersions, bands = _bootstrap(lower[good], upper[good], grid, bootstrap, seed, category, fit)
+    tails = [50 * (1 - confidence), 50 * (1 + confidence)]
+    undamaged = fit_lognormal(lower, upper)
+    step = np.asarray(ds[intensity].values, dtype=np.float64)
+    # a failed wall counted as damaged: at the increment that could not be solved
+    following = _next_increment(lower, step)
+    damaged = fit_lognormal(lower, np.where(failed, following, upper))
+    return {
+        "probability": fit.probability(grid) if fit.status == "fitted" else np.full(len(grid), np.nan),
+        "probability_lower": _quantile(bands, tails[0], len(grid)),
+        "probability_upper": _quantile(bands, tails[1], len(grid)),
+        "empirical": _kaplan_meier(lower[good], upper[good], grid),
+        "median": fit.median,
+        "median_lower": _quantile(medians, tails[0]),
+        "median_upper": _quantile(medians, tails[1]),
+        "dispersion": fit.dispersion,
+        "dispersion_lower": _quantile(dispersions, tails[0]),
+        "dispersion_upper": _quantile(dispersions, tails[1]),
+        "reached": int(np.isfinite(upper[good]).sum()),
+        "not_reached": int(np.isinf(upper[good]).sum()),
+        "failed": int(failed.sum()),
+        "median_failed_undamaged": undamaged.median,
+        "median_failed_damaged": damaged.median,
+        "fit_status": fit.status,
+    }
+
+
+def _next_increment(lower: FloatArray, steps: FloatArray) -> FloatArray:
+    marks = np.unique(steps[np.isfinite(steps)])
+    return marks[np.minimum(np.searchsorted(marks, lower, side="right"), len(marks) - 1)]
+
+
+def _quantile(values: FloatArray, percent: float, size: int | None = None) -> Any:
+    if len(values) == 0:
+        return np.full(size, np.nan) if size else np.nan
+    return np.percentile(values, percent, axis=0)
+
+
+def _bootstrap(
+    lower: FloatArray, upper: FloatArray, grid: FloatArray, resamples: int, seed: int, category: int, fit: Fit
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Fit resampled walls; return medians, dispersions and probabilities of those resamples that can be fitted."""
+    if fit.status != "fitted" or resamples == 0:
+        return np.empty(0), np.empty(0), np.empty((0, len(grid)))
+    random = generator(seed, Stream.BOOTSTRAP, category)
+    # many walls share an interval: only the counts matter
+    intervals, which = np.unique(np.column_stack((lower, upper)), axis=0, return_inverse=True)
+    fits = []
+    for _ in range(resamples):
+        drawn = random.integers(len(lower), size=len(lower))
+        count = np.bincount(which.ravel()[drawn], minlength=len(intervals)).astype(np.float64)
+        again = fit_lognormal(intervals[:, 0], intervals[:, 1], count)
+        if again.status == "fitted":
+            fits.append(again)
+    return (
+        np.array([f.median for f in fits]),
+        np.array([f.dispersion for f in fits]),
+        np.array([f.probability(grid) for f in fits]).reshape(len(fits), len(grid)),
+    )
+
+
+def _kaplan_meier(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatArray:
+    """Share of walls that have reached the category, with a wall that has not as censored at its last movement."""
+    from scipy.stats import CensoredData, ecdf
+
+    censored = np.isinf(upper)
+    if censored.all():
+        return np.zeros(len(grid))
+    found = ecdf(CensoredData.right_censored(np.where(censored, lower, upper), censored))
+    return np.asarray(found.cdf.evaluate(grid))
+
+
+def _cross(curves: Sequence[dict[str, Any]]) -> bool:
+    """Whether a worse category is anywhere more probable than a lesser one."""
+    fitted = [c["probability"] for c in curves if c["fit_status"] == "fitted"]
+    return any(bool((worse > lesser + 1e-9).any()) for lesser, worse in itertools.pairwise(fitted))

@@ -1,0 +1,57 @@
+"""Points in the unit cube, one row a sample. Sample i depends on the seed and i alone, except in a Latin hypercube."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+class Stream(IntEnum):
+    """What a random stream of a sample is for: ``SeedSequence(seed, spawn_key=(stream, sample))``."""
+
+    WALL = 0
+    FIELD = 1
+    SCRAMBLE = 2
+    BOOTSTRAP = 3
+
+
+def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
+    """Return the random numbers that belong to one sample and purpose."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))
+
+
+def unit_points(sampler: str, dimensions: int, samples: int, seed: int) -> FloatArray:
+    """Return points in the open unit cube.
+
+    Parameters
+    ----------
+    sampler : {"sobol", "lhs", "random"}
+        Scrambled Sobol and random points extend: more samples keep the first ones. A Latin hypercube does not.
+    dimensions, samples, seed : int
+        Size and seed.
+
+    Returns
+    -------
+    array (samples, dimensions)
+    """
+    if dimensions == 0:
+        return np.empty((samples, 0))
+    if sampler == "random":
+        return np.array([generator(seed, Stream.WALL, i).random(dimensions) for i in range(samples)])
+    from scipy.stats import qmc
+
+    scramble = generator(seed, Stream.SCRAMBLE, 0)
+    if sampler == "lhs":
+        return np.asarray(qmc.LatinHypercube(dimensions, rng=scramble).random(samples))
+    if sampler == "sobol":
+        # a power of two at a time is what the sequence is made for; the first points stay the same
+        whole = 1 << max(samples - 1, 1).bit_length()
+        points = qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples]
+        return np.clip(points, 2.0**-53, 1.0 - 2.0**-53)
+    raise InputError(f"study.sampler = {sampler!r}: must be 'sobol', 'lhs' or 'random'.")
