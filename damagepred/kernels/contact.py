@@ -1,97 +1,139 @@
-"""Forces of all interfaces on the blocks they join, from the displacements of the blocks.
+"""Forces of interfaces on the blocks they join, from the displacements of the blocks.
 
 An interface is a straight edge, so the opening along it is linear and the shear constant: both follow from three
 numbers (opening and shear at its middle, relative rotation). The contacts, its integration points, share them.
 """
 
+import numpy as np
+
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint import joint_law
+from damagepred.kernels.joint import joint_law, slip_compliance
+from damagepred.kernels.tiles import LANES
+
+Y, TURN = np.uint64(1), np.uint64(2)
 
 
 @law
-def contact_forces(interfaces, properties, ground, state, displacement, progress, force):
-    """Add the forces of all contacts to ``force`` and bring ``state`` up to date.
+def middle_of(normal, arm_a, arm_b, drift, turn_a, turn_b):
+    """Return opening and shear (m) in the middle of an interface.
 
     Parameters
     ----------
-    interfaces, properties, ground, state : NamedTuple of arrays
-        See ``damagepred.assembly.model`` and ``damagepred.solvers.state``.
-    displacement, force : array (3 (blocks + 1),)
-        x, y, rotation of each block and what acts on them (N, N, N m); the last block is the ground.
+    normal : tuple of float
+        Unit normal from block a to block b.
+    arm_a, arm_b : tuple of float
+        Displacement along (normal, tangent) for a unit rotation of the block (m).
+    drift : tuple of float
+        Displacement of b's centroid less that of a's (m).
+    turn_a, turn_b : float
+        Rotations.
+    """
+    opening = normal[0] * drift[0] + normal[1] * drift[1] + arm_b[0] * turn_b - arm_a[0] * turn_a
+    shear = normal[1] * drift[0] - normal[0] * drift[1] + arm_b[1] * turn_b - arm_a[1] * turn_a
+    return opening, shear
+
+
+@law
+def gather(tile, displacement):
+    """Bring the displacements of the blocks to the interfaces that join them."""
+    for i in range(LANES):
+        a, b = tile.dof_a[i], tile.dof_b[i]
+        tile.drift_x[i] = displacement[b] - displacement[a]
+        tile.drift_y[i] = displacement[b + Y] - displacement[a + Y]
+        tile.turn_a[i] = displacement[a + TURN]
+        tile.turn_b[i] = displacement[b + TURN]
+
+
+@law
+def contact_forces(tile, ground, progress):
+    """Apply the law to all contacts of a tile: its memory and its forces on the blocks are brought up to date.
+
+    Parameters
+    ----------
+    tile : record
+        See ``damagepred.kernels.tiles``.
+    ground : record or None
+        Full movement of the ground under the tile, None if it does not touch the ground.
     progress : float
         Share of the full movement reached.
     """
-    points = interfaces.contact_area.shape[1]
-    first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    for i in range(interfaces.block_a.size):
-        a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
-        n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
-        d_x = displacement[b] - displacement[a]
-        d_y = displacement[b + 1] - displacement[a + 1]
-        turn_a, turn_b = displacement[a + 2], displacement[b + 2]
-        arm_na, arm_sa = interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]
-        arm_nb, arm_sb = interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]
-        opening = n_x * d_x + n_y * d_y + arm_nb * turn_b - arm_na * turn_a
-        shear = n_y * d_x - n_x * d_y + arm_sb * turn_b - arm_sa * turn_a
-        turn = turn_b - turn_a
-        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
-        strength = (properties.tensile_strength[i], properties.cohesion[i], properties.friction[i])
-        weakened = (
-            properties.residual_tensile_strength[i],
-            properties.residual_cohesion[i],
-            properties.residual_friction[i],
-        )
-        psi, brittle = properties.dilation[i], properties.brittle_shear[i]
+    for i in range(LANES):
+        n_x, n_y = tile.normal_x[i], tile.normal_y[i]
+        arm_a = (tile.arm_normal_a[i], tile.arm_shear_a[i])
+        arm_b = (tile.arm_normal_b[i], tile.arm_shear_b[i])
+        drift = (tile.drift_x[i], tile.drift_y[i])
+        turn_a, turn_b = tile.turn_a[i], tile.turn_b[i]
+        opening, shear = middle_of((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
+        stiffness = (tile.normal_stiffness[i], tile.shear_stiffness[i], tile.shear_compliance[i])
+        strength = (tile.strength[0, i], tile.strength[1, i], tile.strength[2, i], tile.strength[3, i])
+        weakened = (tile.weakened[0, i], tile.weakened[1, i], tile.weakened[2, i], tile.weakened[3, i])
+        psi, brittle = tile.dilation[i], tile.brittle_shear[i] != 0
         total_n, total_s, total_m = 0.0, 0.0, 0.0
-        for k in range(points):
-            at = interfaces.contact_offset[i, k]
-            u_n = opening + at * turn
+        for k in range(tile.slip.shape[0]):
+            at = tile.contact_offset[k, i]
+            u_n = opening + at * (turn_b - turn_a)
             u_s = shear
-            if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
-            sigma, tau, state.slip[i, k], state.dilated[i, k], state.cracked[i, k] = joint_law(
-                u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k],
-                k_n, k_s, strength, weakened, psi, brittle,
+            if ground is not None:
+                u_n -= progress * ground.normal[k, i]
+                u_s -= progress * ground.shear[k, i]
+            sigma, tau, tile.slip[k, i], tile.dilated[k, i], tile.cracked[k, i] = joint_law(
+                u_n, u_s, tile.slip[k, i], tile.dilated[k, i], tile.cracked[k, i] != 0,
+                stiffness, strength, weakened, psi, brittle,
             )  # fmt: skip
-            area = interfaces.contact_area[i, k]
+            area = tile.contact_area[k, i]
             total_n += area * sigma
             total_s += area * tau
             total_m += area * at * sigma
         pull_x = total_n * n_x + total_s * n_y
         pull_y = total_n * n_y - total_s * n_x
-        force[a] += pull_x
-        force[a + 1] += pull_y
-        force[a + 2] += total_n * arm_na + total_s * arm_sa + total_m
-        force[b] -= pull_x
-        force[b + 1] -= pull_y
-        force[b + 2] -= total_n * arm_nb + total_s * arm_sb + total_m
+        tile.on_a[0, i] = pull_x
+        tile.on_a[1, i] = pull_y
+        tile.on_a[2, i] = total_n * arm_a[0] + total_s * arm_a[1] + total_m
+        tile.on_b[0, i] = -pull_x
+        tile.on_b[1, i] = -pull_y
+        tile.on_b[2, i] = -(total_n * arm_b[0] + total_s * arm_b[1] + total_m)
 
 
 @kernel
 def contact_fields(interfaces, properties, ground, state, displacement, progress, opening, shear, sigma, tau):
-    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts, arrays (m, q); no memory moves.
+    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts; no memory moves.
 
-    Parameters are those of ``contact_forces``.
+    Parameters
+    ----------
+    interfaces, properties, ground, state : NamedTuple of arrays
+        See ``damagepred.assembly.model`` and ``damagepred.solvers.state``.
+    displacement : array (3 (n + 1),)
+        x, y (m), rotation of each block, the ground last.
+    progress : float
+        Share of the full movement reached.
+    opening, shear, sigma, tau : array (m, q)
+        Filled.
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
         a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
-        n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
-        d_x = displacement[b] - displacement[a]
-        d_y = displacement[b + 1] - displacement[a + 1]
         turn_a, turn_b = displacement[a + 2], displacement[b + 2]
-        middle = (
-            n_x * d_x + n_y * d_y + interfaces.arm_normal_b[i] * turn_b - interfaces.arm_normal_a[i] * turn_a
+        middle, along = middle_of(
+            (interfaces.normal_x[i], interfaces.normal_y[i]),
+            (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
+            (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
+            (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
+            turn_a,
+            turn_b,
         )
-        along = (
-            n_y * d_x - n_x * d_y + interfaces.arm_shear_b[i] * turn_b - interfaces.arm_shear_a[i] * turn_a
+        k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
+        friction, friction_left = properties.friction[i], properties.residual_friction[i]
+        strength = (
+            properties.tensile_strength[i],
+            properties.cohesion[i],
+            friction,
+            slip_compliance(k_n, k_s, friction, psi),
         )
-        strength = (properties.tensile_strength[i], properties.cohesion[i], properties.friction[i])
         weakened = (
             properties.residual_tensile_strength[i],
             properties.residual_cohesion[i],
-            properties.residual_friction[i],
+            friction_left,
+            slip_compliance(k_n, k_s, friction_left, psi),
         )
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * (turn_b - turn_a)
@@ -103,6 +145,5 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             shear[i, k] = u_s
             sigma[i, k], tau[i, k], _, _, _ = joint_law(
                 u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k],
-                properties.normal_stiffness[i], properties.shear_stiffness[i], strength, weakened,
-                properties.dilation[i], properties.brittle_shear[i],
+                (k_n, k_s, 1.0 / k_s), strength, weakened, psi, properties.brittle_shear[i],
             )  # fmt: skip

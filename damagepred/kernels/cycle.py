@@ -1,21 +1,21 @@
 """The cycle of the explicit solver: law of the joints, law of motion, again and again. Nothing is allocated here."""
 
-from damagepred.kernels.contact import contact_forces
+from damagepred.kernels.contact import contact_forces, gather
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.motion import move
+from damagepred.kernels.motion import move, sum_forces
 
 
 @kernel
-def run_cycles(
-    interfaces, properties, ground, state, motion, damping, load_share, progress, progress_step, cycles
-):
+def run_cycles(joints, motion, damping, load_share, progress, progress_step, cycles):
     """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
 
     Parameters
     ----------
-    interfaces, properties, ground, state, motion : NamedTuple of arrays
-        Model and state; ``motion`` holds load, inverse mass, velocity, displacement, force, and the prescribed
-        degrees of freedom with their displacement at full movement.
+    joints : NamedTuple of arrays
+        The interfaces in tiles; see ``damagepred.solvers.packed.PackedJoints``.
+    motion : NamedTuple of arrays
+        Load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with their
+        displacement at full movement.
     damping : float
         Local damping.
     load_share : float
@@ -26,11 +26,17 @@ def run_cycles(
         How many.
     """
     force, displacement = motion.force, motion.displacement
+    tiles, ground = joints.tiles, joints.ground
+    first_ground = tiles.size - ground.size
     for cycle in range(cycles):
         progress_now = progress + (cycle + 1) * progress_step
         for p in range(motion.prescribed.size):
             displacement[motion.prescribed[p]] = progress_now * motion.prescribed_displacement[p]
-        for j in range(force.size):
-            force[j] = load_share * motion.load[j]
-        contact_forces(interfaces, properties, ground, state, displacement, progress_now, force)
+        for t in range(tiles.size):
+            gather(tiles[t], displacement)
+        for t in range(first_ground):
+            contact_forces(tiles[t], None, progress_now)
+        for t in range(ground.size):
+            contact_forces(tiles[first_ground + t], ground[t], progress_now)
+        sum_forces(joints.contributions, joints.first, joints.position, motion.load, load_share, force)
         move(force, motion.inverse_mass, damping, motion.velocity, displacement)

@@ -64,7 +64,5 @@ def kernel(function):
 
 
 def law(function):
-    """Compile a law that kernels call; it is inlined by the compiler and cached with its callers."""
-    return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False, inline="never")(
-        function
-    )
+    """Compile a law that kernels call: always inlined, as only then it can work on many contacts at a time."""
+    return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False, forceinline=True)(function)

@@ -1,6 +1,41 @@
 """Newton's law for all degrees of freedom, with Cundall's local damping (paper, Eq. 7)."""
 
+from numpy import copysign
+
+import numpy as np
+
 from damagepred.kernels.jit import law
+from damagepred.kernels.tiles import LANES
+
+NEXT = np.uint64(LANES)
+
+
+@law
+def sum_forces(contributions, first, position, load, load_share, force):
+    """Sum up what acts on each block.
+
+    Parameters
+    ----------
+    contributions : array (float)
+        The tiles as plain numbers.
+    first : array of unsigned int (blocks + 2,), position : array of unsigned int
+        Where in ``contributions`` the forces x on block j are: ``position[first[j]:first[j + 1]]``; the force y and
+        the moment follow at distances of ``LANES``.
+    load, force : array (3 (blocks + 1),)
+        Dead load at share 1, and the sum (N, N, N m).
+    load_share : float
+        Factor on the dead load.
+    """
+    for j in range(first.size - 1):
+        x, y, turning = load_share * load[3 * j], load_share * load[3 * j + 1], load_share * load[3 * j + 2]
+        for p in range(first[j], first[j + 1]):
+            at = position[p]
+            x += contributions[at]
+            y += contributions[at + NEXT]
+            turning += contributions[at + NEXT + NEXT]
+        force[3 * j] = x
+        force[3 * j + 1] = y
+        force[3 * j + 2] = turning
 
 
 @law
@@ -15,12 +50,6 @@ def move(force, inverse_mass, damping, velocity, displacement):
         Local damping: this share of the unbalanced force's size opposes the velocity.
     """
     for j in range(force.size):
-        drag = damping * abs(force[j])
-        if velocity[j] > 0.0:
-            push = force[j] - drag
-        elif velocity[j] < 0.0:
-            push = force[j] + drag
-        else:
-            push = force[j]
-        velocity[j] += push * inverse_mass[j]
+        drag = copysign(damping * abs(force[j]), velocity[j]) if velocity[j] != 0.0 else 0.0
+        velocity[j] += (force[j] - drag) * inverse_mass[j]
         displacement[j] += velocity[j]

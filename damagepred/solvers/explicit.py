@@ -17,7 +17,8 @@ from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.state import JointMemory, contact_states, fields_of
+from damagepred.solvers.packed import memory_of, pack
+from damagepred.solvers.state import contact_states, fields_of
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs, turning_length
 
 FloatArray = NDArray[np.float64]
@@ -72,9 +73,7 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
     # a block without any joint: its weight moves it as if on the mean joint
     loose = mass == 0.0
     if loose.any():
-        mass[loose] = (
-            np.median(mass[np.isfinite(mass) & ~loose]) if (np.isfinite(mass) & ~loose).any() else 1.0
-        )
+        mass[loose] = np.median(mass[np.isfinite(mass) & ~loose]) if (np.isfinite(mass) & ~loose).any() else 1.0
     return mass
 
 
@@ -83,7 +82,7 @@ class _Run:
 
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model, self.settings = model, settings
-        self.memory = JointMemory.fresh(model)
+        self.joints = pack(model)
         size = 3 * (model.n_blocks + 1)
         held = held_dofs(model)
         self.motion = Motion(
@@ -132,11 +131,7 @@ class _Run:
         self.motion.velocity[:] = 0.0
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
-        model = self.model
-        run_cycles(
-            model.interfaces, model.properties, model.ground, self.memory, self.motion,
-            self.settings.damping, load_share, progress, step, count,
-        )  # fmt: skip
+        run_cycles(self.joints, self.motion, self.settings.damping, load_share, progress, step, count)
         self.cycles += count
 
     def unbalanced(self) -> FloatArray:
@@ -158,9 +153,7 @@ class _Run:
                     f"diverged in increment {increment} after {spent} cycles: a displacement is no longer a number. "
                     "Lower solver.time_step_safety.",
                     increment=increment,
-                    block=int(np.flatnonzero(~np.isfinite(ratio))[0]) // 3
-                    if not np.isfinite(ratio).all()
-                    else -1,
+                    block=int(np.flatnonzero(~np.isfinite(ratio))[0]) // 3 if not np.isfinite(ratio).all() else -1,
                 )
             calm = calm + 1 if largest < self.settings.tolerance else 0
             if calm >= CALM_CHECKS:
@@ -189,17 +182,17 @@ class _Run:
 
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
-        model = self.model
-        fields = fields_of(model, self.memory, self.motion.displacement, self.progress)
+        memory = memory_of(self.joints)
+        fields = fields_of(self.model, memory, self.motion.displacement, self.progress)
         return Increment(
             number=number,
             progress=self.progress,
             displacement=self.motion.displacement[:-3].reshape(-1, 3).copy(),
             opening=fields.opening,
-            slip=self.memory.slip.copy(),
+            slip=memory.slip,
             normal_stress=fields.normal_stress,
             shear_stress=fields.shear_stress,
-            state=contact_states(self.memory),
+            state=contact_states(memory),
             unbalanced_force_ratio=ratio,
             base_reaction=self._reaction(),
             cycles=cycles,

@@ -1,0 +1,49 @@
+"""How interfaces lie in memory while cycles run: in tiles of ``LANES`` interfaces, one value of each lane side by side.
+
+All that belongs to a tile is one record, so one stretch of memory feeds the law, and the compiler, which knows where
+in the record everything is, works on all lanes at once. Names, units and signs are those of the model.
+"""
+
+import numpy as np
+
+LANES = 8
+"""Interfaces in a tile: as many numbers as the widest registers hold."""
+
+
+def tile_type(points):
+    """Return the record type of tiles whose interfaces have that many contacts.
+
+    Parameters
+    ----------
+    points : int
+        Contacts of an interface, q.
+
+    Returns
+    -------
+    dtype
+        ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. ``strength``, ``weakened``: (f_t, C, tan phi,
+        slip compliance) by rows. ``slip``, ``dilated``, ``cracked``: memory of the contacts. ``drift_x`` to ``turn_b``:
+        how the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks.
+    """
+    lane, contact = (LANES,), (points, LANES)
+    return np.dtype(
+        [
+            ("dof_a", "u8", lane), ("dof_b", "u8", lane),
+            ("normal_x", "f8", lane), ("normal_y", "f8", lane),
+            ("arm_normal_a", "f8", lane), ("arm_shear_a", "f8", lane),
+            ("arm_normal_b", "f8", lane), ("arm_shear_b", "f8", lane),
+            ("contact_offset", "f8", contact), ("contact_area", "f8", contact),
+            ("normal_stiffness", "f8", lane), ("shear_stiffness", "f8", lane), ("shear_compliance", "f8", lane),
+            ("strength", "f8", (4, LANES)), ("weakened", "f8", (4, LANES)),
+            ("dilation", "f8", lane), ("brittle_shear", "f8", lane),
+            ("slip", "f8", contact), ("dilated", "f8", contact), ("cracked", "f8", contact),
+            ("drift_x", "f8", lane), ("drift_y", "f8", lane), ("turn_a", "f8", lane), ("turn_b", "f8", lane),
+            ("on_a", "f8", (3, LANES)), ("on_b", "f8", (3, LANES)),
+        ]
+    )  # fmt: skip
+
+
+def ground_type(points):
+    """Return the record type that tells how the ground moves under a tile, at full movement (m)."""
+    contact = (points, LANES)
+    return np.dtype([("normal", "f8", contact), ("shear", "f8", contact)])

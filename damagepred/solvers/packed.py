@@ -1,0 +1,108 @@
+"""Interfaces and their memory, packed into tiles for the explicit solver's cycle, and unpacked again."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.kernels.joint import slip_compliance
+from damagepred.kernels.tiles import LANES, ground_type, tile_type
+from damagepred.solvers.state import JointMemory
+
+FloatArray = NDArray[np.float64]
+
+
+class PackedJoints(NamedTuple):
+    """All interfaces in tiles; those with the ground fill the last ones. Empty lanes have no area and act on no block.
+
+    Attributes
+    ----------
+    tiles : array of record (t,)
+        See ``damagepred.kernels.tiles``.
+    ground : array of record (g,)
+        How the ground moves under the last g tiles.
+    contributions : array of float
+        The tiles' own memory seen as plain numbers.
+    first : array of unsigned int (n + 2,), position : array of unsigned int (2 m,)
+        ``position[first[j]:first[j + 1]]`` is where ``contributions`` holds the forces on block j.
+    lane : array of int (m,)
+        Place of each interface: tile * LANES + lane.
+    """
+
+    tiles: NDArray[Any]
+    ground: NDArray[Any]
+    contributions: FloatArray
+    first: NDArray[np.uint64]
+    position: NDArray[np.uint64]
+    lane: NDArray[np.int64]
+
+
+def pack(model: Model) -> PackedJoints:
+    """Return the joints of a model, with no memory of anything yet.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks, m interfaces.
+    """
+    face, law = model.interfaces, model.properties
+    count, points = face.contact_area.shape
+    on_ground = model.ground.normal.shape[0]
+    inner_tiles, ground_tiles = -(-(count - on_ground) // LANES), -(-on_ground // LANES)
+    lane = np.arange(count)
+    lane[count - on_ground :] += inner_tiles * LANES - (count - on_ground)
+    tiles = np.zeros(inner_tiles + ground_tiles, dtype=tile_type(points))
+    ground = np.zeros(ground_tiles, dtype=ground_type(points))
+
+    tiles["dof_a"] = tiles["dof_b"] = 3 * model.n_blocks
+    put(tiles["dof_a"], lane, 3 * face.block_a)
+    put(tiles["dof_b"], lane, 3 * face.block_b)
+    for name in (
+        "normal_x", "normal_y", "arm_normal_a", "arm_shear_a", "arm_normal_b", "arm_shear_b",
+        "contact_offset", "contact_area",
+    ):  # fmt: skip
+        put(tiles[name], lane, getattr(face, name))
+    for name in ("normal_stiffness", "shear_stiffness", "dilation", "brittle_shear"):
+        put(tiles[name], lane, getattr(law, name))
+    put(tiles["shear_compliance"], lane, 1.0 / law.shear_stiffness)
+    intact = (law.tensile_strength, law.cohesion, law.friction)
+    cracked = (law.residual_tensile_strength, law.residual_cohesion, law.residual_friction)
+    for name, strength in (("strength", intact), ("weakened", cracked)):
+        compliance = slip_compliance.py_func(law.normal_stiffness, law.shear_stiffness, strength[2], law.dilation)
+        put(tiles[name], lane, np.column_stack((*strength, compliance)))
+    for name in ("normal", "shear"):
+        put(ground[name], np.arange(on_ground), getattr(model.ground, name))
+    return PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
+
+
+def memory_of(joints: PackedJoints) -> JointMemory:
+    """Return a copy of what the contacts remember."""
+    slip, dilated, cracked = (take(joints.tiles[name], joints.lane) for name in JointMemory._fields)
+    return JointMemory(slip, dilated, cracked != 0.0)
+
+
+def put(field: NDArray[Any], lane: NDArray[np.int64], values: NDArray[Any]) -> None:
+    """Write values of interfaces, (m,) or (m, rows), into a field of tiles, (t, LANES) or (t, rows, LANES)."""
+    field[lane // LANES, ..., lane % LANES] = values
+
+
+def take(field: NDArray[Any], lane: NDArray[np.int64]) -> NDArray[Any]:
+    """Return the values of interfaces, (m,) or (m, rows), from a field of tiles."""
+    return np.ascontiguousarray(field[lane // LANES, ..., lane % LANES])
+
+
+def _incidence(
+    model: Model, record: np.dtype[Any], lane: NDArray[np.int64]
+) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+    """Tell where the forces on each block stand, block by block."""
+    face, number = model.interfaces, np.dtype(np.float64).itemsize
+    tile = lane // LANES * (record.itemsize // number) + lane % LANES
+    fields = record.fields or {}
+    position = np.concatenate([tile + fields[name][1] // number for name in ("on_a", "on_b")])
+    block = np.concatenate((face.block_a, face.block_b))
+    order = np.argsort(block, kind="stable")
+    first = np.searchsorted(block[order], np.arange(model.n_blocks + 2))
+    return first.astype(np.uint64), position[order].astype(np.uint64)
