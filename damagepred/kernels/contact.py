@@ -45,7 +45,7 @@ def gather(tile, displacement):
 
 
 @law
-def contact_forces(tile, ground, progress):
+def contact_forces(tile, ground, special, progress):
     """Apply the law to all contacts of a tile: its memory and its forces on the blocks are brought up to date.
 
     Parameters
@@ -54,6 +54,8 @@ def contact_forces(tile, ground, progress):
         See ``damagepred.kernels.tiles``.
     ground : record or None
         Full movement of the ground under the tile, None if it does not touch the ground.
+    special : bool or None
+        None if no joint dilates or breaks in shear: what they need is then left out when compiling.
     progress : float
         Share of the full movement reached.
     """
@@ -67,7 +69,9 @@ def contact_forces(tile, ground, progress):
         stiffness = (tile.normal_stiffness[i], tile.shear_stiffness[i], tile.shear_compliance[i])
         strength = (tile.strength[0, i], tile.strength[1, i], tile.strength[2, i], tile.strength[3, i])
         weakened = (tile.weakened[0, i], tile.weakened[1, i], tile.weakened[2, i], tile.weakened[3, i])
-        psi, brittle = tile.dilation[i], tile.brittle_shear[i] != 0
+        psi, brittle_shear = 0.0, False
+        if special is not None:
+            psi, brittle_shear = tile.dilation[i], tile.brittle_shear[i] != 0.0
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
             at = tile.contact_offset[k, i]
@@ -76,10 +80,17 @@ def contact_forces(tile, ground, progress):
             if ground is not None:
                 u_n -= progress * ground.normal[k, i]
                 u_s -= progress * ground.shear[k, i]
-            sigma, tau, tile.slip[k, i], tile.dilated[k, i], tile.cracked[k, i] = joint_law(
-                u_n, u_s, tile.slip[k, i], tile.dilated[k, i], tile.cracked[k, i] != 0,
-                stiffness, strength, weakened, psi, brittle,
+            dilated = 0.0
+            if special is not None:
+                dilated = tile.dilated[k, i]
+            sigma, tau, slip, dilated, cracked = joint_law(
+                u_n, u_s, tile.slip[k, i], dilated, tile.cracked[k, i] != 0.0,
+                stiffness, strength, weakened, psi, brittle_shear,
             )  # fmt: skip
+            tile.slip[k, i] = slip
+            tile.cracked[k, i] = cracked
+            if special is not None:
+                tile.dilated[k, i] = dilated
             area = tile.contact_area[k, i]
             total_n += area * sigma
             total_s += area * tau

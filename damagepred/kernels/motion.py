@@ -1,8 +1,7 @@
 """Newton's law for all degrees of freedom, with Cundall's local damping (paper, Eq. 7)."""
 
-from numpy import copysign
-
 import numpy as np
+from numpy import copysign
 
 from damagepred.kernels.jit import law
 from damagepred.kernels.tiles import LANES

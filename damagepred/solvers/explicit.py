@@ -17,7 +17,7 @@ from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.packed import memory_of, pack
+from damagepred.solvers.packed import memory_of, needs_all_of_the_law, pack
 from damagepred.solvers.state import contact_states, fields_of
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs, turning_length
 
@@ -83,6 +83,7 @@ class _Run:
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model, self.settings = model, settings
         self.joints = pack(model)
+        self.special = True if needs_all_of_the_law(model) else None
         size = 3 * (model.n_blocks + 1)
         held = held_dofs(model)
         self.motion = Motion(
@@ -131,7 +132,7 @@ class _Run:
         self.motion.velocity[:] = 0.0
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
-        run_cycles(self.joints, self.motion, self.settings.damping, load_share, progress, step, count)
+        run_cycles(self.joints, self.special, self.motion, self.settings.damping, load_share, progress, step, count)
         self.cycles += count
 
     def unbalanced(self) -> FloatArray:

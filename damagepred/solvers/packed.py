@@ -14,6 +14,9 @@ from damagepred.solvers.state import JointMemory
 
 FloatArray = NDArray[np.float64]
 
+CACHE_LINE = 64
+"""Bytes."""
+
 
 class PackedJoints(NamedTuple):
     """All interfaces in tiles; those with the ground fill the last ones. Empty lanes have no area and act on no block.
@@ -54,8 +57,8 @@ def pack(model: Model) -> PackedJoints:
     inner_tiles, ground_tiles = -(-(count - on_ground) // LANES), -(-on_ground // LANES)
     lane = np.arange(count)
     lane[count - on_ground :] += inner_tiles * LANES - (count - on_ground)
-    tiles = np.zeros(inner_tiles + ground_tiles, dtype=tile_type(points))
-    ground = np.zeros(ground_tiles, dtype=ground_type(points))
+    tiles = aligned(inner_tiles + ground_tiles, tile_type(points))
+    ground = aligned(ground_tiles, ground_type(points))
 
     tiles["dof_a"] = tiles["dof_b"] = 3 * model.n_blocks
     put(tiles["dof_a"], lane, 3 * face.block_a)
@@ -78,10 +81,22 @@ def pack(model: Model) -> PackedJoints:
     return PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
 
 
+def needs_all_of_the_law(model: Model) -> bool:
+    """Tell whether any joint dilates or breaks in shear; if none does, the cycle is a sixth faster without."""
+    return bool(model.properties.dilation.any() or model.properties.brittle_shear.any())
+
+
 def memory_of(joints: PackedJoints) -> JointMemory:
     """Return a copy of what the contacts remember."""
     slip, dilated, cracked = (take(joints.tiles[name], joints.lane) for name in JointMemory._fields)
     return JointMemory(slip, dilated, cracked != 0.0)
+
+
+def aligned(count: int, record: np.dtype[Any]) -> NDArray[Any]:
+    """Return zeroed records that begin where a line of the processor's cache does: a tenth of the cycle's time."""
+    memory = np.zeros(count * record.itemsize + CACHE_LINE, dtype=np.uint8)
+    start = -memory.ctypes.data % CACHE_LINE
+    return memory[start : start + count * record.itemsize].view(record)
 
 
 def put(field: NDArray[Any], lane: NDArray[np.int64], values: NDArray[Any]) -> None:
@@ -100,7 +115,7 @@ def _incidence(
     """Tell where the forces on each block stand, block by block."""
     face, number = model.interfaces, np.dtype(np.float64).itemsize
     tile = lane // LANES * (record.itemsize // number) + lane % LANES
-    fields = record.fields or {}
+    fields: Any = record.fields
     position = np.concatenate([tile + fields[name][1] // number for name in ("on_a", "on_b")])
     block = np.concatenate((face.block_a, face.block_b))
     order = np.argsort(block, kind="stable")
