@@ -32,7 +32,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
     grid = Table(title=title, title_justify="left")
     for name in columns:
-        grid.add_column(name, justify="right")
+        grid.add_column(name, justify="right", no_wrap=True)
     for row in rows:
         grid.add_row(*(escape(cell) for cell in row))
     _out.print(grid)
@@ -118,58 +118,63 @@ def wall_table(ds: xr.Dataset) -> None:
     """Print what became of a wall, a line an increment."""
     names = ds["damage_category"].attrs["flag_meanings"].split()
     threshold = 1e3 * float(ds["dpc_separation_length"].attrs["opening_threshold"])
-    columns = ["deflection mm", "widest crack mm", "category", "dpc opening mm", f"dpc open > {threshold:g} mm, m",
-               "reaction kN", "unbalanced"]  # fmt: skip
-    columns += [f"opening {i + 1} width mm" for i in range(ds.sizes["opening"])]
+    columns = [
+        "deflection\nmm",
+        "widest crack\nmm",
+        "damage\ncategory",
+        "dpc opening\nmm",
+        f"dpc open\n> {threshold:g} mm, m",
+    ]
+    columns += [f"opening {i + 1}\nmm wider" for i in range(ds.sizes["opening"])]
     rows = []
     for i in range(ds.sizes["increment"]):
         at = ds.isel(increment=i)
-        category = int(at["damage_category"])
-        rows.append(
-            [f"{1e3 * float(at['central_deflection']):.2f}", f"{1e3 * float(at['crack_width_max']):.3f}",
-             f"{category} {names[category].replace('_', ' ')}", f"{1e3 * float(at['dpc_opening_max']):.3f}",
-             f"{float(at['dpc_separation_length']):.2f}", f"{float(at['base_reaction']) / 1e3:.3f}",
-             f"{float(at['unbalanced_force_ratio']):.1e}"]
-            + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values]
-        )  # fmt: skip
+        row = [f"{1e3 * float(at[name]):.{digits}f}" for name, digits in
+               (("central_deflection", 2), ("crack_width_max", 3), ("dpc_opening_max", 3))]  # fmt: skip
+        row.insert(2, _category(int(at["damage_category"]), names))
+        row.append(f"{float(at['dpc_separation_length']):.2f}")
+        rows.append(row + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values])
     table(ds.attrs["title"], columns, rows)
+    say(
+        f"unbalanced force at most {float(ds['unbalanced_force_ratio'].max()):.1e} block weights; "
+        f"{int(ds['cycles'].sum())} cycles; reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN"
+    )
 
 
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands."""
     in_mm = curves["intensity"].attrs["units"] == "m"
     scale, unit = (1e3, "mm") if in_mm else (1.0, "-")
-    band = f"{100 * curves.attrs['confidence']:.0f} %"
-    columns = ["category", f"median {unit}", f"{band} band", "dispersion", f"{band} band", "reached", "not yet", "failed",
-               "fit"]  # fmt: skip
+    band = f"{100 * curves.attrs['confidence']:.0f} % band"
+    columns = ["damage", f"median {unit}\n({band})", f"dispersion\n({band})", "walls that\nreached it", "fit"]
     rows = []
     for category in curves["category"].values:
         c = curves.sel(category=category)
-        fitted = str(c["fit_status"].values) == "fitted"
-        digits = ".2f" if in_mm else ".3g"
+        count = f"{int(c['reached'])} of {int(c['reached']) + int(c['not_reached'])}"
         rows.append(
             [f"{category} {str(c['category_name'].values).replace('_', ' ')}",
-             f"{scale * float(c['median']):{digits}}" if fitted else "-", _band(c, "median", scale, digits),
-             f"{float(c['dispersion']):.3f}" if fitted else "-", _band(c, "dispersion", 1.0, ".3f"),
-             str(int(c["reached"])), str(int(c["not_reached"])), str(int(c["failed"])), str(c["fit_status"].values)]
+             _with_band(c, "median", scale, ".1f" if in_mm else ".3g"), _with_band(c, "dispersion", 1.0, ".2f"),
+             count, str(c["fit_status"].values)]
         )  # fmt: skip
     table(str(curves.attrs["title"]), columns, rows)
     if curves.attrs["samples_failed"]:
-        say(
-            "failed walls are left out of the fit; the medians if all of them counted as undamaged or as damaged: "
-            + "; ".join(
-                f"category {int(c)}: {scale * float(u):.3g} / {scale * float(d):.3g} {unit}"
-                for c, u, d in zip(
-                    curves["category"].values,
-                    curves["median_failed_undamaged"].values,
-                    curves["median_failed_damaged"].values,
-                )
-            )
-        )
+        say(f"{curves.attrs['samples_failed']} failed walls are left out of the fit; with all of them counted as "
+            f"undamaged, or as damaged where they failed, the medians would be ({unit}):")  # fmt: skip
+        for category in curves["category"].values:
+            c = curves.sel(category=category)
+            bounds = [scale * float(c[f"median_failed_{end}"]) for end in ("undamaged", "damaged")]
+            if all(b == b for b in bounds):
+                say(f"  category {int(category)}: {bounds[0]:.3g} or {bounds[1]:.3g}")
     if curves.attrs["curves_cross"]:
         say("note: fitted apart, the curves of two categories cross; read neither beyond the movement of the study")
 
 
-def _band(curve: xr.Dataset, name: str, scale: float, digits: str) -> str:
-    low, high = float(curve[f"{name}_lower"]), float(curve[f"{name}_upper"])
-    return "-" if low != low else f"{scale * low:{digits}} - {scale * high:{digits}}"
+def _category(number: int, names: Sequence[str]) -> str:
+    return f"{number} {names[number].replace('_', ' ')}"
+
+
+def _with_band(curve: xr.Dataset, name: str, scale: float, digits: str) -> str:
+    value, low, high = (scale * float(curve[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    if value != value:
+        return "-"
+    return f"{value:{digits}}" + ("" if low != low else f" ({low:{digits}}-{high:{digits}})")

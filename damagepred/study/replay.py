@@ -66,5 +66,5 @@ def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
         if not np.array_equal(part[name].values[:steps], ds[name].values[:steps], equal_nan=True)
     ]
     if differing:
-        return f"differs from the archive in {', '.join(differing)}: another machine, library or version may round otherwise"
+        return f"differs from the archive in {', '.join(differing)}: other machines and versions may round otherwise"
     return f"bit for bit what the archive holds for sample {sample}"

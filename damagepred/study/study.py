@@ -382,7 +382,7 @@ def warm_up(scene: Scene) -> None:
         {
             "wall": {"length": 0.48, "height": 0.15, "thickness": scene.wall.thickness},
             "movement": {"increments": 1, "central_deflection": 1e-5},
-            "solver": scene.to_dict()["solver"] | {"tolerance": 0.1},
+            "solver": {"method": scene.solver.method, "blocks": scene.solver.blocks, "tolerance": 0.1},
         }
     )
     solve(small)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import signal
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, NamedTuple
@@ -38,6 +39,10 @@ class Lost(NamedTuple):
     message: str
 
 
+SECOND_CHANCES = 3
+"""Times a sample is tried again because the pool around it broke."""
+
+Task = Callable[[str, int, Mapping[str, float]], Outcome]
 Submit = Callable[[int, Mapping[str, float]], "Future[Outcome]"]
 
 
@@ -72,22 +77,31 @@ class LocalPool:
         Number of processes.
     timeout : float or None
         Seconds a sample may take before its worker is ended.
+    task : callable
+        What a worker does with (folder, sample, values).
     """
 
-    def __init__(self, folder: str, workers: int, timeout: float | None) -> None:
+    def __init__(self, folder: str, workers: int, timeout: float | None, task: Task = run_sample) -> None:
+        self.folder, self.workers, self.timeout, self.task = folder, workers, timeout, task
+        self.pool = self._start()
+
+    def _start(self) -> Any:
         from pebble import ProcessPool
 
-        self.folder, self.timeout = folder, timeout
         with one_thread_each():
-            self.pool = ProcessPool(max_workers=workers, context=get_context("spawn"), initializer=prepare_worker)
-            # the pool starts its processes with the first task: they inherit the environment as it is then
-            self.pool.schedule(os.getpid).result()
+            pool = ProcessPool(max_workers=self.workers, context=get_context("spawn"), initializer=prepare_worker)
+            # its processes start with the first task: they inherit the environment as it is now
+            pool.schedule(os.getpid).result()
+        return pool
 
     def submit(self, sample: int, values: Mapping[str, float]) -> Future[Outcome]:
         """Hand a sample to the next free worker."""
+        if not self.pool.active:
+            self.kill()
+            self.pool = self._start()
         with one_thread_each():  # a worker that replaces a lost one starts now
             future: Future[Outcome] = self.pool.schedule(
-                run_sample, args=(self.folder, sample, dict(values)), timeout=self.timeout
+                self.task, args=(self.folder, sample, dict(values)), timeout=self.timeout
             )
         return future
 
@@ -151,24 +165,36 @@ def run_all(
         If a sample's result cannot be written.
     """
     queue = iter(tasks)
-    running: dict[Any, int] = {}
-    exhausted = False
+    running: dict[Any, tuple[int, Mapping[str, float]]] = {}
+    again: list[tuple[int, Mapping[str, float]]] = []
+    broken: Counter[int] = Counter()
     while True:
-        while not exhausted and not draining() and len(running) < ahead:
-            task = next(queue, None)
+        while not draining() and len(running) < ahead:
+            task = again.pop() if again else next(queue, None)
             if task is None:
-                exhausted = True
                 break
-            running[submit(*task)] = task[0]
+            try:
+                running[submit(*task)] = task
+            except BrokenExecutor as error:
+                raise StudyError(
+                    f"the executor broke ({error}); what was finished is kept, and the same call goes on from there."
+                ) from error
         if draining():
-            for future in [f for f in running if f.cancel()]:
+            # what waits is taken back; what runs is not: cancelling that would end its worker
+            for future in [f for f in running if not f.running() and f.cancel()]:
                 del running[future]
         if not running:
             return
         # a short wait, so that an interrupt is seen also while all samples are slow
         done, _ = wait(running, timeout=0.5, return_when=FIRST_COMPLETED)
         for future in done:
-            yield _result(future, running.pop(future))
+            task = running.pop(future)
+            # a pool that lost a worker between two tasks gives up all of them: most of these are innocent
+            if isinstance(future.exception(), BrokenExecutor) and broken[task[0]] < SECOND_CHANCES:
+                broken[task[0]] += 1
+                again.append(task)
+                continue
+            yield _result(future, task[0])
 
 
 def _result(future: Future[Outcome], sample: int) -> Outcome | Lost:
@@ -178,6 +204,8 @@ def _result(future: Future[Outcome], sample: int) -> Outcome | Lost:
         return future.result()
     except StudyError:
         raise
+    except BrokenExecutor:
+        return Lost(sample, "worker_died", f"the worker pool broke {SECOND_CHANCES + 1} times while it was waiting")
     except TimeoutError as error:
         return Lost(sample, "timeout", f"took longer than its time limit ({error.args[-1] if error.args else '?'} s)")
     except ProcessExpired as error:

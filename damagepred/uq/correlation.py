@@ -91,7 +91,7 @@ def cholesky(names: Sequence[str], marginals: Mapping[str, Any], wanted: Mapping
         except ValueError as error:
             raise InputError(f'[correlation] "{a}" with "{b}" = {value:g}: {error}.') from None
     try:
-        return np.linalg.cholesky(matrix)
+        return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
     except np.linalg.LinAlgError:
         raise InputError(
             "[correlation]: the correlations contradict each other (the matrix is not positive definite); weaken some."

@@ -1,0 +1,171 @@
+"""Wrong input: exit code 2, one clear message with key, value and remedy, no traceback, nothing overwritten."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Run
+
+GOOD = """
+title = "wall"
+[wall]
+length = 1.44
+height = 0.6
+[dpc]
+course = 2
+[movement]
+central_deflection = 1e-3
+increments = 2
+"""
+
+WINDOW = '[[opening]]\nkind = "window"\nx = {x}\ny = 0.15\nwidth = {width}\nheight = {height}\n'
+
+BAD_SCENES = {
+    "unknown key": (GOOD.replace("length", "lenght"), ["lenght", "'length'"]),
+    "unknown table": (GOOD.replace("[dpc]", "[dcp]"), ["dcp", "'dpc'"]),
+    "negative size": (GOOD.replace("1.44", "-1.44"), ["length", "-1.44", "greater than 0"]),
+    "zero size": (GOOD.replace("height = 0.6", "height = 0"), ["height", "greater than 0"]),
+    "not a number": (GOOD.replace("1.44", "nan"), ["length", "nan", "finite"]),
+    "infinite": (GOOD.replace("1.44", "inf"), ["length", "inf", "finite"]),
+    "wrong unit": (GOOD.replace("1.44", '"3 kg"'), ["length", "3 kg", "'8 mm'"]),
+    "garbage for a number": (GOOD.replace("1.44", '"long"'), ["length", "long", "'8 mm'"]),
+    "true for a number": (GOOD.replace("1.44", "true"), ["length", "number in m"]),
+    "text for a count": (GOOD.replace("increments = 2", 'increments = "many"'), ["increments", "many", "integer"]),
+    "opening outside in x": (GOOD + WINDOW.format(x=1.2, width=0.48, height=0.2), ["opening 1", "1.68", "1.44"]),
+    "opening outside in y": (GOOD + WINDOW.format(x=0.48, width=0.24, height=0.9), ["opening 1", "1.05", "0.6"]),
+    "overlapping openings": (
+        GOOD + WINDOW.format(x=0.36, width=0.36, height=0.2) + WINDOW.format(x=0.6, width=0.36, height=0.2),
+        ["openings 1 and 2", "overlap"],
+    ),
+    "opening as wide as the wall": (GOOD + WINDOW.format(x=0, width=1.44, height=0.2), ["opening 1", "leaves no wall"]),
+    "dpc beyond the wall": (GOOD.replace("course = 2", "course = 8"), ["dpc.course = 8", "8 courses", "1 to 7"]),
+    "dpc at the bottom": (GOOD.replace("course = 2", "course = 0"), ["course", "at least 1"]),
+    "misspelt choice": (GOOD.replace("[movement]", '[movement]\nkind = "dooming"'), ["kind", "dooming", "'doming'"]),
+    "table without points": (GOOD.replace("[movement]", '[movement]\nshape = "table"'), ["table", "3 points"]),
+    "window without sill": (GOOD + WINDOW.format(x=0.5, width=0.3, height=0.2).replace("0.15", "0"), ["sill", "door"]),
+    "movement too large": (GOOD.replace("1e-3", '"30 cm"'), ["central_deflection = 0.3", "tenth"]),
+    "lintel without bearing": (GOOD + WINDOW.format(x=0, width=0.48, height=0.2), ["lintel", "bearing"]),
+}
+
+
+def one_message(result, words: list[str]) -> None:
+    assert result.code == 2, (result.out, result.err)
+    assert "Traceback" not in result.err
+    for word in words:
+        assert word in result.err, result.err
+    assert len(result.err.strip().splitlines()) <= 2, result.err
+
+
+@pytest.mark.parametrize("name", BAD_SCENES)
+def test_bad_scene(name: str, command: Run, tmp_path: Path) -> None:
+    text, words = BAD_SCENES[name]
+    file, out = tmp_path / "wall.toml", tmp_path / "wall.nc"
+    file.write_text(text)
+    out.write_text("precious")
+    one_message(command("solve", file, "-o", out), words)
+    assert out.read_text() == "precious"
+
+
+STUDY = """
+scene = "wall.toml"
+[study]
+samples = 2
+[variables."joint.friction"]
+distribution = "uniform"
+lower = 0.5
+upper = 0.8
+"""
+
+BAD_STUDIES = {
+    "unknown place": (STUDY.replace("joint.friction", "joint.fricton"), ["joint.fricton", "'joint.friction'"]),
+    "unknown family": (STUDY.replace('"uniform"', '"unifrom"'), ["distribution", "unifrom", "'uniform'"]),
+    "missing parameter": (STUDY.replace("upper = 0.8", ""), ["uniform", "lower and upper", "given: lower"]),
+    "surplus parameter": (STUDY + "cov = 0.1\n", ["uniform", "lower and upper", "cov"]),
+    "wrong order": (STUDY.replace("upper = 0.8", "upper = 0.2"), ["lower = 0.5", "below upper"]),
+    "NaN parameter": (STUDY.replace("upper = 0.8", "upper = nan"), ["upper", "nan", "finite"]),
+    "impossible values": (STUDY.replace("lower = 0.5", "lower = -0.5"), ["joint.friction", "at least 0"]),
+    "negative samples": (STUDY.replace("samples = 2", "samples = -2"), ["samples", "-2", "at least 1"]),
+    "scene not there": (STUDY.replace("wall.toml", "wal.toml"), ["wal.toml", "no such file", "'wall.toml'"]),
+    "no scene": (STUDY.replace('scene = "wall.toml"', ""), ["no scene", "scene ="]),
+    "field of a wall": (
+        STUDY.replace("joint.friction", "block.density").replace("0.5", "1900").replace("0.8", "2100") + "field = {}\n",
+        ["block.density", "joint and dpc"],
+    ),
+    "correlation of a stranger": (
+        STUDY + '[correlation]\n"joint.friction" = { "joint.cohesion" = 0.5 }\n',
+        ["joint.cohesion", "no variable"],
+    ),
+    "correlation too large": (
+        STUDY
+        + '[variables."joint.cohesion"]\ndistribution = "lognormal"\nmean = 1e5\ncov = 0.3\n'
+        + '[correlation]\n"joint.friction" = { "joint.cohesion" = 1.5 }\n',
+        ["1.5", "-1 to 1"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_STUDIES)
+def test_bad_study(name: str, command: Run, tmp_path: Path) -> None:
+    text, words = BAD_STUDIES[name]
+    (tmp_path / "wall.toml").write_text(GOOD)
+    (tmp_path / "study.toml").write_text(text)
+    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "out.dp"), words)
+    assert not (tmp_path / "out.dp").exists()
+
+
+def test_missing_file_with_the_nearest_name(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(GOOD)
+    one_message(command("solve", tmp_path / "wal.toml"), ["no such file", "'wall.toml'"])
+
+
+def test_unreadable_toml(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text("[wall\nlength = 6")
+    one_message(command("solve", tmp_path / "wall.toml"), ["not valid TOML", "line 1"])
+    (tmp_path / "wall.toml").write_bytes(b"\xff\xfe\x00[wall]")
+    one_message(command("solve", tmp_path / "wall.toml"), ["not a text file"])
+    one_message(command("solve", tmp_path), ["is a folder"])
+
+
+def test_no_place_to_write(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(GOOD)
+    (tmp_path / "file").write_text("precious")
+    one_message(
+        command("solve", tmp_path / "wall.toml", "-o", tmp_path / "nowhere" / "wall.nc"), ["does not exist", "-o"]
+    )
+    one_message(
+        command("solve", tmp_path / "wall.toml", "--plot", tmp_path / "file" / "pictures"), ["cannot be written"]
+    )
+    (tmp_path / "study.toml").write_text(STUDY)
+    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file" / "out.dp"), ["cannot be made", "-o"])
+    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file"), ["-o"])
+    assert (tmp_path / "file").read_text() == "precious"
+
+
+@pytest.mark.parametrize("system_error", [13, 28, 30])
+def test_a_folder_that_cannot_be_written(
+    system_error: int, command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No permission, disk full, read-only file system: as the system reports them, for a super-user may write all."""
+    import os
+    import tempfile
+
+    (tmp_path / "wall.toml").write_text(GOOD)
+
+    def refuse(*args: object, **kwargs: object) -> None:
+        raise OSError(system_error, os.strerror(system_error))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    one_message(command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc"), ["wall.nc", "cannot be written"])
+
+
+def test_not_a_study_folder(command: Run, tmp_path: Path) -> None:
+    for name in ("status", "fragility"):
+        one_message(command(name, tmp_path / "none.dp"), ["no such study folder"])
+        one_message(command(name, tmp_path), ["not a study folder"])
+    one_message(command("replay", tmp_path, 1), ["not a study folder"])
+
+
+def test_not_a_result(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.nc").write_text("no netCDF at all")
+    one_message(command("plot", tmp_path / "wall.nc", "-o", tmp_path / "p"), ["not a readable netCDF"])
+    one_message(command("plot", tmp_path / "other.nc", "-o", tmp_path / "p"), ["no such file"])

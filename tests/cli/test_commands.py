@@ -1,0 +1,153 @@
+"""The commands as a user types them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.archive.files import read_dataset
+from damagepred.archive.folder import StudyFolder, open_study
+from tests.cli.conftest import Run
+
+SMALL_SCENE = """
+title = "small wall"
+[wall]
+length = 1.44
+height = 0.6
+[dpc]
+course = 2
+[[opening]]
+x = 0.6
+y = 0.3
+width = 0.24
+height = 0.15
+[movement]
+central_deflection = "1 mm"
+increments = 3
+[solver]
+tolerance = 0.02
+"""
+
+
+def test_help_starts_fast() -> None:
+    times = []
+    for _ in range(5):
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "damagepred", "--help"], check=True, capture_output=True)
+        times.append(time.perf_counter() - began)
+    assert min(times) < 0.5
+
+
+def test_solve_writes_every_variable_of_the_contract(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SMALL_SCENE)
+    result = command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc", "--plot", tmp_path / "pictures")
+    assert result.code == 0, result.err
+    ds = read_dataset(tmp_path / "wall.nc")
+    for name in ["central_deflection", "deflection_ratio", "block_x", "block_y", "block_displacement_x", "block_displacement_y", "block_rotation", "contact_x", "contact_y", "contact_kind", "contact_length", "contact_opening", "contact_slip", "contact_normal_stress", "contact_shear_stress", "contact_state", "unbalanced_force_ratio", "base_reaction", "crack_width_max", "dpc_opening_max", "dpc_separation_length", "opening_width_change", "damage_category"]:
+        assert name in ds.variables, name
+        assert ds[name].attrs["long_name"]
+        assert "units" in ds[name].attrs or "flag_meanings" in ds[name].attrs
+    assert ds.sizes["increment"] == 4
+    assert ds.attrs["Conventions"] == "CF-1.11"
+    assert {"scene", "damagepred_version", "damagepred_commit", "schema_version"} <= set(ds.attrs)
+    assert {p.name for p in (tmp_path / "pictures").iterdir()} >= {"wall.png", "dpc_opening.png", "opening_width.png"}
+    assert "small wall" in result.out
+    again = command("plot", tmp_path / "wall.nc", "-o", tmp_path / "more")
+    assert again.code == 0, again.err
+    assert (tmp_path / "more" / "wall.png").stat().st_size > 5000
+
+
+def test_the_starter_study_is_valid_and_never_overwrites(command: Run, tmp_path: Path) -> None:
+    from damagepred.study.settings import StudySettings
+
+    assert command("new", tmp_path / "house.toml").code == 0
+    settings = StudySettings.from_toml(tmp_path / "house.toml")
+    assert set(settings.variables) == {"joint.tensile_strength", "joint.cohesion", "dpc.friction"}
+    before = (tmp_path / "house.toml").read_bytes()
+    result = command("new", tmp_path / "house.toml")
+    assert result.code == 2
+    assert "exists already" in result.err
+    assert (tmp_path / "house.toml").read_bytes() == before
+
+
+def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
+    result = command("check", small_study_file)
+    assert result.code == 0, result.err
+    assert "valid" in result.out
+    assert "6 walls with 4 uncertain numbers" in result.out
+
+
+def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "small.dp"
+    assert command("study", small_study_file, "-n", 6, "-j", 2).code == 0
+    assert (open_study(folder)["status"].values == 0).all()
+    status = command("status", folder)
+    assert "6 of 6 walls done, 0 failed, 0 remaining" in status.out
+    result = command(
+        "fragility", folder, "-o", tmp_path / "c.nc", "--plot", tmp_path / "c.png", "--csv", tmp_path / "c.csv",
+        "--bootstrap", 20,
+    )  # fmt: skip
+    assert result.code == 0, result.err
+    curves = read_dataset(tmp_path / "c.nc")
+    assert curves["probability"].dims == ("category", "intensity")
+    reached = curves["reached"].values + curves["not_reached"].values
+    assert (reached == 6).all()
+    assert (tmp_path / "c.png").stat().st_size > 5000
+    assert len((tmp_path / "c.csv").read_text().splitlines()) == 1 + curves["probability"].size
+    replayed = command("replay", folder, 2, "-o", tmp_path / "s2.nc")
+    assert replayed.code == 0, replayed.err
+    assert "bit for bit" in replayed.out
+    assert "contact_opening" in read_dataset(tmp_path / "s2.nc")
+    assert command("plot", folder, "-o", tmp_path / "pictures").code == 0
+
+
+def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: Path, tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "small.dp")
+    arguments = [sys.executable, "-m", "damagepred", "study", str(small_study_file), "-n", "40", "-j", "2"]
+    # a session of its own: the interrupt reaches command and workers alike, as from a terminal
+    run = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 120
+    while len(folder.finished()) < 3 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.killpg(run.pid, signal.SIGINT)
+    out, _ = run.communicate(timeout=120)
+    assert run.returncode == 130
+    assert "interrupted" in out
+    kept = {p.name: p.read_bytes() for p in folder.parts.iterdir()}
+    assert 3 <= len(kept) < 40
+    assert not folder.failed()
+    assert int((open_study(folder.path)["status"].values == 0).sum()) == len(kept)
+    resumed = subprocess.run(
+        [*arguments[:5], "-n", str(len(kept) + 2), "-j", "2"], capture_output=True, text=True, check=False
+    )
+    assert resumed.returncode == 0, resumed.stderr
+    assert all((folder.parts / name).read_bytes() == content for name, content in kept.items())
+    first = open_study(folder.path)["status"].values[: len(kept) + 2]
+    assert (first == 0).all()
+
+
+def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_study_file: Path) -> None:
+    text = small_study_file.read_text().replace("tolerance = 0.02", "tolerance = 1e-9\nmaximum_cycles = 100")
+    small_study_file.write_text(text)
+    result = command("study", small_study_file, "-n", 2)
+    assert result.code == 3
+    assert "did not settle within 100 cycles" in result.err
+    assert "block" in result.err
+    assert "2 failed" in result.out
+    assert set(StudyFolder(tmp_path / "small.dp").failed()) == {0, 1}
+    assert np.array_equal(open_study(tmp_path / "small.dp")["status"].values, [2, 2])
+    fragility = command("fragility", tmp_path / "small.dp")
+    assert fragility.code == 2
+    assert "no finished sample" in fragility.err
+
+
+@pytest.mark.parametrize("argument", ["-n", "-j"])
+def test_counts_must_be_positive(command: Run, small_study_file: Path, argument: str) -> None:
+    result = command("study", small_study_file, argument, 0)
+    assert result.code == 2
+    assert "0" in result.err

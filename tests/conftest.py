@@ -1,0 +1,77 @@
+"""Small walls and studies that many tests share."""
+
+import os
+
+# one thread: the workers of the tests share two cores
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+SMALL_STUDY = """
+[study]
+title = "small wall that cracks"
+samples = 6
+seed = 7
+stop_at_category = 4
+
+[scene.wall]
+length = 1.44
+height = 0.45
+
+[scene.joint]
+tensile_strength = "0.1 MPa"
+cohesion = "0.1 MPa"
+
+[scene.movement]
+kind = "doming"
+central_deflection = "6 mm"
+increments = 6
+
+[scene.loads]
+roof = "2 kN"
+
+[scene.solver]
+tolerance = 0.02
+
+[variables."joint.tensile_strength"]
+distribution = "lognormal"
+mean = "0.1 MPa"
+cov = 0.3
+field = { course_correlation = 0.4 }
+
+[variables."joint.cohesion"]
+distribution = "lognormal"
+mean = "0.1 MPa"
+cov = 0.35
+field = { course_correlation = 0.4 }
+
+[variables."joint.friction"]
+distribution = "lognormal"
+mean = 0.75
+cov = 0.15
+
+[variables."movement.central_deflection"]
+distribution = "uniform"
+lower = "6 mm"
+upper = "9 mm"
+
+[correlation]
+"joint.tensile_strength" = { "joint.cohesion" = 0.7 }
+"""
+
+
+@pytest.fixture(scope="session")
+def data_folder() -> Path:
+    return ROOT / "data"
+
+
+@pytest.fixture
+def small_study_file(tmp_path: Path) -> Path:
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL_STUDY)
+    return file
