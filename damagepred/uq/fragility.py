@@ -212,13 +212,13 @@ def fit_fragility(
     InputError
         If the dataset has no finished sample or not the variables needed.
     """
+    if "status" in ds and not np.isin(ds["status"].values, (COMPLETE, COLLAPSED)).any():
+        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
     for name in ("damage_category", "status", intensity):
         if name not in ds:
             raise InputError(f"the dataset has no variable '{name}'; fragility needs a study as open_study returns it.")
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
-    if not np.isin(ds["status"].values, (COMPLETE, COLLAPSED)).any():
-        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     highest = int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
     wanted = list(range(1, highest + 1)) if categories is None else [int(c) for c in categories]

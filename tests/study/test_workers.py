@@ -50,7 +50,7 @@ def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:
         def submit(sample: int, values: Mapping[str, float]):
             return executor.submit(slow, "", sample, values)
 
-        for result in run_all(submit, ((i, {}) for i in range(50)), 4, lambda: len(seen) >= 2):
-            seen.append(result.sample)
+        results = run_all(submit, ((i, {}) for i in range(50)), 4, lambda: len(seen) >= 2)
+        seen.extend(result.sample for result in results)
     assert len(started) < 10
     assert sorted(seen) == sorted(started)
