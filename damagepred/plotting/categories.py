@@ -1,0 +1,119 @@
+"""Categories of damage as drawings show them: limits, names and colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from numpy.typing import NDArray
+
+from damagepred.archive.schema import CATEGORIES
+from damagepred.damage import DamageTable, load_table
+from damagepred.plotting.sheet import MM, plain_number
+
+FloatArray = NDArray[np.float64]
+
+COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
+"""Of categories 0, 1, ...: warm and ever darker, so that they stay in order for every kind of eye and in grey."""
+
+DPC_COLOUR = "#0072b2"
+"""Of the damp-proof course, apart from all cracks."""
+
+TABLES = ("as2870", "bre251")
+
+
+def table_of(ds: xr.Dataset) -> DamageTable:
+    """Return the damage table a dataset was judged by, told from its attribute ``damage_table``; else AS 2870."""
+    plain = [load_table(name) for name in TABLES]
+    eased = [table.with_plasterboard() for table in plain if table.plasterboard_factor is not None]
+    name = ds.attrs.get("damage_table")
+    return next((table for table in plain + eased if table.name == name), plain[0])
+
+
+def name_of(ds: xr.Dataset, category: int) -> str:
+    """Return a category's name from the flag meanings of ``damage_category``."""
+    meanings = ds["damage_category"].attrs.get("flag_meanings") if "damage_category" in ds.variables else None
+    names = str(meanings).split() if meanings else list(CATEGORIES)
+    return names[category].replace("_", " ") if 0 <= category < len(names) else "not known"
+
+
+def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
+    """Return colour map and norm for crack widths in mm, one colour a category.
+
+    Parameters
+    ----------
+    table : DamageTable
+        Its limits are the boundaries.
+    """
+    limits = [limit * MM for limit in table.limits]
+    # the outer fields have no end; these only give the colour bar as many fields as there are categories
+    boundaries = [0.0, *limits, 2.0 * limits[-1]]
+    colours = ListedColormap(list(COLOURS[: len(limits) + 1]), name="damage categories")
+    return colours, BoundaryNorm(boundaries, colours.N, clip=True)
+
+
+def shade_bands(ax: Axes, table: DamageTable) -> None:
+    """Shade the range of widths of each category on the vertical axis, and number the bands at the right edge.
+
+    Parameters
+    ----------
+    ax : Axes
+        Its vertical axis, in mm, must have its final limits.
+    table : DamageTable
+        Limits and names of the categories.
+    """
+    low, high = ax.get_ylim()
+    edges = [0.0, *(limit * MM for limit in table.limits), np.inf]
+    for category, (lower, upper) in enumerate(pairwise(edges)):
+        if lower >= high:
+            break
+        bottom, top = max(lower, low), min(upper, high)
+        ax.axhspan(bottom, top, color=COLOURS[category], alpha=0.13, linewidth=0, zorder=0)
+        if category:
+            ax.axhline(lower, color=COLOURS[category], linewidth=0.8, zorder=1)
+        ax.annotate(
+            f"{category} {table.category_names[category]}",
+            (1.0, _middle(ax, bottom, top)),
+            xycoords=("axes fraction", "data"),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize="small",
+        )
+
+
+def _middle(ax: Axes, bottom: float, top: float) -> float:
+    """Return what lies midway between two heights on the paper."""
+    points = ax.transData.transform([(0.0, bottom), (0.0, top)])
+    return float(ax.transData.inverted().transform(points.mean(axis=0))[1])
+
+
+def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTable) -> None:
+    """Scale the vertical axis for widths from nothing to many mm: linear to the first limit, logarithmic above.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    widths : array
+        All widths drawn (mm).
+    table : DamageTable
+        Its limits are marked.
+    """
+    limits = [limit * MM for limit in table.limits]
+    values = np.asarray(widths, dtype=np.float64)
+    largest = float(np.max(values[np.isfinite(values)], initial=0.0))
+    top = next((limit for limit in limits[1:] if limit > largest), 2 * limits[-1])
+    while top < 1.15 * largest:
+        top *= 1.5
+    ax.set_yscale("symlog", linthresh=limits[0], linscale=0.6)
+    ax.set_ylim(0.0, top * 1.15)
+    marks = {0.0, *limits, 0.3, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0}
+    ax.yaxis.set_major_locator(FixedLocator(sorted(mark for mark in marks if mark <= top * 1.15)))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
+    ax.yaxis.set_minor_locator(NullLocator())

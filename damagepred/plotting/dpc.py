@@ -1,0 +1,190 @@
+"""Opening of the damp-proof course along the wall."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from numpy.typing import NDArray
+
+from damagepred.damage.joints import DPC
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    figure_of,
+    legend_below,
+    plain_number,
+    require,
+    say_nothing_to_draw,
+    set_title,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MOST_LINES = 10
+"""Increments drawn at most."""
+
+
+def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw how far the dpc has opened along the wall, increment by increment.
+
+    The stretches that are open by more than the threshold at the last increment are marked with their distance from
+    the nearer end of the wall.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall.
+    """
+    require(
+        ds,
+        (
+            "contact_x",
+            "contact_kind",
+            "contact_interface",
+            "contact_length",
+            "contact_opening",
+            "central_deflection",
+            "vertex_x",
+        ),
+        "the result of one wall with all its fields (`damagepred solve`)",
+    )
+    ax = axes_or_new(ax, 9.0, 5.0)
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel("opening of the dpc (mm)")
+    left, right = float(ds["vertex_x"].min()), float(ds["vertex_x"].max())
+    ax.set_xlim(left, right)
+    title = str(ds.attrs.get("title", "wall"))
+    if not (ds["contact_kind"].values == DPC).any():
+        say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course")
+        set_title(ax, title)
+        return ax
+    order = contacts_along(ds)
+    place, opening = ds["contact_x"].values[order], ds["contact_opening"].values[:, order] * MM
+    pieces = _pieces(ds, order)
+    deflection = ds["central_deflection"].values * MM
+    colours, norm = _colours(), Normalize(0.0, max(float(deflection.max()), 1e-9))
+    for step in spread_evenly(len(deflection), MOST_LINES):
+        for piece in pieces:
+            ax.plot(place[piece], opening[step, piece], color=colours(norm(deflection[step])), linewidth=1.4)
+    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
+    bar.set_label("central deflection (mm)")
+    threshold = float(ds["dpc_separation_length"].attrs.get("opening_threshold", 1e-3)) * MM
+    limit = f"{plain_number(threshold)} mm"
+    ax.axhline(threshold, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
+    top = max(float(opening.max()), threshold)
+    ax.set_ylim(min(-0.03 * top, 1.05 * float(opening.min())), 1.25 * top)
+    stretches = [found for piece in pieces for found in open_stretches(place[piece], opening[-1, piece], threshold)]
+    _mark(ax, stretches, threshold, left, right)
+    legend_below(ax, ax.get_legend_handles_labels()[0])
+    widest = plain_number(float(opening[-1].max()))
+    set_title(
+        ax,
+        title,
+        f"at {plain_number(float(deflection[-1]))} mm of central deflection the dpc is open by {widest} mm at most, "
+        + _reach(stretches, limit, left),
+    )
+    return ax
+
+
+def contacts_along(ds: xr.Dataset) -> IntArray:
+    """Return the numbers of the dpc's contacts from left to right; where two share a place, by interface."""
+    dpc = np.flatnonzero(ds["contact_kind"].values == DPC)
+    _, face = np.unique(ds["contact_interface"].values[dpc], return_inverse=True)
+    x = ds["contact_x"].values[dpc]
+    middle = (np.bincount(face, x) / np.bincount(face))[face]
+    return dpc[np.lexsort((x, middle))]
+
+
+def spread_evenly(count: int, most: int) -> IntArray:
+    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
+    return np.arange(count - 1, -1, -max(1, -(-count // most)))[::-1]
+
+
+def open_stretches(place: FloatArray, opening: FloatArray, threshold: float) -> list[tuple[float, float]]:
+    """Return from where to where an opening is more than a threshold.
+
+    Parameters
+    ----------
+    place : array (c,)
+        Along the wall, not falling (m).
+    opening : array (c,)
+        Opening there, straight between (any unit).
+    threshold : float
+        In the unit of the opening.
+    """
+    above = opening > threshold
+    change = np.flatnonzero(np.diff(above.astype(np.int8)))
+    share = (threshold - opening[change]) / (opening[change + 1] - opening[change])
+    ends = list(place[change] + share * (place[change + 1] - place[change]))
+    if above[0]:
+        ends.insert(0, place[0])
+    if above[-1]:
+        ends.append(place[-1])
+    return [(float(a), float(b)) for a, b in zip(ends[::2], ends[1::2])]
+
+
+def _pieces(ds: xr.Dataset, order: IntArray) -> list[IntArray]:
+    """Split the dpc's contacts where it is interrupted, as by a door; return positions in ``order``."""
+    place, reach = ds["contact_x"].values[order], ds["contact_length"].values[order]
+    # neighbouring contacts of one dpc lie no further apart than the lengths they stand for
+    interrupted = np.diff(place) > reach[:-1] + reach[1:] + 1e-9
+    return np.split(np.arange(len(order)), np.flatnonzero(interrupted) + 1)
+
+
+def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left: float, right: float) -> None:
+    """Mark where the threshold is passed, and say for the outermost places how far they are from the nearer end."""
+    ends = sorted(end for stretch in stretches for end in stretch)
+    inner = [end for end in ends if min(end - left, right - end) > 1e-6 * (right - left)]
+    ax.plot(
+        inner,
+        [threshold] * len(inner),
+        linestyle="none",
+        marker="o",
+        markersize=5,
+        color="black",
+        zorder=5,
+        label="passed at the last increment",
+    )
+    for row, place in enumerate(sorted({*inner[:1], *inner[-1:]})):
+        near_left = place - left < right - place
+        distance = place - left if near_left else right - place
+        height = 0.95 - 0.06 * row
+        ax.plot(
+            [place, place],
+            [0.0, height],
+            color="black",
+            linewidth=0.8,
+            linestyle=":",
+            zorder=1,
+            transform=ax.get_xaxis_transform(),
+        )
+        ax.annotate(
+            f"{distance:.2f} m from the {'left' if near_left else 'right'} end", (place, height),
+            xycoords=ax.get_xaxis_transform(), xytext=(5 if near_left else -5, 0), textcoords="offset points",
+            ha="left" if near_left else "right", va="center", fontsize="small",
+        )  # fmt: skip
+
+
+def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str:
+    if not stretches:
+        return f"nowhere by more than {limit}"
+    spans = ", ".join(f"{a - left:.2f} to {b - left:.2f} m" for a, b in stretches[:4])
+    more = f" and {len(stretches) - 4} more stretches" if len(stretches) > 4 else ""
+    return f"by more than {limit} along {spans}{more}"
+
+
+def _colours() -> LinearSegmentedColormap:
+    """Return viridis without its yellow, which does not show on white."""
+    return LinearSegmentedColormap.from_list("movement", colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)]))

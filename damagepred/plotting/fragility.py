@@ -1,0 +1,137 @@
+"""Fragility curves: the probability of a category of damage or worse against the movement."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, FuncFormatter
+
+from damagepred.archive.schema import CATEGORIES
+from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.sheet import MM, axes_or_new, plain_number, require, set_title
+
+LINES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
+"""Line style of the curves one after the other, beside their colour."""
+
+_RATIOS = (
+    1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150, 200, 250, 300, 400, 500, 600, 800,
+    1000, 1200, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 8000, 10000, 20000, 50000, 100000,
+)  # fmt: skip
+"""Denominators n of the marks 1/n on an axis of deflection ratios."""
+
+
+def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw fragility curves with their confidence bands.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it: ``probability`` with ``_lower`` and ``_upper`` on
+        (category, intensity), ``median``, ``dispersion`` and ``fit_status`` on (category,); ``empirical``, if it is
+        there, is drawn as steps. An intensity in metres is shown in mm, one without unit as 1/n.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Its legend names each category with median and dispersion, or why it has no curve.
+
+    Raises
+    ------
+    InputError
+        If the dataset holds no fragility curves.
+    """
+    require(
+        curves,
+        ("probability", "probability_lower", "probability_upper", "median", "dispersion", "fit_status", "intensity"),
+        "fragility curves as `damagepred.fit_fragility` returns them",
+    )
+    ax = axes_or_new(ax, 9.0, 6.0)
+    in_metres = curves["intensity"].attrs.get("units") == "m"
+    scale = MM if in_metres else 1.0
+    x = curves["intensity"].values * scale
+    handles: list[Line2D] = []
+    for number, category in enumerate(curves["category"].values):
+        one = curves.isel(category=number)
+        colour = COLOURS[int(category) % len(COLOURS)]
+        style = LINES[number % len(LINES)]
+        if "empirical" in one:
+            ax.plot(
+                x, one["empirical"].values, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3
+            )
+        name = f"category {int(category)} ({_name(curves, number)})"
+        if str(one["fit_status"].item()) != "fitted":
+            handles.append(
+                Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {one['fit_status'].item()}")
+            )
+            continue
+        lower, upper = one["probability_lower"].values, one["probability_upper"].values
+        ax.fill_between(x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1)
+        handles += ax.plot(
+            x, one["probability"].values, color=colour, linestyle=style, linewidth=2.0, zorder=4,
+            label=f"{name}: {_parameters(one, float(x[-1]), scale, in_metres)}",
+        )  # fmt: skip
+    ax.set_xlim(float(x[0]), float(x[-1]))
+    ax.set_ylim(0.0, 1.0)
+    ax.grid(color="0.9")
+    ax.set_axisbelow(True)
+    _label_intensity(ax, curves, in_metres)
+    ax.set_ylabel("probability of the category or worse (1)")
+    ax.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.13), frameon=False, fontsize="small",
+        borderaxespad=0.0, handlelength=3.0,
+    )  # fmt: skip
+    set_title(ax, *_title(curves))
+    return ax
+
+
+def _name(curves: xr.Dataset, number: int) -> str:
+    if "category_name" in curves.variables:
+        return str(curves["category_name"].values[number]).replace("_", " ")
+    category = int(curves["category"].values[number])
+    return CATEGORIES[category].replace("_", " ") if category < len(CATEGORIES) else "no name"
+
+
+def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
+    median = float(one["median"]) * scale
+    shown = f"{plain_number(median)} mm" if in_metres else as_ratio(median)
+    beyond = " (beyond the study's movement)" if median > largest else ""
+    return f"median {shown}{beyond}, dispersion {float(one['dispersion']):.2f}"
+
+
+def as_ratio(value: float) -> str:
+    """Return a deflection ratio as engineers write it, such as 1/300."""
+    return "0" if value <= 0 else f"1/{1 / value:.0f}"
+
+
+def _label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
+    measure = str(curves.attrs.get("intensity_measure", "")).replace("_", " ")
+    name = measure or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
+    if in_metres:
+        ax.set_xlabel(f"{name} (mm)")
+        return
+    ax.set_xlabel(f"{name} (1)")
+    largest = ax.get_xlim()[1]
+    marks = [0.0]
+    for ratio in sorted(1.0 / n for n in _RATIOS):
+        if ratio <= largest * (1 + 1e-9) and ratio - marks[-1] >= 0.1 * largest:
+            marks.append(ratio)
+    ax.xaxis.set_major_locator(FixedLocator(marks))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: as_ratio(value)))
+
+
+def _title(curves: xr.Dataset) -> tuple[str, str]:
+    title = str(curves.attrs.get("title", "fragility curves"))
+    parts = []
+    if "samples" in curves.attrs:
+        failed = int(curves.attrs.get("samples_failed", 0))
+        parts.append(f"{int(curves.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else ""))
+    if np.isfinite(curves["probability_lower"].values).any():
+        confidence = curves.attrs.get("confidence")
+        parts.append("band: " + (f"{float(confidence):.0%} confidence" if confidence else "confidence"))
+    if "empirical" in curves:
+        parts.append("steps: share of the walls at the increments")
+    return title[:1].upper() + title[1:], "; ".join(parts)

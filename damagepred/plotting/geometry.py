@@ -1,0 +1,220 @@
+"""Blocks and joints of a stored wall: how blocks have moved, which blocks a joint lies between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.damage.joints import DPC, FOOTING_INTERFACE
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+NO_BLOCK = -1
+"""Stands for the ground, and for a block that could not be found."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Rigid motion of the blocks at one increment; n of them.
+
+    Attributes
+    ----------
+    x, y : array (n,)
+        Centroids (m).
+    displacement : array (n, 2)
+        Of the centroids (m).
+    rotation : array (n,)
+        Counter-clockwise (rad), small.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    displacement: FloatArray
+    rotation: FloatArray
+
+    @classmethod
+    def of(cls, ds: xr.Dataset, increment: int) -> Motion:
+        """Read the motion from a one-wall dataset at the increment with that position."""
+        step = ds.isel(increment=increment)
+        moved = np.column_stack((step["block_displacement_x"].values, step["block_displacement_y"].values))
+        return cls(ds["block_x"].values, ds["block_y"].values, moved, step["block_rotation"].values)
+
+    def at(self, block: IntArray, points: FloatArray) -> FloatArray:
+        """Return the displacement of points that move with blocks.
+
+        Parameters
+        ----------
+        block : array of int (p,)
+            Block each belongs to.
+        points : array (p, 2)
+            Where they are before (m).
+
+        Returns
+        -------
+        array (p, 2)
+            Displacement (m), to first order in the rotation.
+        """
+        turn = self.rotation[block]
+        arm_x, arm_y = points[:, 0] - self.x[block], points[:, 1] - self.y[block]
+        return self.displacement[block] + np.column_stack((-turn * arm_y, turn * arm_x))
+
+
+def corners(ds: xr.Dataset) -> tuple[FloatArray, IntArray]:
+    """Return the corners of all blocks, (v, 2) in m, and the block each belongs to, (v,)."""
+    points = np.column_stack((ds["vertex_x"].values, ds["vertex_y"].values))
+    return points, np.asarray(ds["vertex_block"].values, dtype=np.int64)
+
+
+def polygons(points: FloatArray, block: IntArray) -> list[FloatArray]:
+    """Split corners into one polygon a block, in the order of the blocks.
+
+    Parameters
+    ----------
+    points : array (v, 2)
+        Corners (m), those of a block one after the other.
+    block : array of int (v,)
+        Block each belongs to.
+    """
+    return np.split(points, np.flatnonzero(np.diff(block)) + 1)
+
+
+@dataclass(frozen=True)
+class Faces:
+    """The interfaces of a wall at one increment; m of them.
+
+    Attributes
+    ----------
+    start, end : array (m, 2)
+        Ends before any movement (m).
+    normal : array (m, 2)
+        Unit normal, from block a to block b.
+    kind : array of int (m,)
+        Flag value of ``contact_kind``.
+    opening : array (m,)
+        Widest opening of a contact (m), 0 if none is open.
+    crack : array (m,)
+        Widest opening of a cracked contact (m), 0 if none is.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    normal: FloatArray
+    kind: IntArray
+    opening: FloatArray
+    crack: FloatArray
+
+    @classmethod
+    def of(cls, ds: xr.Dataset, increment: int) -> Faces:
+        """Gather the contacts of a one-wall dataset by interface, at the increment with that position."""
+        step = ds.isel(increment=increment)
+        _, first, face = np.unique(ds["contact_interface"].values, return_index=True, return_inverse=True)
+        length = ds["contact_length"].values
+        whole = np.bincount(face, length)
+        place = np.column_stack([ds[f"contact_{axis}"].values for axis in "xy"])
+        middle = np.column_stack([np.bincount(face, length * along) / whole for along in place.T])
+        normal = np.column_stack([ds[f"contact_normal_{axis}"].values[first] for axis in "xy"])
+        half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
+        opening, crack = np.zeros(len(first)), np.zeros(len(first))
+        cracked = step["contact_state"].values == 1
+        np.maximum.at(opening, face, step["contact_opening"].values)
+        np.maximum.at(crack, face, np.where(cracked, step["contact_opening"].values, 0.0))
+        kind = np.asarray(ds["contact_kind"].values[first], dtype=np.int64)
+        return cls(middle - half, middle + half, normal, kind, opening, crack)
+
+    @property
+    def middle_y(self) -> FloatArray:
+        """Height of the middle before any movement (m), (m,)."""
+        return (self.start[:, 1] + self.end[:, 1]) / 2
+
+    @property
+    def is_mortar(self) -> BoolArray:
+        """Which are mortar joints, not the dpc and not the footing's interface, (m,)."""
+        return (self.kind != DPC) & (self.kind != FOOTING_INTERFACE)
+
+    @property
+    def is_footing(self) -> BoolArray:
+        """Which lie between wall and footing, (m,)."""
+        return self.kind == FOOTING_INTERFACE
+
+    @property
+    def is_dpc(self) -> BoolArray:
+        """Which are the dpc, (m,)."""
+        return self.kind == DPC
+
+    def pick(self, chosen: BoolArray) -> Faces:
+        """Return those where ``chosen`` (m,) is True."""
+        return Faces(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+    def neighbours(self, points: FloatArray, block: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the blocks a and b on either side, each (m,), -1 for the ground.
+
+        Parameters
+        ----------
+        points : array (v, 2)
+            Corners of all blocks (m), counter-clockwise, those of a block one after the other.
+        block : array of int (v,)
+            Block each belongs to.
+        """
+        middle = (self.start + self.end) / 2
+        step = self.normal * 1e-3 * np.hypot(*(self.end - self.start).T)[:, None]
+        return block_at(middle - step, points, block), block_at(middle + step, points, block)
+
+
+def block_at(places: FloatArray, points: FloatArray, block: IntArray) -> IntArray:
+    """Return the convex block that each place lies in, -1 where there is none.
+
+    Parameters
+    ----------
+    places : array (p, 2)
+        Places (m).
+    points : array (v, 2)
+        Corners of all blocks (m), counter-clockwise, those of a block one after the other.
+    block : array of int (v,)
+        Block each belongs to.
+    """
+    first = np.concatenate(([0], np.flatnonzero(np.diff(block)) + 1))
+    following = np.arange(1, len(points) + 1)
+    following[np.append(first[1:], len(points)) - 1] = first
+    edge = points[following] - points
+    found = np.full(len(places), NO_BLOCK, dtype=np.int64)
+    for rows in np.array_split(np.arange(len(places)), len(places) // 256 + 1):
+        arm = places[rows, None, :] - points
+        left_of = edge[:, 0] * arm[..., 1] - edge[:, 1] * arm[..., 0] >= 0.0
+        inside = np.logical_and.reduceat(left_of, first, axis=1)
+        found[rows] = np.where(inside.any(axis=1), block[first[inside.argmax(axis=1)]], NO_BLOCK)
+    return found
+
+
+def ground_profile(ds: xr.Dataset, increment: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
+
+    The ground is where the underside of the wall is, less what the footing's interface has opened.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    """
+    footing = np.flatnonzero(ds["contact_kind"].values == FOOTING_INTERFACE)
+    if not footing.size:
+        return np.empty(0), np.empty(0), np.empty(0)
+    place = np.column_stack([ds[f"contact_{axis}"].values[footing] for axis in "xy"])
+    face = ds["contact_interface"].values[footing]
+    # a contact at a corner belongs to the block over the middle of its interface
+    _, which = np.unique(face, return_inverse=True)
+    count = np.bincount(which)
+    middle = np.column_stack([np.bincount(which, along) / count for along in place.T])
+    reach = np.bincount(which, ds["contact_length"].values[footing])
+    above = block_at(middle + np.column_stack((0 * reach, 1e-3 * reach)), *corners(ds))[which]
+    rise = Motion.of(ds, increment).at(above, place)[:, 1]
+    rise = rise - ds["contact_opening"].values[increment, footing]
+    x, which = np.unique(np.round(place[:, 0], 9), return_inverse=True)
+    count = np.bincount(which)
+    return x, np.bincount(which, place[:, 1]) / count, np.bincount(which, rise) / count

@@ -1,0 +1,78 @@
+"""Widest crack and dpc opening as the ground moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from damagepred.damage.cracks import HAIRLINE
+from damagepred.damage.joints import DPC
+from damagepred.plotting.categories import COLOURS, DPC_COLOUR, shade_bands, table_of, width_scale
+from damagepred.plotting.sheet import MM, axes_or_new, legend_below, require, set_title
+
+
+def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw widest crack and widest dpc opening against the central deflection, over the categories of damage.
+
+    The marks on the crack's line have the colour of the wall's category, which may be higher than the crack's own
+    where a group of cracks counts. The axis is linear up to the first category's limit and logarithmic above.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall.
+    """
+    require(
+        ds,
+        ("crack_width_max", "dpc_opening_max", "central_deflection", "damage_category"),
+        "the result of one wall (`damagepred solve`)",
+    )
+    ax = axes_or_new(ax, 8.5, 5.0)
+    table = table_of(ds)
+    x = ds["central_deflection"].values * MM
+    crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
+    has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == DPC).any())
+    base = ds["base_crack_width_max"].values * MM if "base_crack_width_max" in ds.variables else np.zeros_like(x)
+    has_base = bool(base.max(initial=0.0) > HAIRLINE * MM)
+    category = ds["damage_category"].values
+    ax.plot(
+        x, crack, color="black", linewidth=1.6, zorder=4, label="widest crack" + (" above the dpc" if has_dpc else "")
+    )
+    ax.scatter(
+        x, crack, c=[COLOURS[max(int(c), 0)] for c in category], edgecolors="black", s=32, zorder=5, clip_on=False
+    )
+    if has_dpc:
+        ax.plot(
+            x,
+            dpc,
+            color=DPC_COLOUR,
+            linewidth=1.6,
+            linestyle="--",
+            marker="s",
+            markersize=4,
+            zorder=4,
+            label="widest dpc opening",
+        )
+    if has_base:
+        ax.plot(x, base, color="0.35", linewidth=1.2, linestyle=":", zorder=3, label="widest crack below the dpc")
+    drawn = np.concatenate((crack, dpc if has_dpc else crack, base if has_base else crack))
+    width_scale(ax, drawn, table)
+    ax.set_xlim(0.0, max(float(x.max()) * 1.02, 1e-6))
+    shade_bands(ax, table)
+    ax.set_xlabel("central deflection (mm)")
+    ax.set_ylabel("width (mm)")
+    legend_below(ax, ax.get_legend_handles_labels()[0])
+    set_title(
+        ax,
+        str(ds.attrs.get("title", "wall")),
+        f"bands: crack widths by {table.name}; marks on the black line: the wall's category",
+    )
+    return ax

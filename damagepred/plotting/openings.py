@@ -1,0 +1,64 @@
+"""Change of the width of windows and doors."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from damagepred.errors import InputError
+from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title
+
+AGAINST = {"central_deflection": "central deflection (mm)", "dpc_opening_max": "widest opening of the dpc (mm)"}
+"""What the change can be drawn against."""
+
+STYLES = (("#0072b2", "o"), ("#d55e00", "s"), ("#009e73", "^"), ("#cc79a7", "D"), ("#000000", "v"), ("#e69f00", "P"))
+
+
+def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: str = "central_deflection") -> Axes:
+    """Draw how much wider (positive) or narrower each opening has become, at the upper end of its jambs.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    against : {"central_deflection", "dpc_opening_max"}
+        What to draw it against.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall, or ``against`` is something else.
+    """
+    if against not in AGAINST:
+        raise InputError(f"against = '{against}': must be one of {', '.join(AGAINST)}.")
+    require(ds, ("opening_width_change", against), "the result of one wall (`damagepred solve`)")
+    ax = axes_or_new(ax, 8.0, 5.0)
+    ax.set_xlabel(AGAINST[against])
+    ax.set_ylabel("change of width at the upper end of the jambs (mm)")
+    set_title(ax, str(ds.attrs.get("title", "wall")), "openings: widening is positive")
+    if not ds.sizes.get("opening", 0):
+        say_nothing_to_draw(ax, "no openings: this wall has neither windows nor doors")
+        return ax
+    x, change = ds[against].values * MM, ds["opening_width_change"].values * MM
+    ax.axhline(0.0, color="black", linewidth=0.8)
+    for number in range(ds.sizes["opening"]):
+        colour, marker = STYLES[number % len(STYLES)]
+        measured = bool(np.isfinite(change[:, number]).any())
+        label = _label(ds, number) + ("" if measured else ": has one jamb only")
+        ax.plot(x, change[:, number], color=colour, marker=marker, markersize=4, linewidth=1.4, label=label)
+    ax.grid(color="0.9")
+    ax.set_axisbelow(True)
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _label(ds: xr.Dataset, number: int) -> str:
+    values = [float(ds[f"opening_{name}"].values[number]) for name in ("left", "sill", "width", "height")]
+    if not np.isfinite(values).all():
+        return f"opening {number + 1}"
+    left, sill, width, height = values
+    kind = "window" if sill > 0 else "door"
+    return f"{kind} {number + 1}: {width:.2f} x {height:.2f} m, at {left:.2f} m"

@@ -1,0 +1,142 @@
+"""Pictures in files: each written whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from damagepred.archive.files import write_whole
+from damagepred.damage.joints import DPC
+from damagepred.errors import InputError, StudyError
+from damagepred.plotting.dpc import draw_dpc_opening
+from damagepred.plotting.fragility import draw_fragility
+from damagepred.plotting.history import draw_history
+from damagepred.plotting.openings import draw_opening_width_change
+from damagepred.plotting.sheet import DPI, figure_of, new_figure
+from damagepred.plotting.study import draw_category_shares, draw_crack_widths
+from damagepred.plotting.wall import draw_wall
+
+FORMATS = ("png", "pdf", "svg")
+
+
+def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
+    """Draw one wall: ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    folder : str or Path
+        Where to write; made if it does not exist.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    StudyError
+        If the folder cannot be written.
+    InputError
+        If the dataset is not of one wall.
+    """
+    sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
+    if ds.sizes.get("opening", 0):
+        sheets["opening_width.png"] = _opening_width(ds)
+    sheets["history.png"] = figure_of(draw_history(ds))
+    return _save_all(sheets, folder)
+
+
+def _opening_width(ds: xr.Dataset) -> Figure:
+    if not (ds["contact_kind"].values == DPC).any():
+        return figure_of(draw_opening_width_change(ds))
+    figure = new_figure(12.0, 5.0)
+    left, right = figure.subplots(1, 2, sharey=True)
+    draw_opening_width_change(ds, left)
+    draw_opening_width_change(ds, right, against="dpc_opening_max")
+    for ax in (left, right):
+        ax.set_title("", loc="left")
+    right.set_ylabel("")
+    title = f"{ds.attrs.get('title', 'wall')}\nopenings: widening is positive"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
+    """Draw a study: ``crack_widths.png`` and ``category_shares.png``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``damagepred.open_study`` returns it.
+    folder : str or Path
+        Where to write; made if it does not exist.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    StudyError
+        If the folder cannot be written.
+    InputError
+        If the dataset is not a study, or no wall of it has been solved.
+    """
+    sheets = {
+        "crack_widths.png": figure_of(draw_crack_widths(ds)),
+        "category_shares.png": figure_of(draw_category_shares(ds)),
+    }
+    return _save_all(sheets, folder)
+
+
+def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
+    """Draw fragility curves into a file.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it.
+    path : str or Path
+        Ending in .png, .pdf or .svg; its folder is made if it does not exist.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    StudyError
+        If the folder cannot be written.
+    InputError
+        If the name ends in something else, or the dataset holds no curves.
+    """
+    file = Path(path)
+    if file.suffix.lstrip(".").lower() not in FORMATS:
+        raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
+    return _save_all({file.name: figure_of(draw_fragility(curves))}, file.parent)[0]
+
+
+def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:
+    place = Path(folder)
+    _make(place)
+    for name, figure in sheets.items():
+        kind = Path(name).suffix.lstrip(".").lower()
+        write_whole(place / name, lambda file, f=figure, k=kind: f.savefig(file, dpi=DPI, format=k))  # type: ignore[misc]
+    return [place / name for name in sheets]
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise StudyError(f"{folder}: pictures need a folder, but this is a file; give another place.") from None
+    except OSError as error:
+        raise StudyError(
+            f"{folder}: this folder for pictures could not be made: {error.strerror or error}; give another place."
+        ) from error

@@ -1,0 +1,116 @@
+"""Sheets to draw on, and what all drawings share: wrapped titles, checks of what they are given."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from damagepred.errors import InputError
+
+DPI = 150
+"""Resolution of all pictures (dots per inch)."""
+
+LETTERS_PER_INCH = 15.5
+"""Of a title, by the width of its axes before the layout has been found, which widens them."""
+
+MM = 1e3
+"""Millimetres in a metre."""
+
+
+def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
+    """Return an empty figure that belongs to no window.
+
+    Parameters
+    ----------
+    width, height : float
+        Size (inches).
+    """
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def axes_or_new(ax: Axes | None, width: float = 8.0, height: float = 5.0) -> Axes:
+    """Return ``ax``, or the axes of a new figure of the given size (inches) if it is None."""
+    return new_figure(width, height).add_subplot() if ax is None else ax
+
+
+def figure_of(ax: Axes) -> Figure:
+    """Return the whole figure that axes stand on."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None  # axes made here always have one
+    return figure
+
+
+def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:
+    """Check that a dataset holds what a drawing needs.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What was given.
+    names : iterable of str
+        Variables needed.
+    result : str
+        What holds them, for the message.
+
+    Raises
+    ------
+    InputError
+        If one is missing.
+    """
+    missing = [name for name in names if name not in ds.variables]
+    if missing:
+        raise InputError(f"the dataset has no variable '{missing[0]}'; this drawing needs {result}.")
+
+
+def set_title(ax: Axes, *lines: str) -> None:
+    """Write a title: the first line is the name of the wall or study, the others say what is drawn.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where; its width tells where to wrap.
+    lines : str
+        Empty ones are left out.
+    """
+    inches = ax.bbox.width / figure_of(ax).dpi
+    letters = max(20, int(LETTERS_PER_INCH * inches))
+    rows = [row for line in lines if line for row in textwrap.wrap(line, letters)]
+    ax.set_title("\n".join(rows), fontsize=10, loc="left")
+
+
+def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
+    """Put a legend in rows under the axes, where it covers nothing.
+
+    Parameters
+    ----------
+    ax : Axes
+        With a label on its horizontal axis.
+    handles : sequence of Artist
+        What to explain, each with a label.
+    columns : int
+        Entries in a row at most.
+    """
+    ax.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=min(columns, len(handles)),
+        frameon=False, fontsize="small", borderaxespad=0.0,
+    )  # fmt: skip
+
+
+def say_nothing_to_draw(ax: Axes, reason: str) -> None:
+    """Write into empty axes why they are empty."""
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize="large", wrap=True)
+
+
+def plain_number(value: float) -> str:
+    """Return a number to three figures, without an exponent."""
+    return f"{float(f'{value:.3g}'):.10f}".rstrip("0").rstrip(".")

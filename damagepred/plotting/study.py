@@ -1,0 +1,231 @@
+"""All walls of a study: crack widths, and how many walls are in which category of damage."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.errors import InputError
+from damagepred.plotting.categories import COLOURS, name_of, shade_bands, table_of, width_scale
+from damagepred.plotting.sheet import MM, axes_or_new, legend_below, require, set_title
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+COLLAPSED = SAMPLE_STATUS.index("collapsed")
+FAILED = SAMPLE_STATUS.index("failed")
+MISSING = SAMPLE_STATUS.index("missing")
+
+NOT_KNOWN = -1
+"""In place of a category: the wall was not followed as far."""
+
+FEWEST = 0.8
+"""Share of the walls that must count for quantiles over them to be drawn."""
+
+_NEEDED = ("crack_width_max", "damage_category", "central_deflection", "status")
+_STUDY = "a study as `damagepred.open_study` returns it"
+
+
+class Paths(NamedTuple):
+    """Paths of all walls of a study at common deflections; s walls, d deflections.
+
+    Attributes
+    ----------
+    deflection : array (d,)
+        Central deflection (m), rising.
+    width : array (s, d)
+        Widest crack (m); infinite once the wall's path has ended early, in collapse or in a category after which the
+        study follows no wall; NaN where the wall was not followed as far for another reason.
+    category : array of int (s, d)
+        Highest category reached so far, -1 where the wall was not followed as far.
+    """
+
+    deflection: FloatArray
+    width: FloatArray
+    category: IntArray
+
+
+def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
+    """Bring the paths of all walls to common deflections.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    points : int
+        Number of deflections, unless all walls share the same increments: then those are taken.
+
+    Raises
+    ------
+    InputError
+        If no wall of the study has been solved.
+    """
+    deflection, width = ds["central_deflection"].values, ds["crack_width_max"].values
+    category, status = ds["damage_category"].values, ds["status"].values
+    if deflection.ndim == 1:
+        deflection = np.broadcast_to(deflection, width.shape)
+    known = np.isfinite(deflection) & (category >= 0)
+    solved = known & np.isfinite(width)
+    if not solved.any():
+        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
+    grid, highest = _grid(deflection[known], deflection.shape[1], points), highest_of(ds)
+    shape = (len(width), len(grid))
+    paths = Paths(grid, np.full(shape, np.nan), np.full(shape, NOT_KNOWN))
+    slack = 1e-9 * grid[-1]
+    for sample in np.flatnonzero(solved.any(axis=1)):
+        x, solved_x = deflection[sample, known[sample]], deflection[sample, solved[sample]]
+        worst = np.maximum.accumulate(category[sample, known[sample]].astype(np.int64))
+        last = np.searchsorted(x, grid + slack, side="right") - 1
+        # a category beyond the last width: the rest was left out on purpose, it is not unknown
+        ended = status[sample] == COLLAPSED or worst[-1] >= highest or len(solved_x) < len(x)
+        paths.category[sample] = worst[np.maximum(last, 0)]
+        paths.width[sample] = np.interp(grid, solved_x, width[sample, solved[sample]])
+        paths.width[sample, grid > solved_x[-1] + slack] = np.inf if ended else np.nan
+        final = highest if status[sample] == COLLAPSED else worst[-1]
+        paths.category[sample, grid > x[-1] + slack] = final if ended else NOT_KNOWN
+    return paths
+
+
+def _grid(deflection: FloatArray, increments: int, points: int) -> FloatArray:
+    largest = float(deflection.max())
+    shared = np.unique(np.round(deflection, 12))
+    if len(shared) <= increments:
+        return shared
+    return np.linspace(0.0, largest, points)
+
+
+def highest_of(ds: xr.Dataset) -> int:
+    """Return the number of the highest category of the table a study was judged by."""
+    return int(ds.attrs.get("highest_category", table_of(ds).highest))
+
+
+def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the widest crack of every wall against the central deflection, with quantiles over the walls.
+
+    Walls whose path ended early, in collapse or in the last category of interest, count as wider than all others from
+    there on; walls that were not followed as far for another reason do not count there. Quantiles are drawn as far as
+    four of five walls count.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not a study, or no wall of it has been solved.
+    """
+    require(ds, _NEEDED, _STUDY)
+    paths = common_paths(ds)
+    ax = axes_or_new(ax, 9.0, 5.5)
+    table = table_of(ds)
+    x, width = paths.deflection * MM, paths.width * MM
+    shown = np.where(np.isfinite(width), width, np.nan)
+    strength = float(np.clip(12.0 / len(width), 0.04, 0.5))
+    lines = [np.column_stack((x, row)) for row in shown]
+    ax.add_collection(LineCollection(lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label="each wall"))
+    handles = [Line2D([], [], color="0.5", linewidth=0.8, label="each wall")]
+    for share, style in ((0.9, "--"), (0.5, "-"), (0.1, ":")):
+        label = "median" if share == 0.5 else f"{share:.0%} of the walls below"
+        handles += ax.plot(
+            x, quantile(width, share), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
+        )
+    width_scale(ax, shown, table)
+    ax.set_xlim(0.0, float(x[-1]) or 1.0)
+    shade_bands(ax, table)
+    ax.set_xlabel("central deflection (mm)")
+    ax.set_ylabel("widest crack of the wall (mm)")
+    legend_below(ax, handles)
+    set_title(ax, str(ds.attrs.get("title", "study")), f"{count_walls(ds)}; categories of damage by {table.name}")
+    return ax
+
+
+def quantile(width: FloatArray, share: float) -> FloatArray:
+    """Return a quantile over walls, column by column, NaN where too few of them count or it is infinite.
+
+    Parameters
+    ----------
+    width : array (s, d)
+        One row a wall; NaN does not count, infinite is wider than all others.
+    share : float
+        0 to 1.
+    """
+    counts = ~np.isnan(width)
+    result = np.full(width.shape[1], np.nan)
+    walls = counts.any(axis=1).sum()
+    for column in np.flatnonzero(counts.sum(axis=0) >= FEWEST * walls):
+        values = np.sort(width[counts[:, column], column])
+        place = share * (len(values) - 1)
+        low, high = values[int(np.floor(place))], values[int(np.ceil(place))]
+        if np.isfinite(high):
+            result[column] = low + (place - np.floor(place)) * (high - low)
+    return result
+
+
+def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw which share of the walls has reached which category, against the central deflection.
+
+    A wall stays in the highest category it has reached. Walls that failed, are missing, or were not followed as far
+    are shown as not known.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not a study, or no wall of it has been solved.
+    """
+    require(ds, _NEEDED, _STUDY)
+    paths = common_paths(ds)
+    ax = axes_or_new(ax, 9.0, 5.5)
+    x, highest = paths.deflection * MM, highest_of(ds)
+    shares = np.array([(paths.category == c).mean(axis=0) for c in [*range(highest + 1), NOT_KNOWN]])
+    labels = [f"{c} {name_of(ds, c)}" for c in range(highest + 1)]
+    bottom = np.zeros_like(x)
+    for category, label in enumerate(labels):
+        top = bottom + shares[category]
+        ax.fill_between(x, bottom, top, color=COLOURS[category], linewidth=0.6, edgecolor="white", label=label)
+        bottom = top
+    if shares[-1].any():
+        ax.fill_between(
+            x,
+            bottom,
+            1.0,
+            facecolor="white",
+            edgecolor="0.5",
+            hatch="///",
+            linewidth=0.0,
+            label="failed, not run, or not followed as far",
+        )
+    ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
+    ax.set_ylim(0.0, 1.0)
+    ax.set_xlabel("central deflection (mm)")
+    ax.set_ylabel("share of the walls (1)")
+    legend_below(ax, ax.get_legend_handles_labels()[0])
+    set_title(ax, str(ds.attrs.get("title", "study")), f"{count_walls(ds)}; highest category reached so far")
+    return ax
+
+
+def count_walls(ds: xr.Dataset) -> str:
+    """Say how many walls a study has, and how many of them collapsed, failed or are missing."""
+    status = ds["status"].values
+    parts = [f"{len(status)} walls"]
+    for value, word in ((COLLAPSED, "collapsed"), (FAILED, "failed"), (MISSING, "not run yet")):
+        if (number := int((status == value).sum())) > 0:
+            parts.append(f"{number} {word}")
+    return ", ".join(parts)

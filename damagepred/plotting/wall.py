@@ -1,0 +1,270 @@
+"""The deformed wall: bricks, cracks by width, the dpc's opening, the footing."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgba_array
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from damagepred.damage import DamageTable
+from damagepred.damage.cracks import HAIRLINE
+from damagepred.errors import InputError
+from damagepred.plotting.categories import COLOURS, DPC_COLOUR, name_of, table_of, width_colours
+from damagepred.plotting.geometry import Faces, Motion, corners, ground_profile, polygons
+from damagepred.plotting.sheet import MM, axes_or_new, figure_of, plain_number, require, set_title
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BRICKS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
+"""Tones of the bricks: pale, for the cracks to stand out."""
+
+BRICK_EDGE = "#a98f7c"
+FOOTING_COLOUR = "#b9bcc0"
+DATUM = (0, (6, 4))
+"""Dashes of the line where the footing was."""
+
+SHOWN = 0.045
+"""Largest displacement on the drawing, as a fraction of the wall's length."""
+
+LARGEST_EXAGGERATION = 1000.0
+
+_NEEDED = (
+    "vertex_x", "vertex_y", "vertex_block", "block_x", "block_y", "block_displacement_x", "block_displacement_y",
+    "block_rotation", "contact_x", "contact_y", "contact_interface", "contact_kind", "contact_length",
+    "contact_opening", "contact_state", "contact_normal_x", "contact_normal_y", "central_deflection",
+    "damage_category",
+)  # fmt: skip
+
+
+def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None) -> Axes:
+    """Draw a wall as it has moved, with its cracks coloured by width.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    increment : int
+        Position of the increment, -1 for the last.
+    exaggeration : float, optional
+        Factor on all displacements; by default a round number that shows the largest as about 4.5 % of the
+        wall's length.
+
+    Returns
+    -------
+    Axes
+        With collections labelled ``bricks``, ``cracks`` and, if there is one and it is open, ``dpc opening``.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall, or has no such increment.
+    """
+    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
+    steps = ds.sizes["increment"]
+    if not -steps <= increment < steps:
+        raise InputError(
+            f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
+        )
+    if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
+        raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
+    motion = Motion.of(ds, increment)
+    points, block = corners(ds)
+    moved = motion.at(block, points)
+    length = float(np.ptp(points[:, 0]))
+    factor = round_exaggeration(moved, length) if exaggeration is None else float(exaggeration)
+    shape = points + factor * moved
+    if ax is None:
+        ax = axes_or_new(None, 10.0, _sheet_height(shape))
+
+    table = table_of(ds)
+    _draw_ground(ax, ds, increment, factor)
+    ax.add_collection(
+        PolyCollection(
+            polygons(shape, block), facecolors=_tones(len(motion.x)), edgecolors=BRICK_EDGE, linewidths=0.35,
+            zorder=2, label="bricks",
+        )
+    )  # fmt: skip
+    faces = Faces.of(ds, increment)
+    cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
+    _draw_cracks(ax, _gaps(cracks, motion, points, block, factor), cracks.crack * MM, table)
+    dpc = faces.pick(faces.is_dpc)
+    _draw_dpc(ax, dpc, _gaps(dpc, motion, points, block, factor))
+    _finish(ax, ds, increment, factor, faces)
+    return ax
+
+
+def round_exaggeration(displacement: FloatArray, length: float) -> float:
+    """Return the round number that shows the largest displacement as about 4.5 % of the wall's length.
+
+    Parameters
+    ----------
+    displacement : array (..., 2)
+        Displacements (m).
+    length : float
+        Of the wall (m).
+    """
+    largest = float(np.hypot(displacement[..., 0], displacement[..., 1]).max(initial=0.0))
+    if not np.isfinite(largest) or largest <= 0.0:
+        return 1.0
+    wanted = min(max(SHOWN * length / largest, 1.0), LARGEST_EXAGGERATION)
+    round_numbers = np.outer(10.0 ** np.arange(4), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
+    return float(round_numbers[np.argmin(np.abs(np.log(round_numbers / wanted)))])
+
+
+def _sheet_height(shape: FloatArray) -> float:
+    width, height = np.ptp(shape, axis=0)
+    return float(np.clip(8.0 * height / width + 1.95, 3.6, 9.0))
+
+
+def _tones(count: int) -> list[str]:
+    # a fixed seed: the same wall always looks the same
+    return [BRICKS[i] for i in np.random.default_rng(1).integers(len(BRICKS), size=count)]
+
+
+def _gaps(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
+    """Return what has opened between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
+    sides = faces.neighbours(points, block)
+
+    def shown(side: int, place: FloatArray) -> FloatArray:
+        # where one side was not found, the other speaks for both
+        own = np.where(sides[side] >= 0, sides[side], sides[1 - side])
+        return place + factor * motion.at(own, place) * (own >= 0)[:, None]
+
+    return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), axis=1)
+
+
+def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:
+    """Draw cracks (m, 4, 2) coloured by width (mm), the widest on top, with a colour bar."""
+    colours, norm = width_colours(table)
+    order = np.argsort(width)
+    lines = 1.0 + 0.35 * np.asarray(norm(width[order]), dtype=np.float64)
+    _draw_gaps(ax, gaps[order], colours(norm(width[order])), lines, "cracks", 4)
+    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), cax=ax.inset_axes((1.02, 0.0, 0.025, 1.0)))
+    bar.ax.tick_params(which="both", length=0)
+    limits = [limit * MM for limit in table.limits]
+    bar.set_ticks(limits, labels=[plain_number(limit) for limit in limits])
+    bar.set_label("crack width (mm); numbers in the bar: category")
+    for category in range(colours.N):
+        bar.ax.text(
+            0.5, (category + 0.5) / colours.N, str(category), transform=bar.ax.transAxes, ha="center", va="center",
+            fontsize="small", color="white" if category > 2 else "black",
+        )  # fmt: skip
+
+
+def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
+    if not len(dpc.kind):
+        return
+    middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
+    ax.add_collection(LineCollection(list(middle), colors=DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc"))
+    is_open = dpc.opening > HAIRLINE
+    if is_open.any():
+        count = int(is_open.sum())
+        colour = np.repeat(to_rgba_array(DPC_COLOUR), count, axis=0)
+        _draw_gaps(ax, gaps[is_open], colour, np.full(count, 0.9), "dpc opening", 3)
+
+
+def _draw_gaps(ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray, label: str, zorder: float) -> None:
+    """Draw gaps (m, 4, 2) pale inside, with the full colour (m, 4) along both faces in lines (m,) so thick (points)."""
+    pale = _pale(colour)
+    ax.add_collection(
+        PolyCollection(list(gaps), facecolors=pale, edgecolors=pale, linewidths=0.4, zorder=zorder, label=label)
+    )
+    faces = np.stack((gaps[:, :2], gaps[:, 2:]), axis=1).reshape(-1, 2, 2)
+    ax.add_collection(
+        LineCollection(
+            list(faces), colors=np.repeat(colour, 2, axis=0), linewidths=np.repeat(line, 2), capstyle="round",
+            zorder=zorder + 0.1, label=f"faces of {label}",
+        )
+    )  # fmt: skip
+
+
+def _pale(colour: FloatArray) -> FloatArray:
+    """Return colours (m, 4) mixed with white."""
+    return np.column_stack((0.45 * colour[:, :3] + 0.55, colour[:, 3]))
+
+
+def _draw_ground(ax: Axes, ds: xr.Dataset, increment: int, factor: float) -> None:
+    x, height, rise = ground_profile(ds, increment)
+    if len(x) < 2:
+        return
+    depth = 0.05 * float(np.ptp(ds["vertex_y"].values))
+    # between contacts, as under a door, a smooth line
+    along = np.union1d(x, np.linspace(x[0], x[-1], 121))
+    top = PchipInterpolator(x, height + factor * rise)(along)
+    ax.fill_between(along, top, top - depth, facecolor=FOOTING_COLOUR, edgecolor="none", zorder=1, label="footing")
+    ax.plot(along, top, color="#55595e", linewidth=1.0, zorder=1)
+    ax.plot(x[[0, -1]], height[[0, -1]], color="black", linewidth=0.7, linestyle=DATUM, zorder=3)
+
+
+def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Faces) -> None:
+    """Write legend, axes and title."""
+    ax.set_aspect("equal")
+    ax.margins(0.02)
+    ax.autoscale_view()
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel("height (m)")
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    ax.legend(
+        handles=_legend(ds, faces), loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=2, frameon=False,
+        fontsize="small", borderaxespad=0.0,
+    )  # fmt: skip
+    deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
+    category = int(ds["damage_category"].values[increment])
+    scale = "to scale" if factor == 1.0 else f"drawn {plain_number(factor)} times too large"
+    at_end = increment in (-1, ds.sizes["increment"] - 1) and ds.attrs.get("status", "complete") != "complete"
+    set_title(
+        ax,
+        str(ds.attrs.get("title", "wall")),
+        f"central deflection {deflection} mm, damage category {category} ({name_of(ds, category)}); "
+        f"displacements {scale}",
+        str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
+    )
+
+
+def _legend(ds: xr.Dataset, faces: Faces) -> list[Line2D | Patch]:
+    table = table_of(ds)
+    parts = {"": faces.is_mortar}
+    if faces.is_dpc.any():
+        above = faces.is_mortar & (faces.middle_y > faces.middle_y[faces.is_dpc].max())
+        parts = {" above the dpc": above, " below the dpc": faces.is_mortar & ~above}
+    handles: list[Line2D | Patch] = []
+    for where, chosen in parts.items():
+        widest = float(faces.crack[chosen].max(initial=0.0))
+        if widest > HAIRLINE:
+            colour = COLOURS[int(table.by_width(widest))]
+            handles.append(Line2D([], [], color=colour, linewidth=2.5, label=f"widest crack{where}: {_mm(widest)}"))
+        else:
+            handles.append(Line2D([], [], linestyle="none", label=f"no crack{where} wider than {_mm(HAIRLINE)}"))
+    if faces.is_dpc.any():
+        opening = float(faces.opening[faces.is_dpc].max())
+        label = f"dpc, opening at most {_mm(opening)}" if opening > HAIRLINE else "dpc, closed"
+        handles.append(
+            Patch(
+                facecolor=_pale(to_rgba_array(DPC_COLOUR))[0],
+                edgecolor=DPC_COLOUR,
+                label=label,
+            )
+        )
+    if faces.is_footing.any():
+        lifted = float(faces.opening[faces.is_footing].max())
+        off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
+        handles.append(Patch(color=FOOTING_COLOUR, label=f"top of footing{off}"))
+        handles.append(
+            Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label="top of footing before any movement")
+        )
+    return handles
+
+
+def _mm(width: float) -> str:
+    return f"{width * MM:.2f} mm"

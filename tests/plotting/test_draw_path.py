@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import damagepred
+from damagepred.errors import InputError
+from damagepred.plotting import draw_dpc_opening, draw_history, draw_opening_width_change
+from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.dpc import contacts_along, open_stretches, spread_evenly
+from damagepred.scene import Dpc, Movement, Opening, Scene, Solver, Wall
+
+
+def texts(ax):
+    return " ".join(t.get_text() for t in ax.texts)
+
+
+def lines(ax, label):
+    return [line for line in ax.lines if line.get_label() == label]
+
+
+def test_dpc_lines_carry_the_openings_in_mm(on_dpc):
+    ax = draw_dpc_opening(on_dpc)
+    order = contacts_along(on_dpc)
+    x = on_dpc.contact_x.values[order]
+    assert (np.diff(x) >= -1e-12).all()
+    last = [line for line in ax.lines if len(line.get_xdata()) == len(x)][-1]
+    assert last.get_xdata() == pytest.approx(x)
+    assert last.get_ydata() == pytest.approx(1e3 * on_dpc.contact_opening.values[-1, order])
+    (threshold,) = lines(ax, "threshold 0.2 mm")
+    assert threshold.get_ydata() == pytest.approx([0.2, 0.2])
+    assert ax.get_xlabel() == "along the wall (m)"
+    assert ax.get_ylabel() == "opening of the dpc (mm)"
+
+
+def test_distance_from_the_ends_is_marked(on_dpc):
+    ax = draw_dpc_opening(on_dpc)
+    (marks,) = lines(ax, "passed at the last increment")
+    left, right = sorted(marks.get_xdata())[0], sorted(marks.get_xdata())[-1]
+    order = contacts_along(on_dpc)
+    opening = on_dpc.contact_opening.values[-1, order]
+    x = on_dpc.contact_x.values[order]
+    assert (opening[(x < left - 1e-9)] <= 0.2e-3).all()
+    assert (opening[(x > right + 1e-9)] <= 0.2e-3).all()
+    assert f"{left:.2f} m from the left end" in texts(ax)
+    assert f"{1.2 - right:.2f} m from the right end" in texts(ax)
+
+
+def test_open_stretches_are_interpolated():
+    x = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    assert open_stretches(x, np.array([0.0, 2.0, 2.0, 2.0, 0.0]), 1.0) == [(0.5, 3.5)]
+    assert open_stretches(x, np.array([2.0, 0.0, 0.0, 0.0, 4.0]), 1.0) == [(0.0, 0.5), (3.25, 4.0)]
+    assert open_stretches(x, np.full(5, 0.5), 1.0) == []
+    assert open_stretches(x, np.full(5, 2.0), 1.0) == [(0.0, 4.0)]
+
+
+@pytest.mark.parametrize(("count", "expected"), [(1, [0]), (4, [0, 1, 2, 3]), (21, [2, 5, 8, 11, 14, 17, 20])])
+def test_increments_are_picked_evenly_with_the_last(count, expected):
+    assert spread_evenly(count, 10).tolist() == expected
+
+
+def test_dpc_is_interrupted_by_a_door():
+    scene = Scene(
+        wall=Wall(length=1.44, height=0.45),
+        dpc=Dpc(course=1),
+        opening=(Opening(kind="door", x=0.48, width=0.48, height=0.3),),
+        movement=Movement(central_deflection=1e-4, increments=1),
+        solver=Solver(tolerance=1e-1),
+    )
+    ax = draw_dpc_opening(damagepred.solve(scene))
+    for line in ax.lines:
+        if line.get_label().startswith("_child") and len(line.get_xdata()) > 2:
+            x = np.asarray(line.get_xdata())
+            assert x.max() < 0.49 or x.min() > 0.95
+
+
+def test_no_dpc_and_no_openings_are_said(cracked):
+    assert "no dpc" in texts(draw_dpc_opening(cracked))
+    assert "no openings" in texts(draw_opening_width_change(cracked))
+
+
+def test_opening_width_change_in_mm(on_dpc):
+    for against, x in (("central_deflection", on_dpc.central_deflection), ("dpc_opening_max", on_dpc.dpc_opening_max)):
+        ax = draw_opening_width_change(on_dpc, against=against)
+        (line,) = (line for line in ax.lines if line.get_label().startswith("window 1"))
+        assert line.get_xdata() == pytest.approx(1e3 * x.values)
+        assert line.get_ydata() == pytest.approx(1e3 * on_dpc.opening_width_change.values[:, 0])
+        assert ax.get_xlabel().endswith("(mm)")
+        assert ax.get_ylabel().endswith("(mm)")
+    with pytest.raises(InputError, match="against"):
+        draw_opening_width_change(on_dpc, against="cycles")
+
+
+def test_opening_with_one_jamb_is_named(on_dpc):
+    lame = on_dpc.copy(deep=True)
+    lame["opening_width_change"][:] = np.nan
+    (line,) = (line for line in draw_opening_width_change(lame).lines if line.get_label().startswith("window"))
+    assert "one jamb only" in line.get_label()
+
+
+def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
+    ax = draw_history(on_dpc)
+    assert lines(ax, "widest crack above the dpc")[0].get_ydata() == pytest.approx(1e3 * on_dpc.crack_width_max.values)
+    assert lines(ax, "widest dpc opening")[0].get_ydata() == pytest.approx(1e3 * on_dpc.dpc_opening_max.values)
+    assert {ax.get_xlabel(), ax.get_ylabel()} == {"central deflection (mm)", "width (mm)"}
+    for name in ("0 negligible", "1 very slight", "2 slight"):
+        assert name in texts(ax)
+    ax = draw_history(cracked)
+    assert not lines(ax, "widest dpc opening")
+    (marks,) = (c for c in ax.collections if len(c.get_offsets()) == cracked.sizes["increment"])
+    from matplotlib.colors import to_rgba
+
+    assert [tuple(c) for c in marks.get_facecolors()] == [to_rgba(COLOURS[c]) for c in cracked.damage_category.values]
+    assert 1e3 * float(cracked.crack_width_max.max()) < ax.get_ylim()[1]
+
+
+def test_limits_follow_the_table(cracked):
+    eased = cracked.assign_attrs(damage_table="AS 2870-2011 Table C1, limits times 1.5 for plasterboard")
+    ticks = draw_history(eased).get_yticks()
+    assert 0.15 in ticks.round(9)
+    assert 0.1 not in ticks.round(9)
+    assert "5 very severe" not in texts(draw_history(cracked))
+
+
+@pytest.mark.parametrize("draw", [draw_dpc_opening, draw_history, draw_opening_width_change])
+def test_other_datasets_are_refused(draw, study):
+    with pytest.raises(InputError, match="this drawing needs"):
+        draw(study.drop_vars("crack_width_max"))

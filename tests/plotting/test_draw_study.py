@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from damagepred.errors import InputError
+from damagepred.plotting import draw_category_shares, draw_crack_widths, draw_fragility
+from damagepred.plotting.fragility import as_ratio
+from damagepred.plotting.study import common_paths, quantile
+
+
+def band(ax, label):
+    """Return height of a filled band at each deflection, from its polygon."""
+    (found,) = (c for c in ax.collections if c.get_label() == label)
+    corners = found.get_paths()[0].vertices
+    return {round(x, 6): np.ptp(corners[np.isclose(corners[:, 0], x), 1]) for x in np.unique(corners[:, 0])}
+
+
+def test_paths_tell_collapsed_failed_and_missing_apart(study):
+    paths = common_paths(study)
+    assert paths.deflection == pytest.approx(np.linspace(0.0, 40e-3, 5))
+    assert np.isinf(paths.width[0, 2:]).all()
+    assert (paths.category[0, 2:] == 4).all()
+    assert np.isnan(paths.width[1, 3:]).all()
+    assert (paths.category[1, 3:] == -1).all()
+    assert (paths.category[2] == -1).all()
+    assert paths.width[7] == pytest.approx(0.4 * paths.deflection)
+
+
+def test_paths_that_were_ended_on_purpose_count_as_the_widest(study):
+    study["crack_width_max"][7, 2:] = np.nan  # the category stays: the study asked for no more
+    paths = common_paths(study)
+    assert np.isinf(paths.width[7, 2:]).all()
+    assert paths.category[7].tolist() == study.damage_category.values[7].tolist()
+
+
+def test_paths_with_their_own_increments_meet_on_a_common_grid(study):
+    study["central_deflection"] = study.central_deflection * (1.0 + 0.1 * study.sample)
+    paths = common_paths(study, points=18)
+    assert len(paths.deflection) == 18
+    followed = paths.deflection <= float(study.central_deflection[3].max())
+    assert np.isfinite(paths.width[3, followed]).all()
+    assert np.isnan(paths.width[3, ~followed]).all()
+    assert (np.diff(paths.category[7]) >= 0).all()
+
+
+def test_quantiles_count_walls_that_ended_as_the_widest():
+    width = np.array([[1.0, np.inf, np.nan], [2.0, 2.0, np.nan], [3.0, 3.0, 5.0]])
+    assert quantile(width, 0.5) == pytest.approx([2.0, 3.0, np.nan], nan_ok=True)
+    assert quantile(width, 1.0) == pytest.approx([3.0, np.nan, np.nan], nan_ok=True)
+    assert quantile(np.array([[0.0], [1.0]]), 0.1) == pytest.approx([0.1])
+
+
+def test_all_paths_and_quantiles_are_drawn(study):
+    ax = draw_crack_widths(study)
+    (walls,) = (c for c in ax.collections if c.get_label() == "each wall")
+    assert len(walls.get_segments()) == 8
+    assert [line.get_label() for line in ax.lines if line.get_label() == "median"]
+    assert ax.get_xlabel() == "central deflection (mm)"
+    assert ax.get_ylabel().endswith("(mm)")
+    title = ax.get_title(loc="left")
+    for words in ("eight walls", "8 walls", "1 collapsed", "1 failed", "1 not run yet"):
+        assert words in title
+
+
+def test_shares_add_up_and_show_what_is_not_known(study):
+    ax = draw_category_shares(study)
+    paths = common_paths(study)
+    unknown = band(ax, "failed, not run, or not followed as far")
+    slight = band(ax, "2 slight")
+    for i, x in enumerate(paths.deflection * 1e3):
+        assert unknown[round(x, 6)] == pytest.approx((paths.category[:, i] == -1).mean())
+        assert slight[round(x, 6)] == pytest.approx((paths.category[:, i] == 2).mean())
+    assert ax.get_ylim() == (0.0, 1.0)
+    assert "(mm)" in ax.get_xlabel()
+
+
+def test_study_without_results_is_refused(study):
+    study["crack_width_max"][:] = np.nan
+    with pytest.raises(InputError, match="no finished sample"):
+        draw_crack_widths(study)
+    with pytest.raises(InputError, match="status"):
+        draw_category_shares(study.drop_vars("status"))
+
+
+def legend(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_fragility_names_median_dispersion_and_reasons(curves):
+    ax = draw_fragility(curves)
+    assert legend(ax) == [
+        "category 1 (very slight): median 10 mm, dispersion 0.40",
+        "category 2 (slight): median 60 mm (beyond the study's movement), dispersion 0.35",
+        "category 3 (moderate): no curve, never reached",
+    ]
+    assert len(ax.collections) == 2
+    assert ax.get_ylim() == (0.0, 1.0)
+    assert ax.get_xlabel() == "central deflection (mm)"
+    line = ax.lines[0]
+    assert line.get_xdata() == pytest.approx(1e3 * curves.intensity.values)
+    assert line.get_ydata() == pytest.approx(curves.probability.values[0])
+    assert "8 walls, 1 of them failed; band: 90% confidence" in ax.get_title(loc="left")
+
+
+def test_empirical_steps_are_drawn_if_there(curves):
+    curves["empirical"] = (("category", "intensity"), np.zeros((3, 21)))
+    steps = [line for line in draw_fragility(curves).lines if line.get_drawstyle() == "steps-post"]
+    assert len(steps) == 3
+
+
+def test_deflection_ratios_are_shown_as_fractions(curves):
+    ratio = curves.assign_coords(intensity=("intensity", curves.intensity.values / 6.0, {"units": "1"}))
+    ratio["median"] = curves["median"] / 6.0
+    ratio.attrs["intensity_measure"] = "deflection_ratio"
+    ax = draw_fragility(ratio)
+    assert ax.get_xlabel() == "deflection ratio (1)"
+    ax.figure.canvas.draw()
+    labels = [tick.get_text() for tick in ax.get_xticklabels()]
+    assert labels[0] == "0"
+    assert "1/200" in labels
+    assert "median 1/600," in legend(ax)[0]
+    assert as_ratio(0.0) == "0"
+
+
+def test_what_holds_no_curves_is_refused(study):
+    with pytest.raises(InputError, match="probability"):
+        draw_fragility(study)

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from damagepred.errors import InputError, StudyError
+from damagepred.plotting import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.sheet import plain_number
+
+PNG = b"\x89PNG"
+
+
+def check(paths, names):
+    assert [p.name for p in paths] == names
+    for path in paths:
+        assert path.read_bytes()[:4] == PNG
+    folder = paths[0].parent
+    assert sorted(p.name for p in folder.iterdir()) == sorted(names)
+
+
+def test_wall_pictures_are_written(cracked, on_dpc, tmp_path):
+    check(save_wall_pictures(cracked, tmp_path / "a" / "b"), ["wall.png", "dpc_opening.png", "history.png"])
+    check(
+        save_wall_pictures(on_dpc, str(tmp_path / "c")),
+        ["wall.png", "dpc_opening.png", "opening_width.png", "history.png"],
+    )
+
+
+def test_study_pictures_are_written(study, tmp_path):
+    check(save_study_pictures(study, tmp_path / "a"), ["crack_widths.png", "category_shares.png"])
+
+
+def test_fragility_picture_is_written_in_the_format_of_its_name(curves, tmp_path):
+    check([save_fragility_picture(curves, tmp_path / "a" / "F.png")], ["F.png"])
+    assert save_fragility_picture(curves, tmp_path / "F.pdf").read_bytes()[:4] == b"%PDF"
+    assert b"<svg" in save_fragility_picture(curves, tmp_path / "F.svg").read_bytes()
+    with pytest.raises(InputError, match=r"\.png"):
+        save_fragility_picture(curves, tmp_path / "F.docx")
+
+
+def test_unwritable_folder_is_named(study, curves, tmp_path):
+    file = tmp_path / "notes.txt"
+    file.write_text("mine")
+    with pytest.raises(StudyError, match=r"notes\.txt.*is a file"):
+        save_study_pictures(study, file)
+    with pytest.raises(StudyError, match=r"notes\.txt"):
+        save_fragility_picture(curves, file / "F.png")
+    assert file.read_text() == "mine"
+
+
+def test_folder_without_permission_is_named(study, tmp_path, monkeypatch):
+    import tempfile
+
+    def refuse(*_args, **_settings):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(tempfile, "mkstemp", refuse)  # modes do not bind the superuser
+    with pytest.raises(StudyError, match="no permission"):
+        save_study_pictures(study, tmp_path)
+
+
+def test_import_of_the_package_leaves_matplotlib_alone():
+    code = "import sys, damagepred; assert 'matplotlib' not in sys.modules; import damagepred.plotting; "
+    code += "assert 'matplotlib.pyplot' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"), [(8.0, "8"), (0.1, "0.1"), (12.345, "12.3"), (1234.0, "1230"), (0.0, "0"), (5e-5, "0.00005")]
+)
+def test_numbers_are_plain(value, shown):
+    assert plain_number(value) == shown
