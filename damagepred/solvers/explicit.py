@@ -18,8 +18,8 @@ from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.packed import memory_of, needs_all_of_the_law, pack
-from damagepred.solvers.state import contact_states, fields_of
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs, turning_length
+from damagepred.solvers.state import JointMemory, contact_states, fields_of
+from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness, held_dofs, turning_length
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -28,6 +28,10 @@ CHECK_EVERY = 50
 """Cycles between two looks at the unbalanced force."""
 CALM_CHECKS = 3
 """Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
+ABSURD = 1e3
+"""A displacement of that many wall sizes is no movement of a wall any more."""
+ENERGY_MARGIN = 10.0
+"""Blocks with so many times the work of the loads as energy did not merely fall."""
 
 
 class Motion(NamedTuple):
@@ -104,6 +108,24 @@ class _Run:
         self.last = np.zeros(size)
         # a block this far from where ground and supports take it is no longer part of the wall
         self.loose_at = 0.5 * float(np.sqrt(model.blocks.area.max()))
+        self.absurd_at = ABSURD * float(np.ptp(model.blocks.vertices, axis=0).max())
+
+    def start_elastic(self) -> bool:
+        """Put the blocks where the dead load takes the intact wall, if no joint gives way there; tell whether."""
+        displacement = elastic_displacement(self.model)
+        if displacement is None:
+            return False
+        law = self.model.properties
+        fields = fields_of(self.model, JointMemory.fresh(self.model), displacement, 0.0)
+        # a joint that cracks or slips carries less than the elastic one would
+        if not (
+            np.array_equal(fields.normal_stress, law.normal_stiffness[:, None] * fields.opening)
+            and np.array_equal(fields.shear_stress, law.shear_stiffness[:, None] * fields.shear)
+        ):
+            return False
+        self.motion.displacement[:] = displacement
+        self.load_share = 1.0
+        return True
 
     def advance(self, cycles: int, progress_to: float, load_to: float) -> None:
         """Run cycles while movement and load rise linearly to their new values."""
@@ -124,7 +146,8 @@ class _Run:
     def glide(self, cycles: int) -> None:
         """Start the blocks with the speed of the last increment: a steady movement then begins without a jolt."""
         here = self.motion.displacement
-        self.motion.velocity[self.free] = (here - self.last)[self.free] / cycles
+        if self.progress > 0.0:  # what the dead load did tells nothing of the movement
+            self.motion.velocity[self.free] = (here - self.last)[self.free] / cycles
         self.last = here.copy()
 
     def halt(self) -> None:
@@ -141,6 +164,13 @@ class _Run:
         ratio[self.free] = np.abs(self.motion.force / self.arm)[self.free] / self.model.mean_block_weight
         return ratio
 
+    def ramp(self, progress: float) -> None:
+        """Bring on the movement, or the dead load."""
+        cycles = self.settings.ramp_cycles
+        self.glide(cycles)
+        self.advance(cycles, progress_to=progress, load_to=1.0)
+        self.halt()
+
     def settle(self, increment: int) -> tuple[float, bool]:
         """Cycle until forces balance; return the unbalanced ratio and whether a part came loose instead."""
         calm, spent = 0, 0
@@ -149,27 +179,49 @@ class _Run:
             spent += CHECK_EVERY
             ratio = self.unbalanced()
             largest = float(ratio.max(initial=0.0))
-            if not np.isfinite(largest) or not np.isfinite(self.motion.displacement).all():
-                raise DivergenceError(
-                    f"diverged in increment {increment} after {spent} cycles: a displacement is no longer a number. "
-                    "Lower solver.time_step_safety.",
-                    increment=increment,
-                    block=int(np.flatnonzero(~np.isfinite(ratio))[0]) // 3 if not np.isfinite(ratio).all() else -1,
-                )
+            loose = bool(self.come_loose().any())
+            self.watch(increment, spent, loose)
             calm = calm + 1 if largest < self.settings.tolerance else 0
             if calm >= CALM_CHECKS:
                 return largest, False
-            if self.come_loose().any():
+            if loose:
                 return largest, True
             if spent >= self.settings.maximum_cycles:
                 worst = int(ratio.argmax()) // 3
                 raise ConvergenceError(
-                    f"increment {increment} did not settle within {spent} cycles: the unbalanced force is {largest:.2g} "
-                    f"block weights at {describe_block(self.model, worst)}, allowed is {self.settings.tolerance:g}. Raise "
-                    "solver.maximum_cycles or solver.tolerance.",
+                    f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
+                    f"{largest:.2g} block weights at {describe_block(self.model, worst)}, allowed is "
+                    f"{self.settings.tolerance:g}. Raise solver.maximum_cycles or solver.tolerance.",
                     increment=increment,
                     block=worst,
                 )
+
+    def watch(self, increment: int, spent: int, loose: bool) -> None:
+        """Raise DivergenceError if a block is beyond all bounds, or loose and faster than a fall explains."""
+        path = np.abs(self.motion.displacement[:-3])
+        if not (path < self.absurd_at).all():
+            reason = "a displacement is beyond all bounds or no longer a number"
+        elif loose and self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
+            reason = "blocks fly off with more energy than the loads can have given them"
+        else:
+            return
+        path = np.where(np.isfinite(path), path, np.inf).reshape(-1, 3)
+        block = int(np.hypot(path[:, 0], path[:, 1]).argmax())
+        raise DivergenceError(
+            f"diverged in increment {increment} after {spent} cycles: {reason}; furthest is "
+            f"{describe_block(self.model, block)}. Lower solver.time_step_safety.",
+            increment=increment,
+            block=block,
+        )
+
+    def energy(self) -> float:
+        """Return the kinetic energy (J, of the scaled masses)."""
+        speed = self.motion.velocity[self.free]
+        return 0.5 * float((speed**2 / self.motion.inverse_mass[self.free]).sum())
+
+    def work_of_loads(self) -> float:
+        """Return a bound of the dead load's work so far (J)."""
+        return float(np.abs(self.motion.load * self.motion.displacement).sum())
 
     def come_loose(self) -> NDArray[np.bool_]:
         """Tell which blocks have left the wall: further from home than the movement explains."""
@@ -213,7 +265,9 @@ def describe_block(model: Model, block: int) -> str:
     return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
 
 
-def explicit_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
+def explicit_path(
+    model: Model, settings: Solver, increments: int, *, elastic_start: bool = True
+) -> Iterator[Increment]:
     """Follow the movement increment by increment.
 
     Parameters
@@ -224,6 +278,9 @@ def explicit_path(model: Model, settings: Solver, increments: int) -> Iterator[I
         Damping, tolerance and limits.
     increments : int
         Number of equal steps of the movement.
+    elastic_start : bool
+        Whether to begin from the elastic solution under dead load, where it breaks no joint: it does not depend
+        on how the load came on. False always cycles.
 
     Yields
     ------
@@ -234,16 +291,15 @@ def explicit_path(model: Model, settings: Solver, increments: int) -> Iterator[I
     Raises
     ------
     DivergenceError
-        If a displacement becomes infinite or NaN.
+        If blocks move as nothing could move them; the message names increment and block.
     ConvergenceError
         If an increment does not settle; the message names increment and block.
     """
     run = _Run(model, settings)
     for number in range(increments + 1):
         before = run.cycles
-        run.glide(settings.ramp_cycles)
-        run.advance(settings.ramp_cycles, progress_to=number / increments, load_to=1.0)
-        run.halt()
+        if number > 0 or not (elastic_start and run.start_elastic()):
+            run.ramp(number / increments)
         ratio, collapsed = run.settle(number)
         yield run.report(number, ratio, run.cycles - before, collapsed)
         if collapsed:

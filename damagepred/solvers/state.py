@@ -37,7 +37,7 @@ class JointMemory(NamedTuple):
 
 
 class ContactFields(NamedTuple):
-    """Opening (m), shear displacement (m), normal and shear stress (Pa, tension positive) of contacts, arrays (m, q)."""
+    """Opening, shear displacement (m), normal and shear stress (Pa, tension positive) of contacts, arrays (m, q)."""
 
     opening: FloatArray
     shear: FloatArray
