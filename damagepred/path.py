@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.archive.provenance import provenance
-from damagepred.archive.schema import dataset
+from damagepred.archive.schema import dataset, name_categories
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.damage import JointMap, Verdict, damage_table, judge
 from damagepred.errors import SolverError
@@ -235,5 +235,5 @@ def _collect(model: Model, steps: list[Step], damage: Damage, attributes: Mappin
          "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight},
     )  # fmt: skip
     ds["dpc_separation_length"].attrs["opening_threshold"] = damage.dpc_threshold
-    ds["damage_category"].attrs["comment"] = f"{table.name}; {table.source}"
+    name_categories(ds, table.category_names, f"{table.name}; {table.source}")
     return ds

@@ -117,6 +117,24 @@ VARIABLES: dict[str, Variable] = {
     "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 
+
+def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> None:
+    """Let a dataset's damage categories bear the names of the table that made them.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        With ``damage_category``; changed in place.
+    names : tuple of str
+        Of category 0, 1, ...
+    comment : str
+        Which table, and its source.
+    """
+    flags = tuple(name.replace(" ", "_") for name in names)
+    kept = VARIABLES["damage_category"]
+    ds["damage_category"].attrs = Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
+
+
 FLAG_FILL = np.int8(-1)
 """Value of a flag that is not known."""
 

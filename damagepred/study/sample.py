@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
-from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, dataset
+from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, dataset, name_categories
 from damagepred.assembly import wall_geometry, wall_model
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table
@@ -121,7 +121,11 @@ def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome
         place.record_failure(sample, reason, message, values)
     if model is not None and steps:
         increments = settings.scene.movement.increments
-        write_dataset(_part(sample, status, seconds, model, steps, increments), place.part_file(sample))
+        part = _part(sample, status, seconds, model, steps, increments)
+        table = damage_table(settings.scene.damage)
+        name_categories(part, table.category_names, f"{table.name}; {table.source}")
+        part["dpc_separation_length"].attrs["opening_threshold"] = settings.scene.damage.dpc_threshold
+        write_dataset(part, place.part_file(sample))
     return Outcome(sample, status, message, seconds)
 
 

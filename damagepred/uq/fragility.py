@@ -178,7 +178,7 @@ def fit_fragility(
     confidence: float = 0.9,
     bootstrap: int = 200,
     seed: int = 0,
-    points: int = 201,
+    points: int = 501,
 ) -> xr.Dataset:
     """Fit a fragility curve for each damage category of a study.
 
@@ -352,7 +352,7 @@ def _kaplan_meier(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> Flo
     if censored.all():
         return np.zeros(len(grid))
     found = ecdf(CensoredData.right_censored(np.where(censored, lower, upper), censored))
-    return np.asarray(found.cdf.evaluate(grid))
+    return np.asarray(found.cdf.evaluate(grid * (1 + 1e-9)))
 
 
 def _cross(curves: Sequence[dict[str, Any]]) -> bool:

@@ -1,0 +1,127 @@
+"""The full-scale test of Bryant (1993), as Zhuge et al. report it, with the movement prescribed under the wall."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.scene import Scene
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+BED, HEAD, DPC, FOOTING = range(4)
+
+
+@cache
+def solved(name: str) -> xr.Dataset:
+    return damagepred.solve(Scene.from_toml(DATA / f"{name}.toml"))
+
+
+def above_dpc(ds: xr.Dataset) -> np.ndarray:
+    level = ds["contact_y"].values[ds["contact_kind"].values == DPC].max()
+    return ds["contact_y"].values > level + 1e-6
+
+
+def dpc_opening(ds: xr.Dataset, increment: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and opening (m) along the dpc, left to right."""
+    here = ds["contact_kind"].values == DPC
+    x, gap = ds["contact_x"].values[here], ds["contact_opening"].values[increment, here]
+    order = np.argsort(x, kind="stable")
+    return x[order], gap[order]
+
+
+def first_open(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and opening (m) of the dpc where it is open, at the first increment that opens it visibly."""
+    for increment in range(ds.sizes["increment"]):
+        x, gap = dpc_opening(ds, increment)
+        if (gap > 0.1e-3).any():
+            return x[gap > 0.1e-3], gap[gap > 0.1e-3]
+    raise AssertionError("the dpc never opens")
+
+
+@pytest.mark.parametrize("name", ["bryant_dishing", "bryant_doming"])
+def test_nothing_cracks_above_the_dpc(name: str) -> None:
+    ds = solved(name)
+    assert ds.sizes["block"] == 816
+    assert not (ds["contact_state"].values[:, above_dpc(ds)] == 1).any()
+    assert (ds["crack_width_max"].values == 0).all()
+    assert (ds["damage_category"].values == 0).all()
+
+
+def test_dishing_separates_from_the_centre_to_near_the_ends() -> None:
+    ds = solved("bryant_dishing")
+    x, gap = first_open(ds)
+    assert abs(x[gap.argmax()] - 3.0) < 0.25
+    assert (np.abs(x - 3.0) < 1.8).all()
+    lengths = ds["dpc_separation_length"].values
+    assert (np.diff(lengths) >= 0).all()
+    assert lengths[-1] > 4.5
+    x, gap = dpc_opening(ds, -1)
+    assert 7e-3 <= gap.max() <= 8e-3
+    assert abs(x[gap.argmax()] - 3.0) < 0.2
+    wide = x[gap > 1.3e-3]
+    assert wide.min() == pytest.approx(0.350, abs=0.120)
+    assert 6.0 - wide.max() == pytest.approx(0.350, abs=0.120)
+
+
+def test_doming_separates_from_the_ends_and_leaves_them_as_cantilevers() -> None:
+    ds = solved("bryant_doming")
+    x, gap = first_open(ds)
+    assert gap.argmax() in (0, len(gap) - 1)
+    assert (np.abs(x - 3.0) > 1.5).all()
+    assert x.min() < 0.2
+    assert x.max() > 5.8
+    x, gap = dpc_opening(ds, -1)
+    # the middle carries the wall, the ends hang free; with a nearly rigid wall the gap is about 0.98 of the doming
+    carrying = x[gap < 0.05e-3]
+    assert carrying.min() > 1.0
+    assert carrying.max() < 5.0
+    assert gap[0] == pytest.approx(0.98 * 7e-3, rel=0.05)
+    assert gap[-1] == pytest.approx(0.98 * 7e-3, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["bryant_dishing", "bryant_doming"])
+def test_the_wall_is_in_balance(name: str) -> None:
+    ds = solved(name)
+    weight = 6.0 * 2.4 * 0.11 * 2000.0 * 9.81 + 6000.0
+    np.testing.assert_allclose(ds["base_reaction"].values, weight, rtol=1e-3)
+    assert (ds["unbalanced_force_ratio"].values < 1e-3).all()
+
+
+@pytest.mark.parametrize("name", ["bryant_dishing", "bryant_doming"])
+def test_no_contact_breaks_its_law(name: str) -> None:
+    ds = solved(name)
+    sigma, tau = ds["contact_normal_stress"].values, ds["contact_shear_stress"].values
+    cohesion, friction = ds["contact_cohesion"].values, ds["contact_friction"].values
+    intact = ds["contact_state"].values != 1
+    limit = np.where(intact, cohesion, 0.0) - sigma * friction
+    assert (np.abs(tau) <= limit + 1.0).all(), "shear beyond Coulomb (Pa)"
+    strength = ds["contact_tensile_strength"].values
+    assert (sigma <= np.where(intact, strength, 0.0) + 1e-6).all(), "tension beyond strength (Pa)"
+
+
+@pytest.mark.parametrize(("name", "sign"), [("bryant_window_dishing", -1), ("bryant_window_doming", +1)])
+def test_the_window_closes_in_dishing_and_widens_in_doming(name: str, sign: int) -> None:
+    scene = Scene.from_toml(DATA / f"{name}.toml")
+    # as far as the wall stays whole: what its cracks do beyond depends on how it is loaded
+    ds = damagepred.solve(scene.with_values({"movement.central_deflection": 1e-3}), increments=4)
+    change = sign * ds["opening_width_change"].values[:, 0]
+    assert (np.diff(change) > 0).all()
+    assert change[-1] > 0.5e-3
+
+
+def test_a_wall_that_does_not_move_settles_like_a_stack() -> None:
+    """FACTS: u_i = W i (2n - i + 1) / (2 k_n A) for a stack of n rigid blocks under self weight."""
+    scene = Scene.from_toml(DATA / "bryant_dishing.toml").with_values(
+        {"movement.central_deflection": 0.0, "loads.roof": 0.0}
+    )
+    scene = replace(scene, solver=replace(scene.solver, lump_block_elasticity=False, tolerance=1e-5))
+    ds = damagepred.solve(scene, increments=1)
+    n, course = 32, ds["block_course"].values + 1
+    weight_over_area = 0.075 * 2000.0 * 9.81
+    exact = -weight_over_area * course * (2 * n - course + 1) / (2 * 82e9)
+    np.testing.assert_allclose(ds["block_displacement_y"].values[-1], exact, rtol=1e-3)
+    assert (ds["contact_state"].values == 0).all()
