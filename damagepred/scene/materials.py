@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Density, Force, Length, Pressure, Pure, Stiffness
+from damagepred.scene.quantity import Count, Density, Force, Length, Pressure, Pure, Stiffness
 
 
 @described
@@ -103,7 +103,7 @@ class Dpc:
         k_n and k_s (Pa/m); None takes the joint's.
     """
 
-    course: int = Field(default=2, ge=1)
+    course: Count = Field(default=2, ge=1)
     friction: Pure = Field(default=0.5, ge=0)
     cohesion: Pressure = Field(default=0.0, ge=0)
     normal_stiffness: Stiffness | None = Field(default=None, gt=0)

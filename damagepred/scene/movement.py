@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Length
+from damagepred.scene.quantity import Count, Length, Pure
 
 FloatArray = NDArray[np.float64]
 
@@ -38,9 +38,9 @@ class Movement:
 
     kind: Literal["dishing", "doming"] = "dishing"
     central_deflection: Length = Field(default=8e-3, ge=0)
-    increments: int = Field(default=20, ge=1)
+    increments: Count = Field(default=20, ge=1)
     shape: Literal["three_loads", "parabola", "arc", "table"] = "three_loads"
-    table: tuple[tuple[float, float], ...] = ()
+    table: tuple[tuple[Pure, Pure], ...] = ()
 
     @model_validator(mode="after")
     def _table_fits(self) -> Movement:

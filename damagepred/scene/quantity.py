@@ -8,8 +8,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import GetCoreSchemaHandler
+from pydantic import BeforeValidator, GetCoreSchemaHandler
 from pydantic_core import core_schema
+
+_NUMBER_AND_UNIT = re.compile(
+    r"\s*(?P<number>[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)\s*"
+    r"(?P<unit>(?!.*[^\W\d_]\s+\d)[^\W\d_][\w\s/*^·()⁻-]*|%)\s*"
+)
 
 
 @lru_cache(maxsize=1)
@@ -37,7 +42,10 @@ def to_si(value: Any, unit: str) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number{_of(unit)} or a string with a unit")
-    number = _parse(value, unit) if isinstance(value, str) else float(value)
+    try:
+        number = _parse(value, unit) if isinstance(value, str) else float(value)
+    except OverflowError:  # a whole number may have any number of digits
+        number = math.inf
     if not math.isfinite(number):
         raise ValueError("must be a finite number")
     return number
@@ -54,11 +62,19 @@ def _parse(text: str, unit: str) -> float:
         pass
     import pint
 
+    # the number is read here: pint would take "8,5 mm" for 85 mm, "1e6" for a power of e, and "mm" for 1 mm
+    parts = _NUMBER_AND_UNIT.fullmatch(text)
+    if parts is None:
+        raise ValueError(f"is not a number with a unit; expected something like {_example(unit)}")
     registry = _registry()
     try:
         # "N/mm3" is how engineers write "N/mm**3"
-        quantity = registry.Quantity(re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", text))
-        return float(quantity.to("dimensionless" if unit == "1" else unit).magnitude)
+        written = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", parts["unit"]))
+        if unit == "1" and written.to_root_units().units == registry.radian:
+            raise ValueError("is an angle, where a pure number is due; a friction is the tangent of its angle")
+        return float((float(parts["number"]) * written).to("dimensionless" if unit == "1" else unit).magnitude)
+    except ValueError:
+        raise
     except pint.DimensionalityError as error:
         raise ValueError(f"has the wrong kind of unit; expected one like {_example(unit)}") from error
     except Exception as error:  # pint raises tokenizer, syntax, attribute and assertion errors alike
@@ -93,6 +109,13 @@ class Quantity:
         return core_schema.no_info_before_validator_function(lambda value: to_si(value, self.unit), handler(source))
 
 
+def _whole(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError("expected a whole number")
+    return value
+
+
+Count = Annotated[int, BeforeValidator(_whole)]
 Length = Annotated[float, Quantity("m")]
 Pressure = Annotated[float, Quantity("Pa")]
 Stiffness = Annotated[float, Quantity("Pa/m")]

@@ -95,6 +95,10 @@ def _line(kind: type, problem: Any) -> str:
             return f"{place} = {value!r}: must be {limits['expected']}.{hint}"
         case "dataclass_type" | "dataclass_exact_type":
             return f"{place} = {value!r}: must be a table, [{'.'.join(location)}] with keys."
+        case "tuple_type" if _inner(_follow(kind, location)) is not None:
+            return f"{place} = {value!r}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
+        case "tuple_type":
+            return f"{place} = {value!r}: must be a list, in square brackets."
         case "value_error":
             return _own_words(place, value, str(limits["error"]))
         case _:
@@ -115,6 +119,8 @@ def _place(location: list[str]) -> str:
         return ""
     if len(location) == 1:
         return location[0]
+    if location[-1].isdigit() and len(location) > 2:  # a number in a list, such as movement.table
+        return f"{_place(location[:-1])}, item {int(location[-1]) + 1}"
     if location[1].isdigit():
         rest = ".".join(location[2:])
         return f"[[{location[0]}]] number {int(location[1]) + 1}" + (f", {rest}" if rest else "")
@@ -123,7 +129,7 @@ def _place(location: list[str]) -> str:
 
 def _inner(kind: Any) -> Any:
     """Return the dataclass inside ``X``, ``X | None`` or ``tuple[X, ...]``, or None."""
-    if dataclasses.is_dataclass(kind):
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         return kind
     for part in get_args(kind):
         if (found := _inner(part)) is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from itertools import combinations
+from math import floor
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,7 @@ class Scene:
                     f"{second.x:g}-{second.right:g} m; move one or make them one opening"
                 )
         if self.dpc is not None:
-            courses = max(1, round(wall.height / wall.block_height))
+            courses = max(1, floor(wall.height / wall.block_height + 0.5))
             if self.dpc.course >= courses:
                 raise ValueError(
                     f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "
@@ -162,9 +163,9 @@ class Scene:
             if place not in (places := self.number_places()):
                 raise InputError(f"'{place}': no such number in this scene." + nearest(place, places))
             target: Any = tables
-            *way, last = place.split(".")
+            *way, last = (int(step) if step.isdigit() else step for step in place.split("."))
             for step in way:
-                target = target[int(step)] if isinstance(target, list) else target[step]
+                target = target[step]
             target[last] = float(value)
         return Scene.from_dict(tables, source="sampled scene")
 

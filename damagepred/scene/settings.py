@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Length, Pure
+from damagepred.scene.quantity import Count, Length, Pure
 
 
 @described
@@ -43,11 +43,11 @@ class Solver:
     blocks: Literal["rigid"] = "rigid"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
-    contacts_per_interface: int = Field(default=3, ge=1, le=9)
+    contacts_per_interface: Count = Field(default=3, ge=1, le=9)
     tolerance: Pure = Field(default=1e-3, gt=0)
     damping: Pure = Field(default=0.8, ge=0, lt=1)
-    ramp_cycles: int = Field(default=1000, ge=1)
-    maximum_cycles: int = Field(default=200_000, ge=1)
+    ramp_cycles: Count = Field(default=1000, ge=1)
+    maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
 
     @model_validator(mode="after")
@@ -81,5 +81,5 @@ class Damage:
     plasterboard: bool = False
     count_rule: bool = True
     group_distance: Length = Field(default=1.0, gt=0)
-    group_count: int = Field(default=2, ge=2)
+    group_count: Count = Field(default=2, ge=2)
     dpc_threshold: Length = Field(default=1e-3, gt=0)

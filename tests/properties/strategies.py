@@ -1,0 +1,97 @@
+"""Random scenes that a user could write."""
+
+from typing import Any
+
+from hypothesis import strategies as st
+
+CENTIMETRE = 0.01
+
+
+def number(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_nan=False, allow_infinity=False)
+
+
+TITLES = st.text(st.characters(exclude_categories=["Cs"]), max_size=30)
+
+
+@st.composite
+def openings(draw: st.DrawFn, length: float, height: float, most: int = 3) -> list[dict[str, Any]]:
+    """Openings side by side that do not touch, on a grid of centimetres: windows, windows to the top, doors."""
+    count = draw(st.integers(0, most))
+    end, top = round(length / CENTIMETRE), round(height / CENTIMETRE)
+    edges = draw(st.lists(st.integers(0, end), min_size=2 * count, max_size=2 * count, unique=True).map(sorted))
+    holes = []
+    for left, right in zip(edges[::2], edges[1::2]):
+        kind = draw(st.sampled_from(["window", "window to the top", "door", "door to the top"]))
+        levels = sorted(draw(st.lists(st.integers(1, top - 1), min_size=2, max_size=2, unique=True)))
+        sill = 0 if kind.startswith("door") else levels[0]
+        head = top if kind.endswith("top") else levels[1]
+        hole = {
+            "kind": kind.split()[0],
+            "x": left * CENTIMETRE,
+            "width": (right - left) * CENTIMETRE,
+            "height": (head - sill) * CENTIMETRE,
+            "lintel_bearing": draw(st.sampled_from([0.06, 0.12, 0.15, 0.24, 0.3])),
+        }
+        if sill:
+            hole["y"] = sill * CENTIMETRE
+        holes.append(hole)
+    if count == 1 and edges == [0, end]:
+        return []
+    return holes
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> dict[str, Any]:
+    """Tables of a scene with any of its values set."""
+    length, height = draw(number(1.0, 20.0)), draw(number(0.5, 6.0))
+    wall = {
+        "length": length,
+        "height": height,
+        "thickness": draw(number(0.05, 0.5)),
+        "block_length": draw(number(0.05, 0.6)),
+        "block_height": draw(number(0.03, 0.3)),
+        "bond": draw(st.sampled_from(["running", "stack"])),
+    }
+    friction, cohesion, strength = draw(number(0, 2)), draw(number(0, 1e6)), draw(number(0, 1e6))
+    tables: dict[str, Any] = {
+        "title": draw(TITLES),
+        "wall": wall,
+        "block": {"elastic_modulus": draw(number(1e6, 1e11)), "density": draw(number(0, 1e4))},
+        "joint": {
+            "normal_stiffness": draw(number(1e6, 1e13)),
+            "friction": friction,
+            "cohesion": cohesion,
+            "tensile_strength": strength,
+            "dilation": draw(number(0, friction)),
+            "residual_cohesion": draw(number(0, cohesion)),
+            "residual_friction": draw(st.none() | number(0, 2)),
+            "brittle_shear": draw(st.booleans()),
+        },
+        "movement": {
+            "kind": draw(st.sampled_from(["dishing", "doming"])),
+            "central_deflection": draw(number(0, 0.1)),
+            "increments": draw(st.integers(1, 10**6)),
+            "shape": draw(st.sampled_from(["three_loads", "parabola", "arc"])),
+        },
+        "loads": {"roof": draw(number(0, 1e6))},
+        "damage": {"table": draw(st.sampled_from(["as2870", "bre251"])), "count_rule": draw(st.booleans())},
+    }
+    if draw(st.booleans()):
+        middle = draw(st.lists(number(0.01, 0.99), min_size=1, max_size=5, unique=True).map(sorted))
+        table = [[0.0, 0.0], *([p, draw(number(0.1, 2.0))] for p in middle), [1.0, 0.0]]
+        tables["movement"] |= {"shape": "table", "table": table}
+    if draw(st.booleans()):
+        tables["dpc"] = {
+            "course": 1,
+            "friction": draw(number(0, 2)),
+            "normal_stiffness": draw(st.none() | number(1, 1e12)),
+        }
+    if draw(st.booleans()):
+        tables["opening"] = draw(openings(1.0, 0.5))
+    if draw(st.booleans()):
+        tables["solver"] = {"tolerance": draw(number(1e-9, 1.0)), "contacts_per_interface": draw(st.integers(2, 9))}
+    return {
+        name: {k: v for k, v in table.items() if v is not None} if isinstance(table, dict) else table
+        for name, table in tables.items()
+    }

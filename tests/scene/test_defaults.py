@@ -1,0 +1,164 @@
+"""Defaults are the paper's Tables 1 and 2, typed here from the paper, and the shipped files say the same."""
+
+import dataclasses
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Loads, Movement, Scene, Wall
+from damagepred.uq.variable import Variable
+
+
+def test_table_1_of_the_paper():
+    brick, footing = BlockMaterial(), Footing()
+    assert (brick.elastic_modulus, brick.poisson_ratio, brick.density) == (9000e6, 0.19, 2000.0)
+    assert (footing.elastic_modulus, footing.poisson_ratio, footing.density) == (7000e6, 0.2, 2130.0)
+    assert (footing.width, footing.depth) == (0.3, 0.3)
+
+
+def test_table_2_of_the_paper():
+    joint, dpc = Joint(), Dpc()
+    assert joint.tensile_strength == 0.453e6
+    assert joint.cohesion == 0.375e6
+    assert (joint.friction, joint.dilation) == (0.75, 0.0)
+    assert joint.normal_stiffness == 82e9  # 82 N/mm3
+    assert joint.shear_stiffness == 36e9
+    assert (dpc.friction, dpc.cohesion, dpc.course) == (0.5, 0.0, 2)
+    assert dpc.normal_stiffness is None  # as the joint's
+    assert dpc.shear_stiffness is None
+
+
+def test_eq_4_as_printed_keeps_the_cohesion_after_slip_and_loses_tension_when_cracked():
+    joint = Joint()
+    assert joint.brittle_shear is False
+    assert (joint.residual_tensile_strength, joint.residual_cohesion, joint.residual_friction) == (0.0, 0.0, None)
+
+
+def test_the_wall_of_the_test():
+    wall = Wall()
+    assert (wall.length, wall.height, wall.thickness) == (6.0, 2.4, 0.11)
+    assert (wall.block_length, wall.block_height, wall.bond) == (0.24, 0.075, "running")
+    assert Movement().shape == "three_loads"
+    assert Loads().roof == 0.0
+
+
+def test_a_missing_dpc_means_none():
+    assert Scene().dpc is None
+    assert Scene.from_dict({"dpc": {}}).dpc == Dpc()
+
+
+def test_paper_s_values_obey_the_apex_rule():
+    joint = Joint()
+    assert joint.tensile_strength <= joint.cohesion / joint.friction
+
+
+def test_shear_modulus():
+    assert BlockMaterial().shear_modulus == pytest.approx(9e9 / 2.38)
+
+
+def test_material_file_and_defaults_agree(data_folder: Path):
+    tables = tomllib.loads((data_folder / "materials" / "zhuge.toml").read_text())
+    for table, described in (
+        ("concrete_footing", Footing()),
+        ("clay_brick_masonry", BlockMaterial()),
+        ("mortar_joint", Joint()),
+        ("dpc", Dpc()),
+    ):
+        numbers = {k: v for k, v in tables[table].items() if isinstance(v, float)}
+        assert numbers, table
+        assert tables[table]["source"]
+        assert tables[table]["confidence"] in ("seed", "read", "derived", "memory", "inferred")
+        for name, value in numbers.items():
+            if (table, name) == ("dpc", "tensile_strength"):
+                assert value == 0.0
+            else:
+                assert getattr(described, name) == value, f"{table}.{name}"
+
+
+SOLID, WINDOW = ("bryant_dishing", "bryant_doming"), ("bryant_window_dishing", "bryant_window_doming")
+
+
+@pytest.mark.parametrize("name", SOLID + WINDOW)
+def test_reference_scenes_are_the_test(data_folder: Path, name: str):
+    scene = Scene.from_toml(data_folder / f"{name}.toml")
+    default = Scene(dpc=Dpc())
+    assert scene.wall == default.wall
+    assert scene.block == default.block
+    assert scene.footing == default.footing
+    assert scene.dpc == default.dpc
+    for field in dataclasses.fields(Joint):
+        value, expected = getattr(scene.joint, field.name), getattr(default.joint, field.name)
+        assert value is None if expected is None else value == pytest.approx(expected, rel=1e-14), field.name
+    assert scene.movement.kind == name.rsplit("_", 1)[1]
+    assert scene.movement.central_deflection == (8e-3 if scene.movement.kind == "dishing" else 7e-3)
+    assert scene.movement.shape == "three_loads"
+    if name in SOLID:
+        assert scene.loads.roof == 6000.0
+        assert scene.opening == ()
+    else:
+        assert scene.loads.roof == 0.0
+        (window,) = scene.opening
+        assert (window.width, window.height) == (0.9, 1.5)  # 900 wide, 1500 deep
+        assert window.top == pytest.approx(2.4)  # from the top
+        assert window.x + window.right == pytest.approx(6.0)  # at mid-length
+
+
+def test_study_scene_is_the_window_wall_taken_to_40_mm(data_folder: Path):
+    far = Scene.from_toml(data_folder / "bryant_window_dishing_40mm.toml")
+    near = Scene.from_toml(data_folder / "bryant_window_dishing.toml")
+    assert far.movement.central_deflection == 0.04
+    for table in ("wall", "block", "joint", "dpc", "opening", "footing", "loads"):
+        assert getattr(far, table) == getattr(near, table)
+
+
+# quantity: (mean, cov) of FACTS section 4
+FACTS = {
+    "joint.tensile_strength": (0.453e6, 0.30),
+    "joint.cohesion": (0.375e6, 0.35),
+    "joint.friction": (0.75, 0.15),
+    "joint.normal_stiffness": (82e9, 0.30),
+    "joint.shear_stiffness": (36e9, 0.30),
+    "block.elastic_modulus": (9e9, 0.25),
+    "block.density": (2000.0, 0.05),
+}
+
+
+def _statistics(data_folder: Path) -> dict:
+    return tomllib.loads((data_folder / "statistics" / "masonry.toml").read_text())
+
+
+def _variable(entry: dict) -> Variable:
+    names = {f.name for f in dataclasses.fields(Variable)} - {"field"}
+    return Variable(**{k: v for k, v in entry.items() if k in names})
+
+
+@pytest.mark.parametrize("place", FACTS)
+def test_statistics_file_has_the_moments_of_the_literature(data_folder: Path, place: str):
+    marginal = _variable(_statistics(data_folder)[place]).frozen(place, Scene.unit_of(place))
+    mean, cov = FACTS[place]
+    assert marginal.mean() == pytest.approx(mean, rel=1e-9)
+    assert marginal.std() / marginal.mean() == pytest.approx(cov, rel=1e-9)
+
+
+def test_statistics_say_where_each_number_comes_from(data_folder: Path):
+    for place, entry in _statistics(data_folder).items():
+        if place == "ratio":
+            continue
+        for key in ("mean", "cov"):
+            assert entry[f"{key}_source"], place
+            assert entry[f"{key}_confidence"] in ("seed", "read", "derived", "memory", "inferred"), place
+    assert _statistics(data_folder)["joint.tensile_strength"]["field"]["course_correlation"] == 0.4
+
+
+def test_study_uses_the_shipped_statistics(data_folder: Path):
+    statistics = _statistics(data_folder)
+    study = tomllib.loads((data_folder / "bryant_study.toml").read_text())
+    for place, entry in study["variables"].items():
+        if place == "movement.central_deflection":
+            continue
+        unit = Scene.unit_of(place)
+        mine, shipped = (_variable(e).frozen(place, unit) for e in (entry, statistics[place]))
+        for share in (0.05, 0.5, 0.95):
+            assert mine.ppf(share) == pytest.approx(shipped.ppf(share), rel=1e-9), place
+    assert study["variables"]["movement.central_deflection"]["lower"] == "40 mm"

@@ -1,0 +1,280 @@
+"""What a user can get wrong: each message names the key, the value, and what to do."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from damagepred.errors import InputError, nearest
+from damagepred.scene import Movement, Scene, Wall
+
+WINDOW = {"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}
+
+# tables, words that must all stand in the message
+BAD = {
+    "unknown table": ({"wal": {}}, ["wal", "top level", "wall, block, joint", "Did you mean 'wall'?"]),
+    "unknown key": ({"wall": {"lenght": 3}}, ["[wall] lenght", "takes length, height", "Did you mean 'length'?"]),
+    "unknown key, nothing near": ({"wall": {"colour": 3}}, ["[wall] colour", "takes length, height"]),
+    "unknown key in dpc": ({"dpc": {"frction": 0.5}}, ["[dpc] frction", "Did you mean 'friction'?"]),
+    "unknown key in opening": (
+        {"opening": [WINDOW, WINDOW | {"x": 4.0, "widht": 1}]},
+        ["[[opening]] number 2", "widht", "Did you mean 'width'?"],
+    ),
+    "number for table": ({"wall": 3}, ["wall = 3", "must be a table", "[wall]"]),
+    "table for list of tables": ({"opening": WINDOW}, ["opening", "[[opening]]"]),
+    "wrong word": ({"wall": {"bond": "runing"}}, ["[wall] bond = 'runing'", "'running' or 'stack'", "Did you mean"]),
+    "unknown damage table": ({"damage": {"table": "as2780"}}, ["as2780", "Did you mean 'as2870'?"]),
+    "negative": ({"joint": {"cohesion": -1.0}}, ["[joint] cohesion = -1", "at least 0 Pa"]),
+    "negative with unit": ({"wall": {"length": "-6 m"}}, ["[wall] length", "-6", "greater than 0 m"]),
+    "zero": ({"wall": {"thickness": 0}}, ["[wall] thickness = 0", "greater than 0 m"]),
+    "too large": ({"block": {"poisson_ratio": 0.5}}, ["[block] poisson_ratio = 0.5", "less than 0.5"]),
+    "above": ({"solver": {"contacts_per_interface": 10}}, ["contacts_per_interface = 10", "at most 9"]),
+    "text": ({"wall": {"length": "long"}}, ["[wall] length = 'long'", "'8 mm'"]),
+    "wrong unit": ({"joint": {"normal_stiffness": "82 MPa"}}, ["normal_stiffness = '82 MPa'", "'82 N/mm3'"]),
+    "decimal comma": ({"wall": {"thickness": "0,11 m"}}, ["[wall] thickness = '0,11 m'", "'8 mm'"]),
+    "nan": ({"wall": {"length": float("nan")}}, ["[wall] length = nan", "finite"]),
+    "inf": ({"wall": {"height": float("inf")}}, ["[wall] height = inf", "finite"]),
+    "huge": ({"wall": {"height": 10**400}}, ["[wall] height", "finite"]),
+    "bool for number": ({"wall": {"length": True}}, ["[wall] length = True", "number in m"]),
+    "bool for count": ({"movement": {"increments": True}}, ["[movement] increments = True", "whole number"]),
+    "fraction for count": ({"movement": {"increments": 2.5}}, ["[movement] increments = 2.5", "integer"]),
+    "list for number": ({"wall": {"length": [6.0]}}, ["[wall] length", "number in m"]),
+    "number for text": ({"title": 3}, ["title = 3", "string"]),
+    "missing": ({"opening": [{"x": 1.0, "y": 1.0, "width": 1.0}]}, ["[[opening]] number 1, height", "is missing"]),
+    "brick longer than wall": (
+        {"wall": {"length": 0.2}},
+        ["wall", "block_length = 0.24", "length = 0.2", "must not exceed"],
+    ),
+    "brick higher than wall": ({"wall": {"height": 0.05}}, ["block_height = 0.075", "height = 0.05"]),
+    "outside, x": ({"opening": [WINDOW | {"x": 5.5}]}, ["opening 1", "6.5 m", "outside", "length is 6 m"]),
+    "outside, y": ({"opening": [WINDOW | {"height": 2.0}]}, ["opening 1", "2.9 m", "outside", "height is 2.4 m"]),
+    "nothing beside": ({"opening": [WINDOW | {"x": 0.0, "width": 6.0}]}, ["width = 6", "narrower"]),
+    "overlapping": (
+        {"opening": [WINDOW, WINDOW | {"x": 2.5, "y": 1.2}]},
+        ["openings 1 and 2", "overlap", "2-3 m", "2.5-3.5 m", "move one"],
+    ),
+    "touching": ({"opening": [WINDOW, WINDOW | {"x": 3.0}]}, ["openings 1 and 2", "touch"]),
+    "door above floor": (
+        {"opening": [WINDOW | {"kind": "door"}]},
+        ["[[opening]] number 1", "y = 0.9", "door", "leave y out"],
+    ),
+    "window at floor": ({"opening": [WINDOW | {"y": 0.0}]}, ["y = 0", "sill", "make it a door"]),
+    "dpc on top": ({"dpc": {"course": 32}}, ["dpc.course = 32", "32 courses", "1 to 31"]),
+    "dpc below": ({"dpc": {"course": 0}}, ["[dpc] course = 0", "at least 1"]),
+    "too much movement": (
+        {"movement": {"central_deflection": "700 mm"}},
+        ["central_deflection = 0.7 m", "tenth", "6 m"],
+    ),
+    "no increments": ({"movement": {"increments": 0}}, ["[movement] increments = 0", "at least 1"]),
+    "dilation above friction": ({"joint": {"dilation": 0.8}}, ["dilation = 0.8", "friction = 0.75", "not exceed"]),
+    "residual above intact": (
+        {"joint": {"residual_cohesion": "1 MPa"}},
+        ["residual_cohesion = 1e+06", "must not exceed cohesion = 375000"],
+    ),
+    "lobatto of one": (
+        {"solver": {"contacts_per_interface": 1}},
+        ["contacts_per_interface = 1", "2 or more", "midpoint"],
+    ),
+    "damping of one": ({"solver": {"damping": 1.0}}, ["[solver] damping = 1", "less than 1"]),
+    "group of one": ({"damage": {"group_count": 1}}, ["[damage] group_count = 1", "at least 2"]),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_message_names_key_value_and_remedy(name: str):
+    tables, words = BAD[name]
+    with pytest.raises(InputError) as caught:
+        Scene.from_dict(tables, source="house.toml")
+    message = str(caught.value)
+    for word in words:
+        assert word in message, message
+    assert all(line.startswith("house.toml: ") for line in message.splitlines())
+    assert "pydantic" not in message
+    assert "http" not in message
+
+
+def test_all_that_is_wrong_is_told_at_once():
+    with pytest.raises(InputError) as caught:
+        Scene.from_dict({"wall": {"length": -1, "lenght": 3}, "joint": {"cohesion": "x"}, "tittle": ""})
+    message = str(caught.value)
+    assert len(message.splitlines()) == 4
+    for word in ("[wall] length = -1", "lenght", "[joint] cohesion = 'x'", "tittle"):
+        assert word in message
+
+
+def test_limits_at_the_edge_are_accepted():
+    Scene.from_dict({"opening": [WINDOW | {"x": 5.0}]})  # reaches the very end
+    Scene.from_dict({"opening": [WINDOW | {"height": 1.5}]})  # and the very top
+    Scene.from_dict({"dpc": {"course": 31}})
+    Scene.from_dict({"movement": {"central_deflection": 0.6}})
+    Scene.from_dict({"joint": {"dilation": 0.75}})
+    Scene.from_dict({"opening": [WINDOW, WINDOW | {"x": 3.001}]})
+
+
+def test_the_dpc_may_lie_on_any_course_the_bond_makes():
+    """2.5 courses are laid as 3, so a dpc on the second is in the wall."""
+    from damagepred.assembly.bond import gauge
+
+    for height in (0.25, 0.35, 0.45, 0.2625):
+        wall = {"height": height, "block_height": 0.1}
+        courses = len(gauge(Scene.from_dict({"wall": wall})).y) - 1
+        Scene.from_dict({"wall": wall, "dpc": {"course": courses - 1}})
+        with pytest.raises(InputError, match=f"the wall has {courses} courses"):
+            Scene.from_dict({"wall": wall, "dpc": {"course": courses}})
+
+
+def test_scenes_are_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Scene().wall.length = 3.0  # type: ignore[misc]
+
+
+# -- places ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def house() -> Scene:
+    return Scene.from_dict(
+        {
+            "dpc": {},
+            "opening": [WINDOW, WINDOW | {"x": 4.0}],
+            "movement": {"shape": "table", "table": [[0, 0], [0.3, 0.8], [0.5, 1], [1, 0]]},
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "look"),
+    [
+        ("joint.cohesion", 0.2e6, lambda s: s.joint.cohesion),
+        ("opening.0.width", 0.7, lambda s: s.opening[0].width),
+        ("opening.1.x", 4.2, lambda s: s.opening[1].x),
+        ("movement.central_deflection", 0.03, lambda s: s.movement.central_deflection),
+        ("movement.table.1.1", 0.7, lambda s: s.movement.table[1][1]),
+        ("dpc.friction", 0.4, lambda s: s.dpc.friction),
+        ("damage.group_distance", 2.0, lambda s: s.damage.group_distance),
+    ],
+)
+def test_with_values_changes_that_number_and_no_other(house: Scene, place: str, value: float, look):
+    changed = house.with_values({place: value})
+    assert look(changed) == value
+    assert look(house) != value  # the original stays
+    old = {p: _at(house, p) for p in house.number_places()}
+    new = {p: _at(changed, p) for p in changed.number_places()}
+    assert new == old | {place: value}
+
+
+def _at(scene: Scene, place: str):
+    value = scene
+    for step in place.split("."):
+        value = value[int(step)] if step.isdigit() else getattr(value, step)
+    return value
+
+
+def test_with_values_at_once(house: Scene):
+    changed = house.with_values({"joint.cohesion": 0.8e6, "joint.tensile_strength": 0.9e6, "opening.1.width": 0.5})
+    assert (changed.joint.cohesion, changed.joint.tensile_strength) == (0.8e6, 0.9e6)
+    assert changed.opening[1].width == 0.5
+    assert house.with_values({}) == house
+
+
+def test_every_number_place_can_be_set(house: Scene):
+    for place in house.number_places():
+        assert house.with_values({place: _at(house, place)}) == house, place
+
+
+@pytest.mark.parametrize(
+    ("place", "hint"),
+    [
+        ("joint.cohesoin", "joint.cohesion"),
+        ("joint.tensile_strenght", "joint.tensile_strength"),
+        ("opening.0.widht", "opening.0.width"),
+        ("opening.2.width", "opening.1.width"),  # there are two
+    ],
+)
+def test_unknown_place_tells_the_nearest(house: Scene, place: str, hint: str):
+    with pytest.raises(InputError, match="no such number") as caught:
+        house.with_values({place: 1.0})
+    assert place in str(caught.value)
+    assert "Did you mean" in str(caught.value)
+    assert any(found in str(caught.value) for found in (hint, hint.replace("1", "0")))
+
+
+@pytest.mark.parametrize("place", ["movement.increments", "wall.bond", "joint", "wall", "opening.0", "", "dpc.course"])
+def test_what_is_no_real_number_is_no_place(house: Scene, place: str):
+    with pytest.raises(InputError, match="no such number"):
+        house.with_values({place: 1.0})
+
+
+def test_no_dpc_no_dpc_friction():
+    with pytest.raises(InputError, match=r"dpc\.friction"):
+        Scene().with_values({"dpc.friction": 0.4})
+
+
+@pytest.mark.parametrize(
+    ("value", "words"), [(-1.0, "at least 0 Pa"), (float("nan"), "finite"), (float("inf"), "finite")]
+)
+def test_value_that_is_not_possible(house: Scene, value: float, words: str):
+    with pytest.raises(InputError, match=words) as caught:
+        house.with_values({"joint.cohesion": value})
+    assert "[joint] cohesion" in str(caught.value)
+
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+
+def test_missing_file_tells_its_neighbour(tmp_path: Path):
+    (tmp_path / "house.toml").write_text("")
+    with pytest.raises(InputError, match=r"huose\.toml: no such file.*Did you mean 'house.toml'\?"):
+        Scene.from_toml(tmp_path / "huose.toml")
+
+
+def test_missing_folder(tmp_path: Path):
+    with pytest.raises(InputError, match="no such file"):
+        Scene.from_toml(tmp_path / "nowhere" / "house.toml")
+
+
+def test_folder_instead_of_file(tmp_path: Path):
+    with pytest.raises(InputError, match="is a folder"):
+        Scene.from_toml(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"[wall\nlength = 3", "not valid TOML"),
+        (b"[wall]\nlength = 6 m\n", "Strings need quotes"),
+        (b"[wall]\nlength = 6\nlength = 7\n", "not valid TOML"),
+        (b"\xff\xfe\x00\x01", "UTF-8"),
+        (b"title = '\xe9'", "UTF-8"),
+    ],
+)
+def test_no_toml(tmp_path: Path, content: bytes, words: str):
+    file = tmp_path / "house.toml"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=words) as caught:
+        Scene.from_toml(file)
+    assert "house.toml" in str(caught.value)
+
+
+def test_message_from_a_file_names_the_file(tmp_path: Path):
+    file = tmp_path / "house.toml"
+    file.write_text("[wall]\nlenght = 3\n")
+    with pytest.raises(InputError, match=r"house\.toml: unknown key \[wall\] lenght"):
+        Scene.from_toml(file)
+
+
+def test_an_empty_file_is_the_paper_s_wall(tmp_path: Path):
+    file = tmp_path / "house.toml"
+    file.write_text("")
+    assert Scene.from_toml(file) == Scene()
+
+
+def test_nearest():
+    assert nearest("lenght", ["length", "height"]) == " Did you mean 'length'?"
+    assert nearest("colour", ["length", "height"]) == ""
+
+
+def test_python_users_get_the_same_checks():
+    with pytest.raises(ValueError, match="greater than 0"):
+        Wall(length=-1.0)
+    assert Movement(central_deflection="8 mm").central_deflection == 8e-3
