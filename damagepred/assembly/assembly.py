@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, shared_edges
+from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.assembly.model import (
     Blocks,
     Ground,
@@ -76,6 +76,7 @@ class Assembly:
     >>> wall = Assembly(thickness=0.11)
     >>> plate = wall.add_block([(0, -0.1), (1, -0.1), (1, 0), (0, 0)])
     >>> brick = wall.add_block([(0.2, 0), (0.8, 0), (0.8, 0.3), (0.2, 0.3)])
+    >>> wall.support(plate)
     >>> wall.move(plate, y=-0.002)
     >>> wall.build().n_contacts
     3
@@ -130,7 +131,7 @@ class Assembly:
             If the polygon is degenerate or not convex.
         """
         number = len(self._polygons)
-        self._polygons.append(convex_polygon(np.asarray(vertices, dtype=np.float64), f"block {number}"))
+        self._polygons.append(convex_polygon(vertices, f"block {number}"))
         self._course.append(course)
         self._block_material.append(_numbered(self._block_materials, material))
         return number
@@ -173,7 +174,7 @@ class Assembly:
         joint : Joint, optional
             Joint between them and the ground.
         """
-        self._grounded = [self._check(b) for b in blocks]
+        self._grounded = list(dict.fromkeys(self._check(b) for b in blocks))
         self._ground_profile = displacement
         self._ground_material = _numbered(self._joint_materials, joint)
 
@@ -183,9 +184,16 @@ class Assembly:
             if held:
                 self._prescribed[3 * self._check(block) + axis] = 0.0
 
-    def move(self, block: int, *, x: float = 0.0, y: float = 0.0, rotation: float = 0.0) -> None:
-        """Hold a block and move it by the given displacement (m, m, rad; small) over the whole path."""
+    def move(
+        self, block: int, *, x: float | None = None, y: float | None = None, rotation: float | None = None
+    ) -> None:
+        """Move a block by the given displacement (m, m, rad; small) over the whole path.
+
+        Directions left out stay as they are: free, or held if the block is supported.
+        """
         for axis, value in enumerate((x, y, rotation)):
+            if value is None:
+                continue
             if not np.isfinite(value):
                 raise InputError(f"block {block}: its displacement must be finite, got {value!r}.")
             self._prescribed[3 * self._check(block) + axis] = float(value)
@@ -211,8 +219,9 @@ class Assembly:
             Where the force acts (m); by default at the centroid.
         """
         self._check(block)
-        if not np.isfinite([x, y, moment]).all():
-            raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}.")
+        if not np.isfinite([x, y, moment, *(at or ())]).all():
+            place = "" if at is None else f" at {at!r}"
+            raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}{place}.")
         if at is not None:
             _, cx, cy, _ = mass_properties(self._polygons[block])
             moment += (at[0] - cx) * y - (at[1] - cy) * x
@@ -238,12 +247,13 @@ class Assembly:
         Raises
         ------
         InputError
-            If there are no blocks, or two of them overlap along a line.
+            If there are no blocks, or two of them overlap.
         """
         if not self._polygons:
             raise InputError("the assembly has no blocks; add some with add_block.")
         blocks = self._blocks()
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
+        refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
         shared = shared_edges(blocks.vertices, blocks.first_vertex, tolerance)
         grounded = self._ground_edges(blocks)
         edges = _joined(shared, grounded)
@@ -350,7 +360,11 @@ class Assembly:
             here = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
             kind[here], material[here] = special, number
         if self._pairs:
-            place = {(int(min(a, b)), int(max(a, b))): i for i, (a, b) in enumerate(zip(edges.a, edges.b)) if inner[i]}
+            # one edge of a block may be two where a vertex lies on it: then there are two interfaces to a pair
+            place: dict[tuple[int, int], list[int]] = {}
+            for i in np.flatnonzero(inner).tolist():
+                pair = sorted((int(edges.a[i]), int(edges.b[i])))
+                place.setdefault((pair[0], pair[1]), []).append(i)
             for (a, b), (number, own) in self._pairs.items():
                 if (a, b) not in place:
                     raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
