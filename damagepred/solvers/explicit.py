@@ -28,6 +28,8 @@ CHECK_EVERY = 50
 """Cycles between two looks at the unbalanced force."""
 CALM_CHECKS = 3
 """Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
+RAMP_STAGES = 100
+"""Straight pieces of which a ramp is made."""
 ABSURD = 1e3
 """A displacement of that many wall sizes is no movement of a wall any more."""
 ENERGY_MARGIN = 10.0
@@ -105,7 +107,6 @@ class _Run:
         self.arm = arm.ravel()
         self.load_share = self.progress = 0.0
         self.cycles = 0
-        self.last = np.zeros(size)
         # a block this far from where ground and supports take it is no longer part of the wall
         self.loose_at = 0.5 * float(np.sqrt(model.blocks.area.max()))
         self.absurd_at = ABSURD * float(np.ptp(model.blocks.vertices, axis=0).max())
@@ -128,27 +129,20 @@ class _Run:
         return True
 
     def advance(self, cycles: int, progress_to: float, load_to: float) -> None:
-        """Run cycles while movement and load rise linearly to their new values."""
-        step = (progress_to - self.progress) / cycles
-        # the load is stepped in a few stages; the movement in every cycle
-        stages = 1 if load_to == self.load_share else min(cycles, 100)
-        rise = (load_to - self.load_share) / stages
+        """Run cycles while movement and load go to their new values, starting and stopping gently.
+
+        A sudden start sends a jolt through the wall that cracks joints which a slow movement leaves whole.
+        """
+        progress_from, load_from = self.progress, self.load_share
+        stages = min(cycles, RAMP_STAGES)
         for stage in range(stages):
             count = cycles * (stage + 1) // stages - cycles * stage // stages
-            self._cycle(
-                count,
-                self.load_share + rise * (stage + 1),
-                self.progress + step * (cycles * stage // stages),
-                step,
-            )
+            reached = gentle((stage + 1) / stages)
+            progress = progress_from + reached * (progress_to - progress_from)
+            load = load_from + reached * (load_to - load_from)
+            self._cycle(count, load, self.progress, (progress - self.progress) / count)
+            self.progress, self.load_share = progress, load
         self.progress, self.load_share = progress_to, load_to
-
-    def glide(self, cycles: int) -> None:
-        """Start the blocks with the speed of the last increment: a steady movement then begins without a jolt."""
-        here = self.motion.displacement
-        if self.progress > 0.0:  # what the dead load did tells nothing of the movement
-            self.motion.velocity[self.free] = (here - self.last)[self.free] / cycles
-        self.last = here.copy()
 
     def halt(self) -> None:
         """Stop all blocks, so that none runs past the balance it is near."""
@@ -166,9 +160,7 @@ class _Run:
 
     def ramp(self, progress: float) -> None:
         """Bring on the movement, or the dead load."""
-        cycles = self.settings.ramp_cycles
-        self.glide(cycles)
-        self.advance(cycles, progress_to=progress, load_to=1.0)
+        self.advance(self.settings.ramp_cycles, progress_to=progress, load_to=1.0)
         self.halt()
 
     def settle(self, increment: int) -> tuple[float, bool]:
@@ -179,8 +171,7 @@ class _Run:
             spent += CHECK_EVERY
             ratio = self.unbalanced()
             largest = float(ratio.max(initial=0.0))
-            loose = bool(self.come_loose().any())
-            self.watch(increment, spent, loose)
+            loose = self.watch(increment, spent)
             calm = calm + 1 if largest < self.settings.tolerance else 0
             if calm >= CALM_CHECKS:
                 return largest, False
@@ -196,15 +187,23 @@ class _Run:
                     block=worst,
                 )
 
-    def watch(self, increment: int, spent: int, loose: bool) -> None:
-        """Raise DivergenceError if a block is beyond all bounds, or loose and faster than a fall explains."""
+    def watch(self, increment: int, spent: int) -> bool:
+        """Tell whether a part has come loose.
+
+        Raises
+        ------
+        DivergenceError
+            If a block is beyond all bounds, or loose and faster than a fall explains.
+        """
         path = np.abs(self.motion.displacement[:-3])
         if not (path < self.absurd_at).all():
             reason = "a displacement is beyond all bounds or no longer a number"
-        elif loose and self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
+        elif not self.come_loose().any():
+            return False
+        elif self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
             reason = "blocks fly off with more energy than the loads can have given them"
         else:
-            return
+            return True
         path = np.where(np.isfinite(path), path, np.inf).reshape(-1, 3)
         block = int(np.hypot(path[:, 0], path[:, 1]).argmax())
         raise DivergenceError(
@@ -256,6 +255,11 @@ class _Run:
         """Vertical force of supports and ground on the wall (N): the opposite of what reaches them."""
         held = held_dofs(self.model)
         return -float(self.motion.force[held[held % 3 == 1]].sum())
+
+
+def gentle(share: float) -> float:
+    """Rise from 0 to 1 with no speed at either end."""
+    return share * share * (3.0 - 2.0 * share)
 
 
 def describe_block(model: Model, block: int) -> str:

@@ -1,0 +1,167 @@
+"""The law of a contact along every path for which the answer is known."""
+
+import numpy as np
+import pytest
+
+from damagepred.kernels.joint import joint_law, slip_compliance
+
+K_N, K_S = 82e9, 36e9
+F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75
+REST = (0.0, 0.0, False)  # slip, dilated, cracked
+
+
+def contact(
+    opening,
+    shear,
+    memory=REST,
+    *,
+    psi=0.0,
+    brittle=False,
+    strength=(F_T, COHESION, FRICTION),
+    weakened=(0.0, 0.0, FRICTION),
+):
+    """Return (sigma, tau) and the new memory."""
+    with_compliance = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, weakened)]
+    sigma, tau, *new = joint_law(opening, shear, *memory, (K_N, K_S, 1.0 / K_S), *with_compliance, psi, brittle)
+    return (sigma, tau), tuple(new)
+
+
+def opening_for(sigma):
+    return sigma / K_N
+
+
+def shear_for(tau):
+    return tau / K_S
+
+
+@pytest.mark.parametrize(("sigma", "tau"), [(-1e6, 0.9e6), (0.4e6, 0.05e6), (-1e5, -2e5), (0.0, 0.0)])
+def test_elastic_within_the_limits(sigma, tau):
+    stress, memory = contact(opening_for(sigma), shear_for(tau))
+    assert stress == pytest.approx((sigma, tau), rel=1e-14)
+    assert memory == REST
+
+
+def test_tension_breaks_the_bond_and_an_open_joint_slides_freely():
+    shear = shear_for(1e4)
+    stress, memory = contact(opening_for(1.0001 * F_T), shear)
+    assert stress == (0.0, 0.0)
+    assert memory == (shear, 0.0, True)
+
+
+def test_tension_just_below_strength_holds():
+    stress, memory = contact(opening_for(0.9999 * F_T), 0.0)
+    assert stress[0] == pytest.approx(0.9999 * F_T)
+    assert not memory[2]
+
+
+def test_a_closed_crack_carries_pressure_but_neither_tension_nor_cohesion():
+    _, memory = contact(opening_for(2 * F_T), 0.0)
+    stress, memory = contact(opening_for(-1e6), shear_for(0.7e6), memory)
+    assert stress == pytest.approx((-1e6, 0.7e6))  # below friction 0.75
+    stress, memory = contact(opening_for(-1e6), shear_for(2e6), memory)
+    assert stress == pytest.approx((-1e6, 0.75e6))
+    stress, _ = contact(opening_for(1.0), 0.0, memory)
+    assert stress == (0.0, 0.0)
+
+
+def test_a_crack_closes_where_it_was_left():
+    """Shear displacement while open is free: after closing, tau counts from there."""
+    _, memory = contact(1e-3, 2e-3, REST)
+    stress, _ = contact(opening_for(-1e6), 2e-3 + shear_for(1e5), memory)
+    assert stress == pytest.approx((-1e6, 1e5), rel=1e-8)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_coulomb_slip_both_ways(direction):
+    sigma = -1e6
+    limit = COHESION - sigma * FRICTION
+    shear = direction * shear_for(3 * limit)
+    stress, (slip, dilated, cracked) = contact(opening_for(sigma), shear)
+    assert stress == pytest.approx((sigma, direction * limit))
+    assert slip == pytest.approx(direction * shear_for(2 * limit))
+    assert dilated == 0.0
+    assert not cracked  # Eq. 4 as printed: slip leaves the bond
+    # elastic on the way back, and slip the other way beyond twice the limit
+    stress, memory = contact(opening_for(sigma), shear - direction * shear_for(limit), (slip, 0.0, False))
+    assert stress[1] == pytest.approx(0.0, abs=1e-6 * limit)
+    stress, memory = contact(opening_for(sigma), shear - direction * shear_for(3 * limit), memory)
+    assert stress[1] == pytest.approx(-direction * limit)
+    assert memory[0] == pytest.approx(direction * shear_for(limit))
+
+
+def test_residual_values():
+    weakened = (0.1e6, 0.2e6, 0.5)
+    (sigma, tau), memory = contact(opening_for(1.01 * F_T), 0.0, weakened=weakened)
+    assert (sigma, tau) == (0.0, 0.0)
+    stress, memory = contact(opening_for(0.05e6), 0.0, memory, weakened=weakened)
+    assert stress == pytest.approx((0.05e6, 0.0))  # below the residual tensile strength
+    stress, memory = contact(opening_for(-1e6), shear_for(2e6), memory, weakened=weakened)
+    assert stress == pytest.approx((-1e6, 0.2e6 + 0.5e6))
+    assert memory[2]
+
+
+def test_brittle_shear_leaves_residual_values_after_the_first_slip():
+    sigma, tau = -1e6, 2e6
+    stress, memory = contact(opening_for(sigma), shear_for(tau), brittle=True)
+    assert stress == pytest.approx((sigma, FRICTION * 1e6))
+    assert memory[2]
+    # in tension below f_t the broken joint opens at once
+    stress, memory = contact(opening_for(0.3e6), shear_for(1e6), brittle=True)
+    assert stress == (0.0, 0.0)
+    assert memory == (shear_for(1e6), 0.0, True)
+    # without slip nothing breaks
+    _, memory = contact(opening_for(sigma), shear_for(1e6), brittle=True)
+    assert memory == REST
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_dilation_presses_the_joint_and_stays_on_the_limit(direction):
+    psi, sigma = 0.3, -1e6
+    shear = direction * shear_for(3e6)
+    travelled = (3e6 - (COHESION - sigma * FRICTION)) / (K_S + K_N * FRICTION * psi)
+    (s, t), (slip, dilated, _) = contact(opening_for(sigma), shear, psi=psi)
+    assert slip == pytest.approx(direction * travelled)
+    assert dilated == pytest.approx(psi * travelled)
+    assert s == pytest.approx(sigma - K_N * psi * travelled)
+    assert t == pytest.approx(direction * (COHESION - s * FRICTION))
+    # the state is its own image: nothing moves when the same displacement comes again
+    (s2, t2), memory = contact(opening_for(sigma), shear, (slip, dilated, False), psi=psi)
+    assert (s2, t2) == pytest.approx((s, t), rel=1e-12)
+    assert memory == pytest.approx((slip, dilated, 0.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("psi", [0.0, 0.5])
+def test_beyond_the_apex_shear_vanishes_and_no_more(psi):
+    """With f_t above C / tan(phi) tension can pass the apex of the cone, where no shear is left to carry."""
+    strength = (2e6, 0.2e6, 0.8)
+    (_, tau), (slip, dilated, _) = contact(opening_for(1e6), shear_for(1e5), psi=psi, strength=strength)
+    assert tau == pytest.approx(0.0, abs=1e-9)
+    assert slip == pytest.approx(shear_for(1e5))
+    assert dilated == pytest.approx(psi * shear_for(1e5))
+
+
+def test_at_the_apex_tension_breaks_first():
+    apex = COHESION / FRICTION
+    stress, memory = contact(opening_for(apex * (1 - 1e-9)), shear_for(1e3), strength=(apex, COHESION, FRICTION))
+    assert stress[0] == pytest.approx(apex)
+    assert stress[1] == pytest.approx(0.0, abs=1e-2)
+    assert not memory[2]
+
+
+def test_nan_is_seen():
+    assert np.isnan(contact(np.nan, 0.0)[0][0])
+    assert np.isnan(contact(0.0, np.nan)[0][1])
+
+
+def test_never_outside_the_limits():
+    """Random walks: stress stays within tension cut-off and cone, with every feature on."""
+    rng = np.random.default_rng(5)
+    for psi, brittle in ((0.0, False), (0.0, True), (0.4, False), (0.4, True)):
+        weakened = (0.05e6, 0.1e6, 0.6)
+        memory, u = REST, np.zeros(2)
+        for _ in range(300):
+            u += rng.normal(scale=(5e-6, 2e-5))
+            (sigma, tau), memory = contact(*u, memory, psi=psi, brittle=brittle, weakened=weakened)
+            f_t, cohesion, friction = weakened if memory[2] else (F_T, COHESION, FRICTION)
+            assert sigma <= f_t
+            assert abs(tau) <= max(cohesion - sigma * friction, 0.0) * (1 + 1e-9) + 1e-3

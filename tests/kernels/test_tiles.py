@@ -1,0 +1,121 @@
+"""What runs in tiles equals the same law taken contact by contact."""
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly
+from damagepred.kernels.cycle import run_cycles
+from damagepred.kernels.motion import move
+from damagepred.scene import Joint, Solver
+from damagepred.solvers import explicit
+from damagepred.solvers.packed import LANES, memory_of, needs_all_of_the_law, pack, put, take
+from damagepred.solvers.state import JointMemory, fields_of
+
+PLAIN = Joint()
+SPECIAL = Joint(dilation=0.3, brittle_shear=True, residual_cohesion=5e4, residual_tensile_strength=2e4)
+
+
+def brick_wall(joint, columns=7, rows=5, contacts=3):
+    wall = Assembly(joint=joint)
+    for row in range(rows):
+        shift = 0.12 * (row % 2)
+        for column in range(columns):
+            x, y = 0.24 * column + shift, 0.08 * row
+            wall.add_block([(x, y), (x + 0.24, y), (x + 0.24, y + 0.08), (x, y + 0.08)], course=row)
+    wall.rest_on_ground(range(columns), lambda x: -1e-4 * x**2)
+    wall.move(columns * rows - 1, x=2e-5)
+    return wall.build(Solver(contacts_per_interface=contacts))
+
+
+def random_state(model, rng):
+    shape = model.interfaces.contact_area.shape
+    cracked = rng.random(shape) < 0.4
+    memory = JointMemory(rng.normal(scale=1e-5, size=shape), np.abs(rng.normal(scale=1e-6, size=shape)), cracked)
+    displacement = rng.normal(scale=1e-5, size=3 * (model.n_blocks + 1))
+    displacement[-3:] = 0.0
+    return memory, displacement
+
+
+def forces_by_contacts(model, memory, displacement, progress):
+    """Sum what ``contact_fields`` finds, with plain numpy."""
+    face, fields = model.interfaces, fields_of(model, memory, displacement, progress)
+    n, s = face.contact_area * fields.normal_stress, face.contact_area * fields.shear_stress
+    moment = (face.contact_offset * n).sum(axis=1)
+    n, s = n.sum(axis=1), s.sum(axis=1)
+    force = np.zeros((model.n_blocks + 1, 3))
+    pull = np.column_stack((n * face.normal_x + s * face.normal_y, n * face.normal_y - s * face.normal_x))
+    for sign, block, arm_n, arm_s in (
+        (1.0, face.block_a, face.arm_normal_a, face.arm_shear_a),
+        (-1.0, face.block_b, face.arm_normal_b, face.arm_shear_b),
+    ):
+        np.add.at(force, block, sign * np.column_stack((pull, n * arm_n + s * arm_s + moment)))
+    return force.ravel()
+
+
+@pytest.mark.parametrize("contacts", [2, 3, 4])
+@pytest.mark.parametrize("joint", [PLAIN, SPECIAL], ids=["plain", "special"])
+def test_one_cycle_equals_the_law_contact_by_contact(joint, contacts):
+    rng = np.random.default_rng(contacts)
+    model = brick_wall(joint, contacts=contacts)
+    for progress in (0.0, 0.7):
+        memory, displacement = random_state(model, rng)
+        if joint is PLAIN:
+            memory.dilated[:] = 0.0
+        joints = pack(model)
+        for name in JointMemory._fields:
+            put(joints.tiles[name], joints.lane, getattr(memory, name))
+        size = displacement.size
+        load = rng.normal(size=size)
+        displacement[model.supports.prescribed] = progress * model.supports.prescribed_displacement
+        motion = explicit.Motion(
+            load, np.zeros(size), np.zeros(size), displacement.copy(), np.zeros(size),
+            model.supports.prescribed, model.supports.prescribed_displacement,
+        )  # fmt: skip
+        special = True if needs_all_of_the_law(model) else None
+        run_cycles(joints, special, motion, 0.8, 0.25, progress, 0.0, 1)
+        expected = 0.25 * load + forces_by_contacts(model, memory, displacement, progress)
+        assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()
+        np.testing.assert_array_equal(motion.displacement, displacement)
+        # memory: a second look at the same displacement changes nothing but digits beyond rounding
+        after = memory_of(joints)
+        again = fields_of(model, after, displacement, progress)
+        first = fields_of(model, memory, displacement, progress)
+        scale = np.abs(first.normal_stress).max()
+        assert np.abs(again.normal_stress - first.normal_stress).max() <= 1e-9 * scale
+        assert np.abs(again.shear_stress - first.shear_stress).max() <= 1e-9 * scale
+        assert (after.cracked >= memory.cracked).all()
+
+
+def test_leaving_out_what_no_joint_needs_changes_no_bit():
+    model = brick_wall(PLAIN)
+    paths = []
+    for special in (None, True):
+        run = explicit._Run(model, Solver())
+        run.special = special
+        run.advance(500, 1.0, 1.0)
+        paths.append((run.motion.displacement.copy(), memory_of(run.joints)))
+    np.testing.assert_array_equal(paths[0][0], paths[1][0])
+    for one, other in zip(paths[0][1], paths[1][1]):
+        np.testing.assert_array_equal(one, other)
+    assert np.abs(paths[0][1].slip).max() > 0.0  # it did something
+
+
+def test_packing_keeps_every_value_in_its_place():
+    model = brick_wall(PLAIN)
+    joints, face = pack(model), model.interfaces
+    np.testing.assert_array_equal(take(joints.tiles["contact_offset"], joints.lane), face.contact_offset)
+    np.testing.assert_array_equal(take(joints.tiles["dof_b"], joints.lane), 3 * face.block_b)
+    ground = face.block_a == model.n_blocks
+    assert (joints.lane[ground] >= (len(joints.tiles) - len(joints.ground)) * LANES).all()
+    assert joints.tiles.ctypes.data % 64 == 0
+    assert joints.position.size == 2 * face.block_a.size
+
+
+def test_local_damping_opposes_the_velocity_and_spares_what_rests():
+    force = np.array([1.0, 1.0, 1.0, -2.0, 3.0])
+    velocity = np.array([1.0, -1.0, 0.0, 1.0, 0.0])
+    displacement = np.zeros(5)
+    inverse_mass = np.array([1.0, 1.0, 1.0, 0.5, 0.0])
+    move(force, inverse_mass, 0.8, velocity, displacement)
+    np.testing.assert_allclose(velocity, [1.2, 0.8, 1.0, 1.0 - 1.8, 0.0], rtol=1e-15)
+    np.testing.assert_array_equal(displacement, velocity)

@@ -1,0 +1,98 @@
+"""The explicit solver: closed forms, symmetry, repeatability, and where it begins."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Kind, wall_model
+from damagepred.scene import Movement, Solver
+from damagepred.solvers import ContactState
+from damagepred.solvers.explicit import explicit_path
+from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
+
+
+@pytest.mark.parametrize("elastic_start", [True, False])
+def test_stack_under_self_weight(elastic_start):
+    """u_i = W i (2 n - i + 1) / (2 k_n A), i counted from the bottom."""
+    count, settings = 8, Solver(tolerance=1e-4, lump_block_elasticity=False)
+    model = stack(count, settings)
+    rest = next(explicit_path(model, settings, 1, elastic_start=elastic_start))
+    weight = float(model.mass[0]) * 9.81
+    i = np.arange(1, count + 1)
+    stiffness = model.properties.normal_stiffness[0] * model.interfaces.contact_area[0].sum()
+    expected = -weight * i * (2 * count - i + 1) / (2 * stiffness)
+    np.testing.assert_allclose(rest.displacement[:, 1], expected, rtol=1e-3)
+    assert rest.base_reaction == pytest.approx(count * weight, rel=1e-3)
+    assert np.abs(rest.displacement[:, [0, 2]]).max() < 1e-12
+
+
+def test_a_wall_that_is_not_moved_stays_intact():
+    scene = small_scene(movement=Movement(central_deflection=0.0, increments=2))
+    path = list(explicit_path(wall_model(scene), scene.solver, 2))
+    for increment in path:
+        assert (increment.state == ContactState.INTACT).all()
+        assert not increment.collapsed
+    np.testing.assert_allclose(path[0].displacement, path[2].displacement, atol=1e-12)
+
+
+def test_elastic_start_is_harmless():
+    model, settings = small_wall(), Solver(tolerance=1e-6)
+    direct = next(explicit_path(model, settings, 4))
+    cycled = next(explicit_path(model, settings, 4, elastic_start=False))
+    for name in ("displacement", "normal_stress"):
+        one, other = getattr(direct, name), getattr(cycled, name)
+        assert np.abs(one - other).max() < 1e-4 * np.abs(one).max()
+    assert (direct.state == ContactState.INTACT).all()
+    assert direct.cycles < cycled.cycles / 5
+    assert direct.base_reaction == pytest.approx(-model.supports.load[1::3].sum(), rel=1e-9)
+
+
+def test_no_elastic_start_where_the_dpc_would_have_to_pull():
+    """Beside the window the elastic dpc would be in tension: both ways are then the same cycles."""
+    model, settings = small_wall(0.48), Solver(tolerance=1e-2)
+    one, other = (next(explicit_path(model, settings, 4, elastic_start=start)) for start in (True, False))
+    np.testing.assert_array_equal(one.displacement, other.displacement)
+    assert one.cycles == other.cycles > settings.ramp_cycles
+
+
+def test_a_block_that_nothing_holds_falls():
+    """A block hanging from a joint without strength falls, however the path begins."""
+    settings = Solver(tolerance=1e-3, ramp_cycles=100)
+    rest = next(explicit_path(weak_pair(settings), settings, 1))
+    assert rest.collapsed
+    assert (rest.state == ContactState.CRACKED).all()
+
+
+def test_a_mirrored_wall_moves_as_in_a_mirror():
+    """Window near the left end, and near the right; cracks included."""
+    scenes = [small_scene(x, tolerance=1e-3, ramp_cycles=3000) for x in (0.48, 2.4 - 0.48 - 0.48)]
+    models = [wall_model(scene) for scene in scenes]
+    ends = [list(explicit_path(m, s.solver, 4)) for m, s in zip(models, scenes)]
+    left, right = models[0].blocks, models[1].blocks
+    twin = np.array([int(np.hypot(2.4 - x - right.x, y - right.y).argmin()) for x, y in zip(left.x, left.y)])
+    np.testing.assert_allclose(right.x[twin], 2.4 - left.x, atol=1e-9)
+    for step in (1, 4):
+        one, other = ends[0][step].displacement, ends[1][step].displacement[twin] * (-1.0, 1.0, -1.0)
+        assert np.abs(one - other)[:, :2].max() < 0.01 * np.abs(one)[:, :2].max()
+    dpc = [np.sort(p[4].opening[m.interfaces.kind == Kind.DPC].ravel()) for p, m in zip(ends, models)]
+    np.testing.assert_allclose(*dpc, atol=0.01 * dpc[0].max())
+
+
+def test_two_runs_are_the_same_to_the_last_bit():
+    model = small_wall(0.48)
+    settings = small_scene().solver
+    first, second = (list(explicit_path(model, settings, 4)) for _ in range(2))
+    assert len(first) == len(second) == 5
+    assert (first[-1].state == ContactState.CRACKED).any()
+    for one, other in zip(first, second):
+        for field in dataclasses.fields(one):
+            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+def test_the_weight_of_the_wall_reaches_the_ground_at_every_increment():
+    model = small_wall()
+    weight = -model.supports.load[1::3].sum()
+    for increment in explicit_path(model, small_scene().solver, 4):
+        assert increment.base_reaction == pytest.approx(weight, rel=5e-3)
+        assert increment.unbalanced_force_ratio < 1e-2

@@ -1,0 +1,102 @@
+"""The time step is as long as it may be, and an end that is none of the wall's doing says where it happened."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
+
+from damagepred.errors import ConvergenceError, DivergenceError
+from damagepred.scene import Solver
+from damagepred.solvers import explicit
+from damagepred.solvers.explicit import explicit_path, scaled_mass
+from damagepred.solvers.stiffness import elastic_stiffness
+from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.8])
+@pytest.mark.parametrize("wall", ["solid", "window", "stack"])
+def test_masses_keep_the_highest_frequency_below_the_limit(wall, damping):
+    """omega_max^2 <= 4 / (1 + damping), by eigenvalues rather than by Gershgorin's bound."""
+    model = {
+        "solid": small_wall,
+        "window": lambda: small_wall(0.48),
+        "stack": lambda: stack(10, Solver()),
+    }[wall]()
+    mass = scaled_mass(model, damping, 1.0)
+    free = np.isfinite(mass)
+    scale = sparse.diags_array(1.0 / np.sqrt(mass[free]))
+    stiffness = scale @ elastic_stiffness(model)[free][:, free] @ scale
+    largest = eigsh(stiffness, k=1, which="LA", return_eigenvectors=False)[0]
+    limit = 4.0 / (1.0 + damping)
+    assert largest <= limit * (1 + 1e-9)
+    assert largest > 0.5 * limit  # and none of the step is given away for nothing
+
+
+def vibrating(safety: float, cycles: int, damping: float = 0.8) -> np.ndarray:
+    """Energy of an intact, weightless wall at a random kick, and every 100 cycles after it."""
+    model = small_wall()
+    model.properties.tensile_strength[:] = 1e30
+    model.properties.cohesion[:] = 1e30
+    run = explicit._Run(model, Solver(time_step_safety=min(safety, 1.0), damping=damping))
+    if safety > 1.0:
+        run.motion.inverse_mass[:] *= safety**2
+    run.motion.load[:] = 0.0
+    rng = np.random.default_rng(0)
+    run.motion.velocity[run.free] = 1e-6 * rng.normal(size=run.free.size) / run.arm[run.free]
+    stiffness = elastic_stiffness(model)
+    energy = [run.energy()]
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(cycles // 100):
+            run._cycle(100, 0.0, 0.0, 0.0)
+            u = run.motion.displacement
+            energy.append(run.energy() + 0.5 * float(u @ (stiffness @ u)))
+    return np.array(energy)
+
+
+def test_the_full_time_step_is_stable_with_local_damping():
+    energy = vibrating(1.0, 5000)
+    assert energy.max() == energy[0]
+    assert energy[-1] < 1e-4 * energy[0]
+
+
+def test_the_full_time_step_is_stable_without_damping():
+    energy = vibrating(1.0, 5000, damping=0.0)
+    assert energy.max() < 3.0 * energy[0]
+
+
+def test_a_longer_time_step_is_not_stable():
+    energy = vibrating(1.5, 2000)
+    assert not energy[-1] < 1e6 * energy[0]  # NaN included
+
+
+@pytest.mark.parametrize("elastic_start", [True, False])
+def test_divergence_is_told_from_collapse_and_names_increment_and_block(monkeypatch, elastic_start):
+    model = small_wall()
+    monkeypatch.setattr(explicit, "scaled_mass", lambda *a: scaled_mass(*a) / 2.0**2)
+    with pytest.raises(DivergenceError, match=r"increment \d+ after .*block \d+ \(x = .*time_step_safety") as caught:
+        list(explicit_path(model, small_scene().solver, 4, elastic_start=elastic_start))
+    assert caught.value.increment in (0, 1)
+    assert 0 <= caught.value.block < model.n_blocks
+
+
+def test_a_displacement_that_is_no_number_is_seen():
+    run = explicit._Run(small_wall(), Solver())
+    run.motion.velocity[3 * 17] = np.nan
+    with pytest.raises(DivergenceError, match="no longer a number") as caught:
+        run.settle(3)
+    assert caught.value.increment == 3
+    assert caught.value.block >= 0
+
+
+def test_a_block_that_falls_is_a_collapse_and_no_divergence():
+    settings = Solver(ramp_cycles=100)
+    path = list(explicit_path(weak_pair(settings), settings, 3))
+    assert [p.collapsed for p in path] == [True]
+
+
+def test_what_does_not_settle_names_increment_and_block():
+    settings = small_scene(maximum_cycles=50, ramp_cycles=50).solver
+    with pytest.raises(ConvergenceError, match=r"increment 0 .* 50 cycles.*block \d+ \(x = ") as caught:
+        list(explicit_path(small_wall(), settings, 4, elastic_start=False))
+    assert caught.value.increment == 0
+    assert caught.value.block >= 0

@@ -1,0 +1,41 @@
+"""Walls small enough for a test."""
+
+from damagepred.assembly import Assembly, Model, wall_model
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+
+
+def stack(count: int, solver: Solver, thickness: float = 0.11) -> Model:
+    """Blocks of 240 x 75 mm one on the other, the lowest on the ground."""
+    tower = Assembly(thickness=thickness)
+    for i in range(count):
+        tower.add_block(rectangle(0.0, 0.075 * i, 0.24, 0.075 * (i + 1)), course=i)
+    tower.rest_on_ground([0])
+    return tower.build(solver)
+
+
+def small_scene(window_at: float | None = None, movement: Movement | None = None, **solver: float) -> Scene:
+    """Wall of 2.4 x 0.9 m on a dpc; the window, if any, at ``window_at`` from the left."""
+    opening = () if window_at is None else (Opening(x=window_at, y=0.3, width=0.48, height=0.3),)
+    return Scene(
+        wall=Wall(length=2.4, height=0.9),
+        opening=opening,
+        dpc=Dpc(),
+        movement=movement or Movement(central_deflection=2e-3, increments=4),
+        loads=Loads(roof=1000.0),
+        solver=Solver(**{"tolerance": 1e-2, **solver}),  # type: ignore[arg-type]
+    )
+
+
+def small_wall(window_at: float | None = None, **solver: float) -> Model:
+    """Return the model of ``small_scene``."""
+    return wall_model(small_scene(window_at, **solver))
+
+
+def weak_pair(solver: Solver) -> Model:
+    """Return a block that nothing holds up: it hangs from another by a joint without strength."""
+    pair = Assembly(joint=Joint(tensile_strength=0.0, cohesion=0.0))
+    top = pair.add_block(rectangle(0.0, 0.075, 0.24, 0.15))
+    pair.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
+    pair.support(top)
+    return pair.build(solver)
