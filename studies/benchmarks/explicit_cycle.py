@@ -1,0 +1,74 @@
+"""How long one cycle of the explicit solver takes, for each contact.
+
+    python studies/benchmarks/explicit_cycle.py
+
+The wall is the paper's (6.0 x 2.4 m, 816 blocks, 7077 contacts) with a dpc and a roof load of 6 kN: intact under dead
+load, and with a window, cracked by a dishing of 4 mm. One core. Compiling, or loading what was compiled before, is
+timed apart.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from damagepred.assembly import wall_model
+from damagepred.scene import Dpc, Loads, Movement, Opening, Scene
+from damagepred.solvers import explicit
+
+CYCLES, REPEATS = 1000, 11
+
+
+def intact() -> explicit._Run:
+    """Return the solid wall at rest under dead load."""
+    scene = Scene(dpc=Dpc(), loads=Loads(roof=6000.0))
+    run = explicit._Run(wall_model(scene), scene.solver)
+    run.start_elastic()
+    return run
+
+
+def cracked() -> explicit._Run:
+    """Return the wall with a window, still moving after a dishing of 4 mm."""
+    scene = Scene(
+        dpc=Dpc(),
+        loads=Loads(roof=6000.0),
+        opening=(Opening(x=2.55, y=0.9, width=0.9, height=1.5),),
+        movement=Movement(kind="dishing", central_deflection=4e-3),
+    )
+    run = explicit._Run(wall_model(scene), scene.solver)
+    run.advance(2000, progress_to=0.0, load_to=1.0)
+    run.advance(4000, progress_to=1.0, load_to=1.0)
+    return run
+
+
+def nanoseconds(run: explicit._Run, cycles: int = CYCLES, repeats: int = REPEATS) -> float:
+    """Return the median time for each contact and cycle (ns)."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        run._cycle(cycles, run.load_share, run.progress, 0.0)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times) / cycles / run.model.n_contacts * 1e9
+
+
+def main() -> None:
+    """Print a table."""
+    walls = {"solid, intact": intact(), "window, cracked": None}
+    start = time.perf_counter()
+    walls["solid, intact"]._cycle(1, 1.0, 0.0, 0.0)
+    print(f"compile or load from cache: {time.perf_counter() - start:.2f} s")
+    walls["window, cracked"] = cracked()
+    print(f"{'wall':<18}{'blocks':>8}{'contacts':>10}{'us/cycle':>10}{'ns/contact':>12}")
+    for name, run in walls.items():
+        each = nanoseconds(run)
+        contacts = run.model.n_contacts
+        print(f"{name:<18}{run.model.n_blocks:>8}{contacts:>10}{each * contacts / 1e3:>10.1f}{each:>12.2f}")
+        run.special = True
+        print(f"{'  with dilation':<18}{'':>28}{nanoseconds(run):>12.2f}")
+
+
+if __name__ == "__main__":
+    main()
