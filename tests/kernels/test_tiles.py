@@ -1,10 +1,15 @@
 """What runs in tiles equals the same law taken contact by contact."""
 
+import platform
+import re
+
 import numpy as np
 import pytest
 
 from damagepred.assembly import Assembly
+from damagepred.kernels.contact import contact_forces
 from damagepred.kernels.cycle import run_cycles
+from damagepred.kernels.jit import kernel
 from damagepred.kernels.motion import move
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import explicit
@@ -119,3 +124,21 @@ def test_local_damping_opposes_the_velocity_and_spares_what_rests():
     move(force, inverse_mass, 0.8, velocity, displacement)
     np.testing.assert_allclose(velocity, [1.2, 0.8, 1.0, 1.0 - 1.8, 0.0], rtol=1e-15)
     np.testing.assert_array_equal(displacement, velocity)
+
+
+@pytest.mark.benchmark
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads the assembly of x86")
+@pytest.mark.parametrize("special", [None, True])
+def test_the_compiler_works_on_many_contacts_at_a_time(special):
+    """A change to the law that the compiler cannot vectorise costs a factor of three and no other test sees it."""
+
+    @kernel
+    def forces(tiles):
+        for t in range(tiles.size):
+            contact_forces(tiles[t], None, special, 0.0)
+
+    forces(pack(brick_wall(PLAIN)).tiles)
+    (assembly,) = forces.inspect_asm().values()
+    packed, single = (len(re.findall(rf"\tv?mul{kind}\b", assembly)) for kind in ("pd", "sd"))
+    assert packed > 20
+    assert single == 0
