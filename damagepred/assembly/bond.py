@@ -67,7 +67,8 @@ def _spaced(breakpoints: list[float], spacing: float) -> list[float]:
         points = np.delete(points, -2)
     lines = [0.0]
     for low, high in itertools.pairwise(points):
-        count = max(1, int(np.floor((high - low) / spacing + 0.5)))
+        # halves go up, whatever rounding made of them: else a wall and its mirror image get different bonds
+        count = max(1, int(np.floor((high - low) / spacing * (1 + 1e-9) + 0.5)))
         lines.extend(low + (high - low) * (np.arange(count) + 1) / count)
     return [float(v) for v in lines]
 
@@ -126,8 +127,8 @@ def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | N
             continue
         if other.y < y < other.top and other.x < grid.x[last] - 1e-9 and other.right > grid.x[first] + 1e-9:
             raise InputError(
-                f"opening at x = {hole.x:g} m: its lintel, {hole.lintel_bearing:g} m of bearing on either side, reaches "
-                f"into the opening at x = {other.x:g} m; move one of them or shorten lintel_bearing"
+                f"opening at x = {hole.x:g} m: its lintel, {hole.lintel_bearing:g} m of bearing on either side, "
+                f"reaches into the opening at x = {other.x:g} m; move one of them or shorten lintel_bearing"
             )
         if _index(grid.y, other.top) == level:
             others = _bearing(grid, other)
@@ -142,6 +143,7 @@ def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | N
 def _bearing(grid: Grid, hole: Opening) -> tuple[int, int]:
     """Return the half-brick lines at which the lintel ends: at least one half brick beyond each jamb."""
     left, right = _index(grid.x, hole.x), _index(grid.x, hole.right)
-    first = min(_index(grid.x, hole.x - hole.lintel_bearing), left - 1)
-    last = max(_index(grid.x, hole.right + hole.lintel_bearing), right + 1)
+    reach = hole.lintel_bearing * (1 + 1e-9)  # of two lines equally near take the farther, on either side
+    first = min(_index(grid.x, hole.x - reach), left - 1)
+    last = max(_index(grid.x, hole.right + reach), right + 1)
     return max(first, 0), min(last, len(grid.x) - 1)

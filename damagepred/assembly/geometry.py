@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy import spatial
 
 from damagepred.errors import InputError
 
@@ -13,12 +14,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def convex_polygon(vertices: FloatArray, name: str) -> FloatArray:
+def convex_polygon(vertices: ArrayLike, name: str) -> FloatArray:
     """Return the corners counter-clockwise, checked.
 
     Parameters
     ----------
-    vertices : array (v, 2)
+    vertices : array_like (v, 2)
         Corners in order (m).
     name : str
         What the block is called in messages.
@@ -26,9 +27,12 @@ def convex_polygon(vertices: FloatArray, name: str) -> FloatArray:
     Raises
     ------
     InputError
-        If there are fewer than three, not all finite, coincident, or the polygon is not convex.
+        If there are fewer than three, not all finite, coincident, on one line, or the polygon is not convex.
     """
-    corners = np.asarray(vertices, dtype=np.float64)
+    try:
+        corners = np.asarray(vertices, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: vertices must be points (x, y), got {vertices!r}.") from None
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise InputError(f"{name}: vertices must be 3 or more points (x, y), got an array of shape {corners.shape}.")
     if not np.isfinite(corners).all():
@@ -41,8 +45,11 @@ def convex_polygon(vertices: FloatArray, name: str) -> FloatArray:
     if turns.sum() < 0:
         return convex_polygon(corners[::-1], name)
     winding = np.unwrap(np.arctan2(edges[:, 1], edges[:, 0]))
-    if (turns < -1e-12 * size**2).any() or winding[-1] - winding[0] > 2 * np.pi:
+    rounding = 8 * np.finfo(np.float64).eps * np.abs(corners).max() * size  # far from the origin digits are few
+    if (turns < -1e-12 * size**2 - rounding).any() or winding[-1] - winding[0] > 2 * np.pi:
         raise InputError(f"{name}: is not convex; cut it into convex blocks.")
+    if abs(_cross(corners - corners[0], edges).sum()) <= 2e-9 * size**2 + rounding:
+        raise InputError(f"{name}: has no area; its vertices lie on one line.")
     return corners
 
 
@@ -69,6 +76,57 @@ def mass_properties(corners: FloatArray) -> tuple[float, float, float, float]:
     polar = about_origin - area * (centre @ centre)
     x, y = origin + centre
     return float(area), float(x), float(y), float(polar)
+
+
+_UP_RIGHT = np.array([np.cos(0.6180339887), np.sin(0.6180339887)])
+
+
+def refuse_overlaps(vertices: FloatArray, first_vertex: IntArray, tolerance: float) -> None:
+    """Check that no two convex polygons share area.
+
+    Parameters
+    ----------
+    vertices : array (v, 2)
+        Corners of all polygons, counter-clockwise (m).
+    first_vertex : array of int (n + 1,)
+        Where each polygon's corners start.
+    tolerance : float
+        Overlaps less deep than this are none (m).
+
+    Raises
+    ------
+    InputError
+        If two do.
+    """
+    polygons = np.split(vertices, first_vertex[1:-1])
+    low = np.minimum.reduceat(vertices, first_vertex[:-1])
+    high = np.maximum.reduceat(vertices, first_vertex[:-1])
+    for i, j in _near_boxes(low, high, tolerance):
+        depth = min(_depth(polygons[i], polygons[j]), _depth(polygons[j], polygons[i]))
+        if depth > tolerance:
+            raise InputError(f"blocks {i} and {j} overlap by {depth:.3g} m; move them apart or cut them.")
+
+
+def _near_boxes(low: FloatArray, high: FloatArray, tolerance: float) -> IntArray:
+    """Return the pairs, (k, 2), whose bounding boxes overlap by more than ``tolerance`` in both directions."""
+    centre, half = (low + high) / 2, (high - low) / 2
+    # large blocks see all they may touch; small ones look only as far as their own size
+    reach = half.max(axis=1)
+    tree = spatial.cKDTree(centre)
+    seen = tree.query_ball_point(centre, 2 * reach, p=np.inf, return_sorted=True)
+    first = np.repeat(np.arange(len(low)), [len(s) for s in seen])
+    second = np.concatenate([np.asarray(s, dtype=np.int64) for s in seen])
+    larger = (reach[first] > reach[second]) | ((reach[first] == reach[second]) & (first < second))
+    i, j = first[larger], second[larger]
+    over = (np.minimum(high[i], high[j]) - np.maximum(low[i], low[j]) > tolerance).all(axis=1)
+    return np.sort(np.column_stack((i[over], j[over])), axis=1)
+
+
+def _depth(first: FloatArray, second: FloatArray) -> float:
+    """Return how far the second convex polygon reaches behind the edge of the first that parts them best (m)."""
+    along = np.roll(first, -1, axis=0) - first
+    outward = np.column_stack((along[:, 1], -along[:, 0])) / np.hypot(*along.T)[:, None]
+    return float(((first * outward).sum(axis=1) - (outward @ second.T).min(axis=1)).min())
 
 
 class SharedEdges(NamedTuple):
@@ -118,11 +176,13 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
     along = vertices[following] - vertices
     length = np.hypot(along[:, 0], along[:, 1])
     normal = np.column_stack((along[:, 1], -along[:, 0])) / length[:, None]  # outward
-    # one normal for both sides of a line; which side the block lies on is kept apart
-    flip = (normal[:, 0] < -1e-9) | ((np.abs(normal[:, 0]) <= 1e-9) & (normal[:, 1] < 0))
+    # one normal for both sides of a line, pointing right or up; which side the block lies on is kept apart. Where
+    # right and up end is no direction that anyone builds in, so that rounding does not part the sides of one line
+    forward, across = normal @ _UP_RIGHT, _cross(_UP_RIGHT, normal)
+    flip = forward < 0
     line_normal = np.where(flip[:, None], -normal, normal)
     centre = vertices.mean(axis=0)
-    angle = np.arctan2(line_normal[:, 1], line_normal[:, 0])
+    angle = np.arctan2(np.where(flip, -across, across), np.abs(forward))
     reach = np.hypot(*np.ptp(vertices, axis=0))
     direction = _groups(angle, tolerance / reach)
     offset = ((vertices - centre) * line_normal).sum(axis=1)

@@ -68,7 +68,7 @@ class Scene:
                     f"{second.x:g}-{second.right:g} m; move one or make them one opening"
                 )
         if self.dpc is not None:
-            courses = max(1, floor(wall.height / wall.block_height + 0.5))
+            courses = max(1, floor(wall.height / wall.block_height * (1 + 1e-9) + 0.5))
             if self.dpc.course >= courses:
                 raise ValueError(
                     f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "

@@ -1,0 +1,219 @@
+"""How the bricks lie, counted and measured without the code that lays them."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.assembly.bond import gauge, lay_bricks
+from damagepred.errors import InputError
+from damagepred.scene import Opening, Scene, Wall
+
+
+@pytest.fixture(scope="module")
+def solid(data_folder: Path) -> Scene:
+    return Scene.from_toml(data_folder / "bryant_dishing.toml")
+
+
+@pytest.fixture(scope="module")
+def window(data_folder: Path) -> Scene:
+    return Scene.from_toml(data_folder / "bryant_window_dishing.toml")
+
+
+def box(scene: Scene) -> np.ndarray:
+    """Left, bottom, right, top, course of every brick."""
+    return np.array(lay_bricks(scene))
+
+
+def test_bryant_wall_has_816_bricks_in_32_courses_of_25_and_26(solid: Scene):
+    bricks = box(solid)
+    assert len(bricks) == 816
+    counts = np.bincount(bricks[:, 4].astype(int))
+    assert counts.tolist() == [25, 26] * 16
+
+
+def test_bryant_courses_start_with_whole_and_half_bricks_in_turn(solid: Scene):
+    bricks = box(solid)
+    for course in range(32):
+        mine = bricks[bricks[:, 4] == course]
+        width = mine[:, 2] - mine[:, 0]
+        np.testing.assert_allclose(mine[:, 1], course * 0.075, atol=1e-12)
+        np.testing.assert_allclose(mine[:, 3], (course + 1) * 0.075, atol=1e-12)
+        if course % 2 == 0:
+            np.testing.assert_allclose(width, 0.24)
+        else:
+            np.testing.assert_allclose(width[[0, -1]], 0.12)
+            np.testing.assert_allclose(width[1:-1], 0.24)
+
+
+def test_window_wall_counted_by_hand(window: Scene):
+    """0.9 m up are 12 courses of 25 and 26; beside the window 21 half bricks remain on either side: 11 bricks."""
+    bricks = box(window)
+    assert len(bricks) == 6 * (25 + 26) + 20 * 2 * 11 == 746
+    area = ((bricks[:, 2] - bricks[:, 0]) * (bricks[:, 3] - bricks[:, 1])).sum()
+    assert area == pytest.approx(6.0 * 2.4 - 0.9 * 1.5, rel=1e-14)
+
+
+def test_window_jambs_have_half_bricks_in_every_other_course(window: Scene):
+    bricks = box(window)
+    beside = bricks[(bricks[:, 1] > 0.9 - 1e-9) & np.isclose(bricks[:, 2], 2.55)]
+    assert len(beside) == 20
+    width = (beside[:, 2] - beside[:, 0])[np.argsort(beside[:, 4])]
+    half = 2.55 / 21  # gauged: 21 half bricks to the jamb
+    expected = [half if course % 2 == 0 else 2 * half for course in range(12, 32)]
+    np.testing.assert_allclose(width, expected, rtol=1e-12)
+
+
+def test_no_brick_reaches_into_the_window(window: Scene):
+    left, bottom, right, top, _ = box(window).T
+    inside = (left < 3.45 - 1e-9) & (right > 2.55 + 1e-9) & (top > 0.9 + 1e-9)
+    assert not inside.any()
+
+
+def test_perpends_of_running_bond_never_stand_on_each_other(solid: Scene):
+    bricks = box(solid)
+    for course in range(31):
+        lower = set(np.round(bricks[bricks[:, 4] == course][:-1, 2], 6)) - {6.0}
+        upper = set(np.round(bricks[bricks[:, 4] == course + 1][:-1, 2], 6)) - {6.0}
+        assert lower
+        assert not lower & upper
+
+
+def test_stack_bond_breaks_nothing():
+    bricks = box(Scene(wall=Wall(length=2.4, height=0.6, bond="stack")))
+    assert len(bricks) == 8 * 10
+    np.testing.assert_allclose(bricks[:, 2] - bricks[:, 0], 0.24)
+
+
+@pytest.mark.parametrize(
+    ("length", "halves"), [(6.0, 50), (6.12, 51), (6.05, 50), (6.07, 51), (0.24, 2), (0.3, 3), (5.93, 49)]
+)
+def test_bricks_are_gauged_to_the_length(length: float, halves: int):
+    """The nearest whole number of half bricks, made equal: each within half a half of nominal, per brick far less."""
+    grid = gauge(Scene(wall=Wall(length=length, height=0.15)))
+    assert len(grid.x) - 1 == halves
+    np.testing.assert_allclose(np.diff(grid.x), length / halves, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("height", "courses"), [(2.4, 32), (2.43, 32), (2.44, 33), (0.075, 1), (0.12, 2)])
+def test_courses_are_gauged_to_the_height(height: float, courses: int):
+    grid = gauge(Scene(wall=Wall(height=height)))
+    np.testing.assert_allclose(np.diff(grid.y), height / courses, rtol=1e-12)
+    assert len(grid.y) == courses + 1
+
+
+def test_a_grid_line_lies_on_every_edge_of_an_opening():
+    holes = (Opening(x=1.31, y=0.83, width=0.77, height=1.01), Opening(kind="door", x=4.03, width=0.91, height=2.03))
+    grid = gauge(Scene(opening=holes))
+    for hole in holes:
+        assert np.abs(np.array(grid.x) - hole.x).min() < 1e-12
+        assert np.abs(np.array(grid.x) - hole.right).min() < 1e-12
+        assert np.abs(np.array(grid.y) - hole.top).min() < 1e-12
+        assert np.abs(np.array(grid.y) - hole.y).min() < 1e-12
+
+
+def test_edges_a_hair_apart_are_one():
+    """Two openings over each other, jambs 1 mm apart: no sliver of a brick between them."""
+    holes = (Opening(x=2.0, y=0.6, width=1.0, height=0.6), Opening(x=2.001, y=1.5, width=1.0, height=0.6))
+    widths = np.diff(gauge(Scene(opening=holes)).x)
+    assert widths.min() > 0.05
+
+
+# -- lintels ----------------------------------------------------------------------------------------------------------
+
+
+def lintels(scene: Scene) -> list[tuple[float, float, float, float]]:
+    """Blocks that lie across an opening's head."""
+    return [
+        tuple(b[:4])
+        for b in lay_bricks(scene)
+        for hole in scene.opening
+        if math.isclose(b.bottom, hole.top) and b.left < hole.x - 1e-9 and b.right > hole.right + 1e-9
+    ]
+
+
+def test_a_window_below_the_top_has_one_lintel_with_its_bearing():
+    scene = Scene(opening=(Opening(x=2.4, y=0.9, width=1.2, height=0.9, lintel_bearing=0.24),))
+    ((left, bottom, right, top),) = lintels(scene)
+    assert (left, right) == pytest.approx((2.16, 3.84))
+    assert (bottom, top) == pytest.approx((1.8, 1.875))  # one course
+
+
+def test_a_window_to_the_top_has_none(window: Scene):
+    assert lintels(window) == []
+
+
+@pytest.mark.parametrize("bearing", [0.06, 0.12, 0.15, 0.18, 0.2, 0.24, 0.3, 0.36])
+def test_the_bearing_is_the_same_on_both_sides(bearing: float):
+    """0.18 and 0.3 lie midway between two joints: the same choice must be made left and right."""
+    scene = Scene(
+        wall=Wall(length=4.8), opening=(Opening(x=1.92, y=0.9, width=0.96, height=0.9, lintel_bearing=bearing),)
+    )
+    ((left, _, right, _),) = lintels(scene)
+    assert 1.92 - left == pytest.approx(right - 2.88, rel=1e-9)
+    assert 0.12 - 1e-9 <= 1.92 - left  # at least half a brick
+    assert abs(1.92 - left - bearing) <= 0.06 + 1e-9  # the nearest joint
+
+
+def test_lintels_without_bearing_are_refused():
+    with pytest.raises(InputError, match=r"x = 0 m: its lintel finds no bearing.*move the opening inwards"):
+        lay_bricks(Scene(opening=(Opening(x=0.0, y=0.9, width=0.9, height=0.9),)))
+    with pytest.raises(InputError, match="no bearing"):
+        lay_bricks(Scene(opening=(Opening(x=5.1, y=0.9, width=0.9, height=0.9),)))
+    lay_bricks(Scene(opening=(Opening(x=0.0, y=0.9, width=0.9, height=1.5),)))  # to the top: needs none
+
+
+def test_lintels_that_meet_are_refused():
+    side_by_side = (Opening(x=2.0, y=0.9, width=0.9, height=0.9), Opening(x=3.0, y=0.9, width=0.9, height=0.9))
+    with pytest.raises(InputError, match="lintels overlap"):
+        lay_bricks(Scene(opening=side_by_side))
+    taller = (side_by_side[0], Opening(x=2.96, y=0.9, width=0.9, height=1.2))
+    with pytest.raises(InputError, match=r"reaches into the opening at x = 2.96 m; move one of them or shorten"):
+        lay_bricks(Scene(opening=taller))
+
+
+# -- mirror -----------------------------------------------------------------------------------------------------------
+
+
+def mirrored(scene: Scene) -> Scene:
+    tables = scene.to_dict()
+    for hole in tables.get("opening", []):
+        hole["x"] = scene.wall.length - hole["x"] - hole["width"]
+    return Scene.from_dict(tables)
+
+
+@pytest.mark.parametrize("name", ["bryant_dishing", "bryant_window_doming", "left of centre", "door and window"])
+def test_a_mirrored_wall_has_mirrored_bricks(name: str, data_folder: Path):
+    if name.startswith("bryant"):
+        scene = Scene.from_toml(data_folder / f"{name}.toml")
+    elif name == "left of centre":
+        scene = Scene(opening=(Opening(x=1.2, y=0.9, width=0.96, height=0.9, lintel_bearing=0.18),))
+    else:
+        scene = Scene(
+            opening=(
+                Opening(kind="door", x=0.96, width=0.96, height=2.1),
+                Opening(x=3.6, y=0.9, width=1.2, height=1.2, lintel_bearing=0.3),
+            )
+        )
+    halves = len(gauge(scene).x) - 1
+    assert halves % 2 == 0  # else the bond itself is not symmetric
+    bricks, image = box(scene), box(mirrored(scene))
+    length = scene.wall.length
+    image = np.column_stack((length - image[:, 2], image[:, 1], length - image[:, 0], image[:, 3], image[:, 4]))
+    order = np.lexsort((np.round(image[:, 0], 6), image[:, 4]))
+    np.testing.assert_allclose(bricks, image[order], atol=1e-9)
+
+
+def test_every_reference_scene_can_be_laid(data_folder: Path):
+    for file in data_folder.glob("bryant*.toml"):
+        if "scene" not in tomllib.loads(file.read_text()):
+            assert len(lay_bricks(Scene.from_toml(file))) > 700
+
+
+@pytest.mark.parametrize("x", [0.6, 1.0, 1.7, 2.55, 3.3, 4.1, 4.5])
+def test_where_an_opening_is_does_not_decide_how_its_width_is_divided(x: float):
+    """0.9 m are 7.5 half bricks; 2.55 + 0.9 - 2.55 is a little less and 0.6 + 0.9 - 0.6 is not."""
+    line = np.array(gauge(Scene(opening=(Opening(x=x, y=0.9, width=0.9, height=1.5),))).x)
+    assert ((line > x + 1e-9) & (line < x + 0.9 - 1e-9)).sum() == 8 - 1

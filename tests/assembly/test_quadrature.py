@@ -1,0 +1,98 @@
+"""Points and weights of an interface's contacts."""
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly
+from damagepred.assembly.quadrature import quadrature
+from damagepred.scene import Joint, Solver
+
+# Abramowitz and Stegun, table 25.6: abscissas on [-1, 1] and weights that sum to 2
+LOBATTO = {
+    2: ([-1, 1], [1, 1]),
+    3: ([-1, 0, 1], [1 / 3, 4 / 3, 1 / 3]),
+    4: ([-1, -(5**-0.5), 5**-0.5, 1], [1 / 6, 5 / 6, 5 / 6, 1 / 6]),
+    5: ([-1, -((3 / 7) ** 0.5), 0, (3 / 7) ** 0.5, 1], [1 / 10, 49 / 90, 32 / 45, 49 / 90, 1 / 10]),
+    6: (
+        [-1, -0.765055323929, -0.285231516480, 0.285231516480, 0.765055323929, 1],
+        [1 / 15, 0.378474956297, 0.554858377035, 0.554858377035, 0.378474956297, 1 / 15],
+    ),
+}
+
+
+@pytest.mark.parametrize("count", LOBATTO)
+def test_lobatto_as_tabulated(count: int):
+    points, weights = quadrature("lobatto", count)
+    np.testing.assert_allclose(2 * points, LOBATTO[count][0], atol=1e-11)
+    np.testing.assert_allclose(2 * weights, LOBATTO[count][1], atol=1e-11)
+
+
+@pytest.mark.parametrize("count", range(2, 10))
+def test_lobatto_is_exact_to_degree_2n_minus_3_and_not_beyond(count: int):
+    points, weights = quadrature("lobatto", count)
+    for degree in range(2 * count - 2):
+        exact = 0.5**degree / (degree + 1) if degree % 2 == 0 else 0.0
+        assert weights @ points**degree == pytest.approx(exact, rel=1e-12, abs=1e-16), degree
+    beyond = 2 * count - 2
+    assert abs(weights @ points**beyond / (0.5**beyond / (beyond + 1)) - 1) > 1e-6
+
+
+@pytest.mark.parametrize("count", range(1, 10))
+def test_midpoints(count: int):
+    points, weights = quadrature("midpoint", count)
+    np.testing.assert_allclose(weights, 1 / count)
+    np.testing.assert_allclose(np.diff(points), 1 / count)
+    assert abs(weights @ points) < 1e-16
+    # equal strips lose the rotational stiffness of each strip about its own middle: 1/n^2
+    assert weights @ points**2 * 12 == pytest.approx(1 - 1 / count**2, abs=1e-14)
+
+
+@pytest.mark.parametrize("count", range(2, 10))
+def test_symmetric_to_the_last_digit(count: int):
+    for rule in ("lobatto", "midpoint"):
+        points, weights = quadrature(rule, count)
+        assert weights.sum() == pytest.approx(1.0, rel=1e-15)
+        if rule == "lobatto":
+            np.testing.assert_array_equal(points, -points[::-1])
+            assert (points[0], points[-1]) == (-0.5, 0.5)
+        np.testing.assert_allclose(weights, weights[::-1], rtol=1e-14)
+
+
+def test_lobatto_of_one_is_refused():
+    with pytest.raises(ValueError, match="at least 2"):
+        quadrature("lobatto", 1)
+
+
+def rotational_stiffness(contacts: int, rule: str, width: float, thickness: float) -> tuple[float, float]:
+    """Of the joint between two stacked blocks, from the contacts the model really has; and its normal stiffness."""
+    wall = Assembly(thickness=thickness, joint=Joint(normal_stiffness=5e9))
+    wall.add_block([(0, 0), (width, 0), (width, 0.1), (0, 0.1)])
+    wall.add_block([(0, 0.1), (width, 0.1), (width, 0.2), (0, 0.2)])
+    solver = Solver(contacts_per_interface=contacts, quadrature=rule, lump_block_elasticity=False)
+    model = wall.build(solver)
+    face, k = model.interfaces, model.properties.normal_stiffness
+    return (
+        float((k[:, None] * face.contact_area * face.contact_offset**2).sum()),
+        float((k[:, None] * face.contact_area).sum()),
+    )
+
+
+@pytest.mark.parametrize("contacts", [3, 4, 7])
+def test_elastic_joint_is_exact_from_three_points_on(contacts: int):
+    b, t = 0.24, 0.11
+    rotational, normal = rotational_stiffness(contacts, "lobatto", b, t)
+    assert rotational == pytest.approx(5e9 * t * b**3 / 12, rel=1e-13)
+    assert normal == pytest.approx(5e9 * t * b, rel=1e-13)
+
+
+def test_two_points_are_three_times_too_stiff():
+    b, t = 0.24, 0.11
+    rotational, normal = rotational_stiffness(2, "lobatto", b, t)
+    assert rotational == pytest.approx(5e9 * t * b**3 / 4, rel=1e-13)
+    assert normal == pytest.approx(5e9 * t * b, rel=1e-13)
+
+
+def test_nine_midpoints_are_an_eightieth_off():
+    b, t = 0.24, 0.11
+    rotational, _ = rotational_stiffness(9, "midpoint", b, t)
+    assert 1 - rotational / (5e9 * t * b**3 / 12) == pytest.approx(1 / 81, rel=1e-9)
