@@ -32,7 +32,8 @@ class Solver:
     damping : float
         Local damping: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
     ramp_cycles : int
-        Cycles over which one increment's movement is applied before the wall is left to settle.
+        Cycles over which one increment's movement is applied before the wall is left to settle; applied faster, it
+        cracks joints that a slow movement leaves whole.
     maximum_cycles : int
         Cycles after which an increment that has not settled is given up.
     time_step_safety : float
