@@ -1,5 +1,7 @@
 """Slow and simple: every edge of every polygon against every other."""
 
+from itertools import pairwise
+
 import numpy as np
 
 
@@ -31,7 +33,7 @@ def polygon_area(corners: np.ndarray) -> float:
     """Area by summing triangles from the first corner."""
     return sum(
         0.5 * float((b[0] - corners[0][0]) * (c[1] - corners[0][1]) - (b[1] - corners[0][1]) * (c[0] - corners[0][0]))
-        for b, c in zip(corners[1:], corners[2:])
+        for b, c in pairwise(corners[1:])
     )
 
 
@@ -44,18 +46,16 @@ def random_rectangles(random: np.random.Generator, rows: int = 5) -> list[np.nda
     """Rows of rectangles of random heights, each cut at random places."""
     y = np.concatenate(([0.0], np.cumsum(random.uniform(0.05, 0.3, rows))))
     polygons = []
-    for bottom, top in zip(y[:-1], y[1:]):
+    for bottom, top in pairwise(y):
         x = np.concatenate(([0.0], np.sort(random.uniform(0.1, 1.9, random.integers(1, 6))), [2.0]))
-        polygons += [
-            np.array([(a, bottom), (b, bottom), (b, top), (a, top)]) for a, b in zip(x[:-1], x[1:]) if b - a > 1e-4
-        ]
+        polygons += [np.array([(a, bottom), (b, bottom), (b, top), (a, top)]) for a, b in pairwise(x) if b - a > 1e-4]
     return polygons
 
 
 def hexagons(rows: int = 4, columns: int = 4) -> list[np.ndarray]:
     corner = np.array([(np.cos(a), np.sin(a)) for a in np.pi / 6 + np.arange(6) * np.pi / 3])
     return [
-        corner + (np.sqrt(3) * (column + 0.5 * (row % 2)), 1.5 * row)
+        corner + np.array((np.sqrt(3) * (column + 0.5 * (row % 2)), 1.5 * row))
         for row in range(rows)
         for column in range(columns)
     ]

@@ -20,6 +20,10 @@ def flat(polygons: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, float]:
     return np.concatenate(polygons), first.astype(np.int64), 1e-6 * np.sqrt(smallest)
 
 
+def moved(corners: np.ndarray, x: float, y: float) -> np.ndarray:
+    return corners + np.array((x, y))
+
+
 def check_against_reference(polygons: list[np.ndarray], accuracy: float = 1e-12) -> None:
     vertices, first, tolerance = flat(polygons)
     refuse_overlaps(vertices, first, tolerance)
@@ -117,13 +121,13 @@ def test_a_vertex_on_an_edge_makes_two_interfaces_of_the_right_length():
 def test_blocks_that_meet_at_a_corner_or_not_at_all_share_nothing():
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
     for shift in ((1.0, 1.0), (2.0, 0.0), (1.0, 1.5), (0.0, 1.001)):
-        assert len(shared_edges(*flat([square, square + shift])).a) == 0
+        assert len(shared_edges(*flat([square, moved(square, *shift)])).a) == 0
 
 
 def test_back_to_back_on_one_line_but_apart_share_nothing():
     """Same line, opposite sides, no common part."""
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
-    assert len(shared_edges(*flat([square, square + (1.5, -1.0)])).a) == 0
+    assert len(shared_edges(*flat([square, moved(square, 1.5, -1.0)])).a) == 0
 
 
 # -- overlaps ---------------------------------------------------------------------------------------------------------
@@ -175,11 +179,11 @@ def test_overlaps_of_every_sort_are_refused():
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
     for name, other in {
         "the same again": square,
-        "half": square + (0.5, 0.0),
-        "a corner": square + (0.5, 0.5),
-        "inside": 0.2 * square + (0.3, 0.3),
-        "a cross": square * (3.0, 0.2) + (-1.0, 0.4),
-        "a sliver": square + (1 - 1e-4, 0.0),
+        "half": moved(square, 0.5, 0.0),
+        "a corner": moved(square, 0.5, 0.5),
+        "inside": moved(0.2 * square, 0.3, 0.3),
+        "a cross": moved(square * (3.0, 0.2), -1.0, 0.4),
+        "a sliver": moved(square, 1 - 1e-4, 0.0),
         "turned": reference.turned([square], 0.7, (0.9, 0.2))[0],
     }.items():
         assert overlaps([square, other]), name
@@ -202,7 +206,7 @@ def test_tilings_do_not_overlap():
 
 def test_one_moved_cell_is_found_and_named():
     cells = reference.voronoi(np.random.default_rng(6))
-    cells[7] = cells[7] + (0.01, 0.0)
+    cells[7] = moved(cells[7], 0.01, 0.0)
     vertices, first, tolerance = flat(cells)
     with pytest.raises(InputError, match=r"blocks \d+ and \d+ overlap") as caught:
         refuse_overlaps(vertices, first, tolerance)
@@ -222,10 +226,10 @@ def test_mass_properties_of_triangles(seed: int, x: float, y: float):
     if abs(double) < 0.05:
         return
     corners = np.array([a, b, c] if double > 0 else [a, c, b])
-    area, cx, cy, polar = mass_properties(corners + (x, y))
+    area, cx, cy, polar = mass_properties(moved(corners, x, y))
     sides = [((p - q) ** 2).sum() for p, q in itertools.combinations((a, b, c), 2)]
     assert area == pytest.approx(abs(double) / 2, rel=1e-9)
-    np.testing.assert_allclose((cx, cy), (a + b + c) / 3 + (x, y), rtol=1e-12, atol=1e-11)
+    np.testing.assert_allclose((cx, cy), (a + b + c) / 3 + np.array((x, y)), rtol=1e-12, atol=1e-11)
     assert polar == pytest.approx(abs(double) / 2 * sum(sides) / 36, rel=1e-7)
 
 
