@@ -1,0 +1,293 @@
+"""The public Assembly: any convex blocks, supports, loads and gravity."""
+
+import numpy as np
+import pytest
+
+from damagepred import Assembly
+from damagepred.assembly import GRAVITY, Kind, wall_model
+from damagepred.assembly.bond import lay_bricks
+from damagepred.errors import InputError
+from damagepred.scene import BlockMaterial, Joint, Movement, Scene, Solver, Wall
+
+UNIT = [(0, 0), (1, 0), (1, 1), (0, 1)]
+
+
+def stack(n: int = 2, **options) -> Assembly:
+    wall = Assembly(**options)
+    for i in range(n):
+        wall.add_block([(x, y + i) for x, y in UNIT])
+    return wall
+
+
+def test_an_assembly_of_the_wall_s_bricks_is_the_wall():
+    """The template adds nothing of its own: put together by hand the same bricks make the same model."""
+    scene = Scene(wall=Wall(length=2.4, height=0.6), movement=Movement(shape="parabola"))
+    wall = Assembly()
+    for brick in lay_bricks(scene):
+        corners = [
+            (brick.left, brick.bottom),
+            (brick.left, brick.top),
+            (brick.right, brick.top),
+            (brick.right, brick.bottom),
+        ]
+        wall.add_block(corners, course=brick.course)  # clockwise: either way round will do
+    wall.rest_on_ground(range(10), lambda x: scene.movement.profile(x, 2.4))
+    mine, template = wall.build(), wall_model(scene)
+    for part in ("interfaces", "properties", "ground", "joints"):
+        for name, value in getattr(template, part)._asdict().items():
+            np.testing.assert_allclose(getattr(getattr(mine, part), name), value, rtol=1e-12, atol=1e-15, err_msg=name)
+    np.testing.assert_allclose(mine.supports.load, template.supports.load, rtol=1e-12, atol=1e-12)
+    assert mine.span == pytest.approx(2.4)
+    assert mine.central_deflection == pytest.approx(8e-3)
+
+
+def test_weight_follows_gravity():
+    tilt = 0.3
+    gravity = (GRAVITY * np.sin(tilt), -GRAVITY * np.cos(tilt))
+    model = stack(thickness=0.5, gravity=gravity, block=BlockMaterial(density=1000.0)).build()
+    load = model.supports.load.reshape(-1, 3)
+    np.testing.assert_allclose(load, [[500 * gravity[0], 500 * gravity[1], 0]] * 2)
+    assert model.mass == pytest.approx([500.0, 500.0])
+    assert model.mean_block_weight == pytest.approx(500 * GRAVITY)
+
+
+def test_a_load_off_centre_turns():
+    wall = stack(gravity=(0, 0))
+    wall.load(0, x=3.0, y=-2.0, moment=1.0, at=(0.75, 0.9))
+    # about the centroid (0.5, 0.5): arm (0.25, 0.4); r x F = 0.25 * -2 - 0.4 * 3
+    np.testing.assert_allclose(wall.build().supports.load[:3], [3.0, -2.0, 1.0 - 0.5 - 1.2])
+    wall.load(0, y=-2.0, at=(0.25, 0.0))  # adds up: arm -0.25
+    np.testing.assert_allclose(wall.build().supports.load[:3], [3.0, -4.0, -0.7 + 0.5])
+    wall.load(1, y=-5.0)
+    np.testing.assert_allclose(wall.build().supports.load[3:], [0.0, -5.0, 0.0])
+
+
+def test_loads_make_the_same_resultant_wherever_they_act():
+    """A force may be slid along its own line."""
+    ends = []
+    for at in ((0.2, 0.0), (0.2, 0.5), (0.2, 7.0)):
+        wall = stack(gravity=(0, 0))
+        wall.load(0, y=-1.0, at=at)
+        ends.append(wall.build().supports.load)
+    np.testing.assert_allclose(ends[0], ends[1])
+    np.testing.assert_allclose(ends[0], ends[2])
+
+
+def test_supports_and_moves():
+    wall = stack(3)
+    wall.support(0)
+    wall.support(1, x=True, y=False, rotation=False)
+    wall.move(2, x=0.001, y=-0.002, rotation=0.0)
+    supports = wall.build().supports
+    assert supports.prescribed.tolist() == [0, 1, 2, 3, 6, 7, 8]
+    assert supports.prescribed_displacement.tolist() == [0, 0, 0, 0, 0.001, -0.002, 0]
+    assert wall.build().central_deflection == 0.002
+
+
+def test_kinds_come_from_direction():
+    wall = stack()
+    wall.add_block([(1, 0), (2, 0), (2, 1), (1, 1)])
+    wall.rest_on_ground([0, 2])
+    face = wall.build().interfaces
+    assert sorted(face.kind.tolist()) == [
+        Kind.BED_JOINT,
+        Kind.HEAD_JOINT,
+        Kind.FOOTING_INTERFACE,
+        Kind.FOOTING_INTERFACE,
+    ]
+
+
+def test_set_joint_in_either_order_and_with_a_kind():
+    strong = Joint(cohesion=1e6)
+    for a, b in ((0, 1), (1, 0)):
+        wall = stack(3)
+        wall.set_joint(a, b, strong, Kind.DPC)
+        model = wall.build()
+        mine = (model.interfaces.block_a == 0) & (model.interfaces.block_b == 1)
+        assert mine.sum() == 1
+        assert (model.properties.cohesion[mine] == 1e6).all()
+        assert (model.interfaces.kind[mine] == Kind.DPC).all()
+        assert (model.properties.cohesion[~mine] == 0.375e6).all()
+        assert (model.interfaces.kind[~mine] == Kind.BED_JOINT).all()
+
+
+def test_set_joint_where_a_vertex_divides_the_common_edge():
+    wall = Assembly()
+    wall.add_block([(0, 0), (1, 0), (1, 1), (0.3, 1), (0, 1)])
+    wall.add_block([(0, 1), (1, 1), (1, 2), (0, 2)])
+    wall.set_joint(0, 1, Joint(cohesion=7.0, tensile_strength=0.0), Kind.DPC)
+    model = wall.build()
+    assert sorted(model.interfaces.length) == pytest.approx([0.3, 0.7])
+    assert (model.properties.cohesion == 7.0).all()
+    assert (model.interfaces.kind == Kind.DPC).all()
+
+
+def test_set_joint_above_a_course():
+    wall = Assembly()
+    for course in range(3):
+        for i in range(2):
+            wall.add_block([(x + i, y + course) for x, y in UNIT], course=course)
+    wall.set_joint_above(0, Joint(friction=0.1))
+    model = wall.build()
+    dpc = model.interfaces.kind == Kind.DPC
+    assert dpc.sum() == 2
+    assert (model.interfaces.y[dpc] == 1.0).all()
+    assert (model.properties.friction[dpc] == 0.1).all()
+    assert (model.properties.friction[~dpc] == 0.75).all()
+
+
+def test_own_materials():
+    soft = BlockMaterial(elastic_modulus=1e9, poisson_ratio=0.0, density=500.0)
+    wall = Assembly(thickness=1.0)
+    wall.add_block(UNIT)
+    wall.add_block([(x, y + 1) for x, y in UNIT], material=soft)
+    model = wall.build()
+    assert model.density.tolist() == [2000.0, 500.0]
+    assert model.properties.normal_stiffness[0] == pytest.approx(1 / (1 / 82e9 + 0.5 / 9e9 + 0.5 / 1e9))
+    shear_9 = 9e9 / 2.38
+    assert model.properties.shear_stiffness[0] == pytest.approx(1 / (1 / 36e9 + 0.5 / shear_9 + 0.5 / 0.5e9))
+
+
+def test_lumping_uses_the_distance_to_the_centroid_whatever_the_shape():
+    """A triangle's centroid lies a third of its height from the base."""
+    wall = Assembly()
+    wall.add_block([(0, 0), (1, 0), (1, 1), (0, 1)])
+    wall.add_block([(0, 1), (1, 1), (0.5, 1.6)])
+    assert wall.build().properties.normal_stiffness[0] == pytest.approx(1 / (1 / 82e9 + 0.5 / 9e9 + 0.2 / 9e9))
+
+
+def test_ground_under_a_hexagon_and_under_nothing():
+    wall = Assembly()
+    wall.add_block([(1, 0), (2, 0), (3, 1), (2, 2), (1, 2), (0, 1)])
+    wall.rest_on_ground([0, 0], lambda x: -0.01 * x)  # twice the same block is once
+    model = wall.build(Solver(lump_block_elasticity=False))
+    face = model.interfaces
+    assert (face.x.tolist(), face.length.tolist()) == ([1.5], [1.0])
+    assert (face.block_a[0], face.block_b[0]) == (1, 0)  # the ground is block n
+    np.testing.assert_allclose(model.ground.normal, [[-0.01, -0.015, -0.02]])
+    assert model.central_deflection == pytest.approx(0.015)
+
+    pointed = Assembly()
+    pointed.add_block([(0, 1), (1, 0), (2, 1)])
+    pointed.rest_on_ground([0])
+    with pytest.raises(InputError, match="block 0: cannot rest on the ground"):
+        pointed.build()
+
+
+def test_fields_by_material():
+    wall = stack(4)
+    wall.set_joint(0, 1, Joint(cohesion=1e6))
+    values = np.array([1e5, 2e5, 3e5])
+    law = wall.build(fields={0: {"cohesion": values}}).properties
+    model = wall.build()
+    assert law.cohesion[model.interfaces.block_a == 0].tolist() == [1e6]
+    others = model.interfaces.block_a != 0
+    np.testing.assert_array_equal(law.cohesion[others], values[model.interfaces.joint[others]])
+
+
+@pytest.mark.parametrize("shift", [(1e4, 0.0), (1e4, -1e4)])
+def test_ten_kilometres_away_the_wall_is_the_same(shift: tuple[float, float]):
+    scene = Scene(wall=Wall(length=2.4, height=0.6))
+    near, far = Assembly(), Assembly()
+    for b in lay_bricks(scene):
+        corners = np.array([(b.left, b.bottom), (b.right, b.bottom), (b.right, b.top), (b.left, b.top)])
+        near.add_block(corners, course=b.course)
+        far.add_block(corners + np.array(shift), course=b.course)
+    first, second = near.build(), far.build()
+    for part, tolerance in (("interfaces", 1e-9), ("joints", 1e-9)):
+        for name, value in getattr(first, part)._asdict().items():
+            moved = {"x": shift[0], "y": shift[1]}.get(name, 0.0)
+            np.testing.assert_allclose(
+                getattr(getattr(second, part), name), value + moved, atol=tolerance, err_msg=name
+            )
+    np.testing.assert_allclose(second.properties.normal_stiffness, first.properties.normal_stiffness, rtol=1e-9)
+    np.testing.assert_allclose(second.supports.load, first.supports.load, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(second.blocks.polar, first.blocks.polar, rtol=1e-6)
+
+
+# -- what is refused --------------------------------------------------------------------------------------------------
+
+
+def test_nothing_to_build():
+    with pytest.raises(InputError, match="no blocks"):
+        Assembly().build()
+
+
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [(0, 0), (2, 0), (1, 0.5), (1, 2)],
+        [(0, 0), (1, 0), (2, 0)],
+        [(0, 0), (1, np.nan), (0, 1)],
+        [(0, 0), (1, 0)],
+        "square",
+    ],
+)
+def test_a_bad_block_is_named_and_not_added(vertices: object):
+    wall = stack(2)
+    with pytest.raises(InputError, match="block 2: "):
+        wall.add_block(vertices)
+    assert wall.n_blocks == 2
+    wall.build()
+
+
+@pytest.mark.parametrize("other", [UNIT, [(0.5, 0), (1.5, 0), (1.5, 1), (0.5, 1)], [(0.5, 0.5), (2, 0.6), (2, 2)]])
+def test_overlapping_blocks(other: list):
+    wall = Assembly()
+    wall.add_block(UNIT)
+    wall.add_block(other)
+    with pytest.raises(InputError, match=r"blocks 0 and 1 overlap by .* m"):
+        wall.build()
+
+
+@pytest.mark.parametrize("block", [-1, 2, 99])
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda w, b: w.support(b),
+        lambda w, b: w.move(b, x=0.1),
+        lambda w, b: w.load(b, x=1.0),
+        lambda w, b: w.set_joint(0, b, Joint()),
+        lambda w, b: w.set_joint(b, 0, Joint()),
+        lambda w, b: w.rest_on_ground([0, b]),
+    ],
+    ids=["support", "move", "load", "set_joint", "set_joint first", "rest_on_ground"],
+)
+def test_unknown_blocks(use, block: int):
+    with pytest.raises(InputError, match=f"block {block}: there is no such block; they are numbered 0 to 1"):
+        use(stack(2), block)
+
+
+def test_no_joint_between_blocks_that_do_not_meet():
+    wall = stack(3)
+    wall.set_joint(0, 2, Joint())
+    with pytest.raises(InputError, match="blocks 0 and 2 share no edge"):
+        wall.build()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_numbers_must_be_finite(bad: float):
+    wall = stack()
+    for use in (
+        lambda: wall.move(0, y=bad),
+        lambda: wall.load(0, x=bad),
+        lambda: wall.load(0, moment=bad),
+        lambda: wall.load(0, y=-1.0, at=(bad, 0.0)),
+        lambda: wall.load(0, y=-1.0, at=(0.0, bad)),
+        lambda: Assembly(thickness=bad),
+        lambda: Assembly(gravity=(0.0, bad)),
+    ):
+        with pytest.raises(InputError, match="finite"):
+            use()
+    assert (wall.build().supports.load[[0, 2]] == 0).all()
+
+
+@pytest.mark.parametrize("thickness", [0.0, -0.11])
+def test_thickness_must_be_positive(thickness: float):
+    with pytest.raises(InputError, match="thickness"):
+        Assembly(thickness=thickness)
+
+
+def test_gravity_has_two_components():
+    with pytest.raises(InputError, match="gravity"):
+        Assembly(gravity=(0.0, 0.0, -9.81))  # type: ignore[arg-type]
