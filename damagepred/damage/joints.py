@@ -93,8 +93,13 @@ class JointMap:
     def corners(self) -> sparse.csr_array:
         """Which corner each interface touches: array of bool (m, corners)."""
         points = np.concatenate((self.start, self.end))
-        size = max(float(np.ptp(points, axis=0).max()), 1e-12)
-        _, number = np.unique(np.round(points / (1e-7 * size)).astype(np.int64), axis=0, return_inverse=True)
+        apart = 1e-7 * float(np.ptp(points, axis=0).max())
+        # by the gaps between coordinates, not by rounding them: a corner may lie where rounding parts its copies
+        level = np.empty(points.shape, dtype=np.int64)
+        for axis, values in enumerate(points.T):
+            order = np.argsort(values, kind="stable")
+            level[order, axis] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > apart)))
+        _, number = np.unique(level, axis=0, return_inverse=True)
         number = number.ravel()
         rows = np.tile(np.arange(len(self.kind)), 2)
         return sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))

@@ -1,0 +1,270 @@
+"""Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and what does not count."""
+
+import numpy as np
+import pytest
+
+from damagepred.damage import Cracks, category_of, damage_table, judge, largest_group, load_table
+from damagepred.errors import InputError
+from damagepred.scene import Damage, Scene
+from tests.damage.pattern import COURSE, HALF, Pattern
+
+MM = 1e-3
+
+
+def single(width: float) -> Cracks:
+    return some([(width, 1.0, 1.0)])
+
+
+def some(cracks: list[tuple[float, float, float]]) -> Cracks:
+    width, x, y = (np.array(v) for v in zip(*sorted(cracks, reverse=True)))
+    return Cracks(width, x, y, np.ones(len(width), dtype=np.int64))
+
+
+def category(cracks: Cracks, **settings) -> int:
+    damage = Damage(**settings)
+    return category_of(cracks, damage_table(damage), damage)
+
+
+# width, category below, category at the limit and above
+AS2870 = [(0.1, 0, 1), (1.0, 1, 2), (5.0, 2, 3), (15.0, 3, 4), (25.0, 4, 4)]
+BRE251 = [(0.1, 0, 1), (1.0, 1, 2), (5.0, 2, 3), (15.0, 3, 4), (25.0, 4, 5)]
+
+
+@pytest.mark.parametrize(
+    ("table", "limit", "below", "above"),
+    [("as2870", *row) for row in AS2870] + [("bre251", *row) for row in BRE251],
+)
+def test_limits(table: str, limit: float, below: int, above: int):
+    assert category(single(limit * MM * (1 - 1e-6)), table=table) == below
+    assert category(single(limit * MM), table=table) == above
+    assert category(single(limit / 1000), table=table) == above  # however the number was computed
+    assert category(single(limit * MM * (1 - 1e-15)), table=table) == above
+    assert category(single(limit * MM * (1 + 1e-6)), table=table) == above
+
+
+@pytest.mark.parametrize(("limit", "below", "above"), AS2870[:4])
+def test_plasterboard_raises_the_limits_by_half(limit: float, below: int, above: int):
+    assert category(single(1.5 * limit * MM * (1 - 1e-6)), plasterboard=True) == below
+    assert category(single(1.5 * limit * MM), plasterboard=True) == above
+    assert category(single(limit * MM), plasterboard=True) == below
+
+
+def test_no_cracks_no_damage():
+    none = np.empty(0)
+    assert category(Cracks(none, none, none, none.astype(np.int64))) == 0
+
+
+def test_far_beyond():
+    assert category(single(1.0), table="as2870") == 4
+    assert category(single(1.0), table="bre251") == 5
+
+
+def test_plasterboard_with_bre_is_refused_when_judging():
+    wall = Pattern()
+    with pytest.raises(InputError, match=r"damage.plasterboard = true: BRE Digest 251 .*as2870"):
+        wall.judge(Damage(table="bre251", plasterboard=True))
+
+
+def test_plasterboard_allowance_is_given_once():
+    once = load_table("as2870").with_plasterboard()
+    with pytest.raises(InputError, match="no such allowance"):
+        once.with_plasterboard()
+    assert "1.5" in once.name
+
+
+def test_unknown_table_names_those_there_are():
+    with pytest.raises(InputError, match=r"as2780\.toml.*as2870\.toml"):
+        load_table("as2780")
+    with pytest.raises(InputError, match=r"'as2870' or 'bre251'"):
+        Scene.from_dict({"damage": {"table": "as2780"}})
+
+
+@pytest.mark.parametrize("name", ["as2870", "bre251"])
+def test_tables_say_where_they_come_from(name: str):
+    table = load_table(name)
+    assert table.source
+    assert table.confidence in ("seed", "read", "derived", "memory", "inferred")
+    assert table.category_names[:5] == ("negligible", "very slight", "slight", "moderate", "severe")
+    assert table.highest == len(table.category_names) - 1
+    assert (np.diff(table.limits) > 0).all()
+
+
+def test_by_width_takes_arrays():
+    widths = np.array([[0.0, 0.05], [0.1, 30.0]]) * MM
+    np.testing.assert_array_equal(load_table("bre251").by_width(widths), [[0, 0], [1, 5]])
+
+
+# -- the group rule --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("cracks", "settings", "expected"),
+    [
+        ([(3, 0, 0)], {}, 2),  # a single one
+        ([(3, 0, 0), (3, 0.8, 0.6)], {}, 3),  # 1.0 m apart
+        ([(3, 0, 0), (3, 0.9, 0)], {}, 3),
+        ([(3, 0, 0), (3, 1.2, 0)], {}, 2),
+        ([(3, 0, 0), (3, 0, 1.2)], {}, 2),
+        ([(3, 0, 0), (3, 1.0 + 1e-6, 0)], {}, 2),
+        ([(3, 0, 0), (3, 0.5, 0)], {"count_rule": False}, 2),
+        ([(3, 0, 0), (2.999, 0.5, 0)], {}, 2),  # not wide enough
+        ([(4.9, 0, 0), (3, 0.5, 0)], {}, 3),
+        ([(3, 0, 0), (3, 1.2, 0)], {"group_distance": 1.5}, 3),
+        ([(3, 0, 0), (3, 0.9, 0)], {"group_count": 3}, 2),
+        ([(3, 0, 0), (3, 0.9, 0), (3, -0.9, 0)], {"group_count": 3}, 3),  # around the middle one
+        ([(3, 0, 0), (3, 0.9, 0), (3, 2.7, 0)], {"group_count": 3}, 2),
+        ([(16, 0, 0), (3, 0.5, 0)], {}, 4),  # never makes it less
+        ([(3, 0, 0), (3, 0.5, 0)], {"table": "bre251"}, 3),
+        ([(3, 0, 0), (3, 0.5, 0)], {"plasterboard": True}, 2),  # the group starts at 4.5 mm
+        ([(4.5, 0, 0), (4.5, 0.5, 0)], {"plasterboard": True}, 3),
+        ([(0.9, 0, 0), (0.9, 0.1, 0), (0.9, 0.2, 0)], {}, 1),  # many fine cracks are fine cracks
+    ],
+)
+def test_groups(cracks: list, settings: dict, expected: int):
+    assert category(some([(w * MM, x, y) for w, x, y in cracks]), **settings) == expected
+
+
+def test_largest_group_counts_around_one_crack():
+    row = some([(3 * MM, 0.9 * i, 0.0) for i in range(4)])
+    assert largest_group(row, 3 * MM, 1.0) == 3  # a chain is no group: the ends are 2.7 m apart
+    assert largest_group(row, 3 * MM, 10.0) == 4
+    assert largest_group(row, 3.1 * MM, 10.0) == 0
+    assert largest_group(some([(3 * MM, 0, 0)]), 3 * MM, 1.0) == 1
+
+
+@pytest.mark.parametrize(("apart", "expected"), [(8, 3), (10, 2)])
+def test_group_rule_on_a_wall(apart: int, expected: int):
+    """8 half bricks are 0.96 m, 10 are 1.2 m."""
+    wall = Pattern()
+    wall.open("head", 4, 4, 3 * MM)
+    wall.open("head", 4 + apart, 4, 3 * MM)
+    verdict = wall.judge()
+    assert verdict.damage_category == expected
+    assert verdict.crack_count == 2
+    assert wall.judge(Damage(count_rule=False)).damage_category == 2
+
+
+def test_one_long_crack_is_no_group():
+    wall = Pattern()
+    wall.vertical(6, 4 * MM)
+    verdict = wall.judge()
+    assert verdict.crack_count == 1
+    assert verdict.damage_category == 2
+
+
+def test_cracks_below_category_1_are_not_counted():
+    wall = Pattern()
+    wall.open("head", 4, 4, 0.09 * MM)
+    wall.open("head", 10, 4, 0.1 * MM)
+    verdict = wall.judge()
+    assert verdict.crack_count == 1
+    assert verdict.damage_category == 1
+
+
+# -- what is wall, what is base, what is dpc -------------------------------------------------------------------------
+
+
+@pytest.fixture
+def on_dpc() -> Pattern:
+    return Pattern(columns=50, rows=12, dpc=2)
+
+
+def test_the_dpc_is_no_crack(on_dpc: Pattern):
+    for i in range(50):
+        on_dpc.open("bed", i, 2, 20 * MM)
+    verdict = on_dpc.judge()
+    assert verdict.damage_category == 0
+    assert verdict.crack_width_max == 0.0
+    assert verdict.dpc_opening_max == pytest.approx(20 * MM)
+    assert verdict.dpc_separation_length == pytest.approx(6.0)
+
+
+def test_a_dpc_that_never_held_counts_as_open_without_having_cracked(on_dpc: Pattern):
+    on_dpc.open("bed", 20, 2, 4 * MM)
+    on_dpc.cracked[:] = False
+    assert on_dpc.judge().dpc_opening_max == pytest.approx(4 * MM)
+
+
+def test_a_dpc_under_pressure_is_closed(on_dpc: Pattern):
+    on_dpc.opening[on_dpc.map.is_dpc] = -0.1 * MM
+    assert on_dpc.judge().dpc_opening_max == 0.0
+
+
+def test_courses_below_the_dpc_are_told_apart(on_dpc: Pattern):
+    on_dpc.open("head", 21, 1, 6 * MM)
+    on_dpc.open("bed", 20, 1, 7 * MM)
+    verdict = on_dpc.judge()
+    assert (verdict.damage_category, verdict.crack_width_max, verdict.crack_count) == (0, 0.0, 0)
+    assert verdict.base_crack_width_max == pytest.approx(7 * MM)
+
+
+def test_a_crack_above_and_one_below_are_not_joined(on_dpc: Pattern):
+    on_dpc.open("head", 21, 1, 6 * MM)
+    on_dpc.open("bed", 21, 2, 6 * MM)
+    on_dpc.open("head", 22, 2, 2 * MM)
+    verdict = on_dpc.judge()
+    assert verdict.crack_width_max == pytest.approx(2 * MM)
+    assert verdict.damage_category == 2
+    assert verdict.base_crack_width_max == pytest.approx(6 * MM)
+
+
+def test_without_a_dpc_every_mortar_joint_counts():
+    wall = Pattern(columns=50)
+    wall.open("head", 21, 1, 6 * MM)
+    verdict = wall.judge()
+    assert verdict.damage_category == 3
+    assert verdict.base_crack_width_max == 0.0
+    assert (verdict.dpc_opening_max, verdict.dpc_separation_length) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("dpc", [None, 2])
+def test_a_gap_over_the_footing_is_no_crack(dpc: int | None):
+    wall = Pattern(columns=50, dpc=dpc)
+    for i in range(50):
+        wall.open("bed", i, 0, 30 * MM)
+    verdict = wall.judge()
+    assert (verdict.damage_category, verdict.crack_width_max, verdict.base_crack_width_max) == (0, 0.0, 0.0)
+
+
+def test_every_joint_is_one_of_wall_base_dpc_or_footing(on_dpc: Pattern):
+    joints = on_dpc.map
+    kinds = np.stack((joints.is_wall, joints.is_base, joints.is_dpc, joints.kind == 3))
+    assert (kinds.sum(axis=0) == 1).all()
+    assert joints.middle_y[joints.is_wall].min() > 2 * COURSE
+    assert joints.middle_y[joints.is_base].max() < 2 * COURSE
+
+
+# -- separation length -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threshold", [0.1, 0.5, 1.0, 1.5])
+def test_separation_length_of_a_triangular_gap(on_dpc: Pattern, threshold: float):
+    """Gap 8 mm in the middle, straight down to nothing at the ends: open by more than w over L (1 - w/8)."""
+    joints = on_dpc.map
+    gap = 8 * MM * (1 - np.abs(joints.contact_x - 3.0) / 3.0)
+    on_dpc.opening[joints.is_dpc] = gap[joints.is_dpc]
+    verdict = on_dpc.judge(Damage(dpc_threshold=threshold * MM))
+    assert verdict.dpc_separation_length == pytest.approx(6.0 * (1 - threshold / 8), abs=2 * HALF * 4 / 6)
+    assert verdict.dpc_opening_max == pytest.approx(8 * MM)
+
+
+def test_separation_length_counts_each_piece(on_dpc: Pattern):
+    """Doming: both ends are open, the middle is not."""
+    joints = on_dpc.map
+    on_dpc.opening[joints.is_dpc] = 2 * MM
+    middle = joints.is_dpc & (np.abs(joints.contact_x[:, 1] - 3.0) < 2.0)
+    on_dpc.opening[middle] = -0.01 * MM
+    assert on_dpc.judge().dpc_separation_length == pytest.approx(6.0 - 0.12 * middle.sum())
+
+
+def test_exactly_the_threshold_is_not_more_than_it(on_dpc: Pattern):
+    on_dpc.opening[on_dpc.map.is_dpc] = 1 * MM
+    assert on_dpc.judge(Damage(dpc_threshold=1 * MM)).dpc_separation_length == 0.0
+
+
+def test_judge_is_of_the_contacts_it_is_given():
+    wall = Pattern()
+    wall.vertical(6, 2 * MM)
+    before = wall.opening.copy()
+    judge(wall.map, wall.opening, wall.slip, wall.cracked, Damage())
+    np.testing.assert_array_equal(wall.opening, before)

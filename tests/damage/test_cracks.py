@@ -1,0 +1,199 @@
+"""Which joints make one crack, how wide it is, and where."""
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from damagepred.assembly import wall_geometry
+from damagepred.damage import Cracks, JointMap, find_cracks
+from damagepred.scene import Opening, Scene, Wall
+from tests.damage.pattern import COURSE, HALF, Pattern
+
+MM = 1e-3
+
+
+def cracks(wall: Pattern) -> Cracks:
+    return find_cracks(wall.map, wall.opening, wall.slip, wall.cracked)
+
+
+def test_a_sound_wall_has_none():
+    found = cracks(Pattern())
+    assert len(found.width) == 0
+    assert Pattern().judge().damage_category == 0
+
+
+def test_a_stepped_crack_is_one_crack():
+    wall = Pattern()
+    steps = [
+        ("head", 4, 2),
+        ("bed", 4, 3),
+        ("head", 5, 3),
+        ("bed", 5, 4),
+        ("head", 6, 4),
+        ("bed", 6, 5),
+        ("head", 7, 5),
+    ]
+    for step in steps:
+        wall.open(*step, 1 * MM)
+    found = cracks(wall)
+    assert found.width.tolist() == [1 * MM]
+    assert found.joints.tolist() == [7]
+
+
+@pytest.mark.parametrize("missing", range(1, 6))
+def test_a_step_that_is_sound_parts_it(missing: int):
+    wall = Pattern()
+    steps = [
+        ("head", 4, 2),
+        ("bed", 4, 3),
+        ("head", 5, 3),
+        ("bed", 5, 4),
+        ("head", 6, 4),
+        ("bed", 6, 5),
+        ("head", 7, 5),
+    ]
+    for number, step in enumerate(steps):
+        if number != missing:
+            wall.open(*step, (1 + number / 10) * MM)
+    found = cracks(wall)
+    assert sorted(found.joints.tolist()) == sorted([missing, 6 - missing])
+
+
+def test_two_cracks_with_sound_masonry_between_are_two():
+    wall = Pattern()
+    wall.vertical(4, 2 * MM)
+    wall.vertical(10, 3 * MM)
+    found = cracks(wall)
+    np.testing.assert_allclose(found.width, [3 * MM, 2 * MM])  # widest first
+    assert (found.x[0] - found.x[1]) == pytest.approx(6 * HALF, abs=1.01 * HALF)
+    assert (found.joints == 6 + 5).all()
+
+
+@pytest.mark.parametrize(("slip", "count"), [(0.2 * MM, 1), (-0.2 * MM, 1), (0.06 * MM, 1), (0.04 * MM, 2), (0.0, 2)])
+def test_sliding_joins_what_opened_if_an_eye_can_see_it(slip: float, count: int):
+    wall = Pattern()
+    wall.open("head", 4, 2, 2 * MM)
+    wall.open("head", 7, 3, 1 * MM)
+    for i in (4, 5, 6):
+        wall.slide("bed", i, 3, slip)
+    assert len(cracks(wall).width) == count
+
+
+def test_sliding_alone_is_no_open_crack():
+    wall = Pattern()
+    for i in (4, 5, 6):
+        wall.slide("bed", i, 3, 5 * MM)
+    assert len(cracks(wall).width) == 0
+    verdict = wall.judge()
+    assert (verdict.damage_category, verdict.crack_width_max, verdict.crack_count) == (0, 0.0, 0)
+
+
+def test_an_elastic_opening_is_no_crack():
+    wall = Pattern()
+    wall.open("head", 4, 2, 2 * MM)
+    wall.cracked[:] = False
+    assert len(cracks(wall).width) == 0
+    assert wall.judge().crack_width_max == 0.0
+
+
+def test_a_closed_crack_is_none():
+    wall = Pattern()
+    wall.open("head", 4, 2, -1 * MM)
+    assert len(cracks(wall).width) == 0
+
+
+def test_neighbours_along_a_bed_are_one_and_beds_a_course_apart_are_two():
+    wall = Pattern()
+    for i in range(3, 9):
+        wall.open("bed", i, 4, 0.5 * MM)
+        wall.open("bed", i, 5, 0.7 * MM)
+    assert cracks(wall).joints.tolist() == [6, 6]
+    wall.open("head", 4, 4, 0.1 * MM)  # joins them
+    assert cracks(wall).joints.tolist() == [13]
+
+
+def test_width_is_the_largest_opening_and_its_place_is_the_crack_s():
+    wall = Pattern(origin=(3.0, 1.0))
+    wall.open("head", 4, 2, (1 * MM, 2 * MM, 3 * MM))  # tangent of a perpend points down: widest at its foot
+    wall.open("bed", 4, 3, (0.3 * MM, 0.2 * MM, 0.1 * MM))
+    found = cracks(wall)
+    assert found.width.tolist() == [3 * MM]
+    assert found.x[0] == pytest.approx(3.0 + 4 * HALF)
+    assert found.y[0] == pytest.approx(1.0 + 2 * COURSE)
+
+
+def test_one_end_open_counts_and_the_closed_end_does_not_subtract():
+    wall = Pattern()
+    wall.open("bed", 4, 3, (-1 * MM, 0.0, 2 * MM))
+    found = cracks(wall)
+    assert found.width.tolist() == [2 * MM]
+    assert found.x[0] == pytest.approx(5 * HALF)
+
+
+def test_partly_cracked_joint_counts_where_it_is_cracked():
+    wall = Pattern()
+    wall.open("bed", 4, 3, (2 * MM, 1 * MM, 0.5 * MM))
+    wall.cracked[wall.place("bed", 4, 3), 0] = False
+    assert cracks(wall).width.tolist() == [1 * MM]
+
+
+def test_the_end_of_a_joint_is_where_its_contacts_end():
+    wall = Pattern()
+    number = wall.place("head", 4, 2)
+    ends = np.sort([wall.map.start[number, 1], wall.map.end[number, 1]])
+    np.testing.assert_allclose(ends, [2 * COURSE, 3 * COURSE])
+    np.testing.assert_allclose(wall.map.start[number, 0], 4 * HALF)
+
+
+# -- real walls: every corner must be found, wherever rounding puts it -----------------------------------------------
+
+
+def joint_map(scene: Scene) -> JointMap:
+    face = wall_geometry(scene).interfaces
+    x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
+    y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
+    normal = np.column_stack((face.normal_x, face.normal_y))
+    return JointMap.from_contacts(x, y, face.contact_area / scene.wall.thickness, normal, face.kind)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(),
+        Scene(wall=Wall(length=6.4)),  # 75 mm are a half-integer multiple of 1e-7 of 6.4 m
+        Scene(wall=Wall(length=12.8, height=2.7)),
+        Scene(wall=Wall(length=5.37, height=2.31)),
+        Scene(wall=Wall(length=10.24, block_height=0.08, height=2.56)),
+        Scene(wall=Wall(length=3.3), opening=(Opening(x=1.13, y=0.91, width=0.87, height=0.83),)),
+    ],
+    ids=lambda s: f"{s.wall.length}x{s.wall.height}",
+)
+def test_joints_that_meet_share_a_corner(scene: Scene):
+    joints = joint_map(scene)
+    points = np.concatenate((joints.start, joints.end))
+    pairs = cKDTree(points).query_pairs(1e-6, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points),) * 2)
+    expected, _ = connected_components(graph, directed=False)
+    assert joints.corners.shape[1] == expected
+    # all joints cracked are one crack
+    shape = joints.contact_x.shape
+    found = find_cracks(joints, np.full(shape, 1 * MM), np.zeros(shape), np.ones(shape, dtype=bool))
+    assert len(found.width) == 1
+    assert found.joints[0] == joints.is_wall.sum()
+
+
+def test_one_zigzag_over_the_height_of_a_long_wall_is_one_crack():
+    """If it fell apart, its pieces would pass for a group of cracks and make the damage worse than it is."""
+    scene = Scene(wall=Wall(length=6.4))
+    joints = joint_map(scene)
+    middle = (joints.start + joints.end) / 2
+    half = scene.wall.length / 53
+    column = 26 * half
+    head = (joints.kind == 1) & (middle[:, 0] > column - 1e-9) & (middle[:, 0] < column + half + 1e-9)
+    bed = (joints.kind == 0) & (middle[:, 0] > column) & (middle[:, 0] < column + half)
+    opening = np.zeros(joints.contact_x.shape)
+    opening[head | bed] = 3 * MM
+    found = find_cracks(joints, opening, np.zeros_like(opening), opening > 0)
+    assert found.joints.tolist() == [32 + 31]

@@ -1,0 +1,66 @@
+"""What must hold for any pattern of cracks."""
+
+import dataclasses
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from damagepred.damage import find_cracks, judge
+from damagepred.scene import Damage
+from tests.damage.pattern import Pattern
+
+WIDTHS = st.floats(0.0, 30e-3)
+
+
+@st.composite
+def cracked_walls(draw: st.DrawFn) -> Pattern:
+    wall = Pattern(columns=12, rows=8, dpc=draw(st.sampled_from([None, 2])))
+    names = sorted(wall.lines)
+    for name in draw(st.lists(st.sampled_from(names), max_size=25, unique=True)):
+        wall.open(*name, draw(st.tuples(WIDTHS, WIDTHS, WIDTHS)))
+    for name in draw(st.lists(st.sampled_from(names), max_size=5, unique=True)):
+        wall.slide(*name, draw(st.floats(-5e-3, 5e-3)))
+    return wall
+
+
+SETTINGS = settings(max_examples=60, deadline=None, derandomize=True)
+
+
+@SETTINGS
+@given(cracked_walls(), st.floats(1.0, 10.0))
+def test_wider_is_never_less_damage(wall: Pattern, factor: float):
+    before = wall.judge(Damage(count_rule=False))
+    wall.opening *= factor
+    after = wall.judge(Damage(count_rule=False))
+    assert after.damage_category >= before.damage_category
+    assert after.crack_width_max >= before.crack_width_max
+    assert after.dpc_separation_length >= before.dpc_separation_length
+
+
+@SETTINGS
+@given(cracked_walls())
+def test_verdict_and_cracks_tell_the_same(wall: Pattern):
+    verdict = wall.judge()
+    found = find_cracks(wall.map, wall.opening, wall.slip, wall.cracked)
+    assert (np.diff(found.width) <= 0).all()
+    if verdict.crack_width_max > 0.05e-3:
+        assert found.width[0] == verdict.crack_width_max
+    # groups can only add, and only up to moderate
+    plain = wall.judge(Damage(count_rule=False)).damage_category
+    assert verdict.damage_category in (plain, max(plain, 3))
+    assert plain == sum(verdict.crack_width_max >= limit for limit in (0.1e-3, 1e-3, 5e-3, 15e-3))
+
+
+@SETTINGS
+@given(cracked_walls(), st.randoms(use_true_random=False))
+def test_the_order_of_joints_does_not_matter(wall: Pattern, random):
+    order = list(range(len(wall.map.kind)))
+    random.shuffle(order)
+    joints = dataclasses.replace(
+        wall.map, **{f.name: getattr(wall.map, f.name)[order] for f in dataclasses.fields(wall.map)}
+    )
+    again = judge(joints, wall.opening[order], wall.slip[order], wall.cracked[order], Damage())
+    expected = wall.judge()
+    assert again._replace(dpc_separation_length=0) == expected._replace(dpc_separation_length=0)
+    assert abs(again.dpc_separation_length - expected.dpc_separation_length) < 1e-9
