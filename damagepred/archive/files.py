@@ -6,6 +6,7 @@ import contextlib
 import errno
 import os
 import tempfile
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ import xarray as xr
 
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION
 from damagepred.errors import InputError, StudyError
+
+_ONE_AT_A_TIME = threading.RLock()
+"""The HDF5 library crashes when two threads use it at once, and a study may run in threads."""
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
@@ -127,10 +131,15 @@ def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
             settings["_FillValue"] = FLAG_FILL if name not in ds.coords else None
         elif variable.dtype.kind == "f":
             settings["_FillValue"] = np.nan if name not in ds.coords else None
-        elif variable.dtype == np.int64:
+        elif variable.dtype == np.int64 and np.abs(variable.values).max(initial=0) <= np.iinfo(np.int32).max:
             settings["dtype"] = "int32"
         encoding[str(name)] = settings
-    write_whole(Path(path), lambda p: ds.to_netcdf(p, engine="netcdf4", format="NETCDF4", encoding=encoding))
+
+    def write(temporary: Path) -> None:
+        with _ONE_AT_A_TIME:
+            ds.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+    write_whole(Path(path), write)
 
 
 def read_dataset(path: str | Path) -> xr.Dataset:
@@ -145,12 +154,12 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     if not file.exists():
         raise InputError(f"{file}: no such file.")
     try:
-        with xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
+        with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: damaged in the middle
         raise InputError(f"{file}: is not a readable netCDF file ({error}).") from None
     version = ds.attrs.get("schema_version")
-    if version is None:
+    if not isinstance(version, int | np.integer):
         raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")
     if int(version) > SCHEMA_VERSION:
         raise InputError(

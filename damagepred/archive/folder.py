@@ -12,6 +12,7 @@ Every file is written under a temporary name and renamed when it is on the disk,
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -46,6 +47,7 @@ class StudyFolder:
         self.manifest_file = self.path / "manifest.json"
         self.design_file = self.path / "design.nc"
         self.results_file = self.path / "results.nc"
+        self._stop_file = self.path / ".stop"
 
     # -- making and opening ---------------------------------------------------------------------------------------
 
@@ -148,6 +150,23 @@ class StudyFolder:
         """Replace the manifest."""
         text = json.dumps({"schema_version": SCHEMA_VERSION, **manifest}, indent=2, sort_keys=True) + "\n"
         write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))
+
+    @property
+    def stopping(self) -> bool:
+        """Whether samples not begun yet are to be left."""
+        return self._stop_file.exists()
+
+    def ask_to_stop(self) -> None:
+        """Let workers, wherever they are, begin no further sample."""
+        with contextlib.suppress(OSError):  # a full disk: they will notice that themselves
+            self._stop_file.touch()
+
+    def tidy(self) -> None:
+        """Remove what a killed run left behind: half-written files and the request to stop."""
+        self._stop_file.unlink(missing_ok=True)
+        for folder in (self.path, self.parts, self.failures):
+            for file in folder.glob(".*.tmp"):
+                file.unlink(missing_ok=True)
 
     def part_file(self, sample: int) -> Path:
         """Return the name of the part that holds one sample."""

@@ -26,6 +26,9 @@ from damagepred.uq.fields import course_sequences
 
 FloatArray = NDArray[np.float64]
 
+HANDED_BACK = -1
+"""Status of a sample that was not begun because the study is to stop."""
+
 COMPLETE, COLLAPSED = SAMPLE_STATUS.index("complete"), SAMPLE_STATUS.index("collapsed")
 
 
@@ -38,7 +41,7 @@ class Outcome:
     sample : int
         Its number.
     status : int
-        Index into ``SAMPLE_STATUS``.
+        Index into ``SAMPLE_STATUS``, or ``HANDED_BACK``.
     message : str
         Why it failed, if it did.
     seconds : float
@@ -98,6 +101,8 @@ def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome
     """
     began = time.perf_counter()
     place = StudyFolder(folder)
+    if place.stopping:
+        return Outcome(sample, HANDED_BACK, "", 0.0)
     settings, design = _frozen(folder, place.study_text())
     steps: list[Step] = []
     status, reason, message = COMPLETE, "", ""

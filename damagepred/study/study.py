@@ -178,6 +178,7 @@ class Study:
         folder = StudyFolder(out)
         lock = folder.lock()
         try:
+            folder.tidy()
             asked = samples or self.settings.study.samples
             drawn = self._prepare(folder, asked)
             if retry_failed:
@@ -194,6 +195,7 @@ class Study:
                 if left:
                     state = self._run(folder, tasks, workers, executor, timeout, stop, state, on_progress)
             folder.consolidate()
+            folder.tidy()
         finally:
             lock.release()
         return RunSummary(
@@ -223,7 +225,7 @@ class Study:
         engine = GivenExecutor(where, executor) if executor is not None else LocalPool(where, workers, timeout)
         ahead = 2 * (workers if executor is None else max(workers, 16))
         finished = False
-        stop.at_once = engine.kill
+        stop.at_first, stop.at_once = folder.ask_to_stop, engine.kill
         try:
             for result in run_all(engine.submit, noted(), ahead, lambda: stop.asked > 0):
                 message = ""
@@ -349,10 +351,13 @@ class _Stop:
 
     def __init__(self) -> None:
         self.asked = 0
+        self.at_first: Callable[[], None] | None = None
         self.at_once: Callable[[], None] | None = None
 
     def __call__(self, number: int, frame: object) -> None:
         self.asked += 1
+        if self.asked == 1 and self.at_first is not None:
+            self.at_first()
         if self.asked == 2 and self.at_once is not None:
             self.at_once()
         if self.asked > 2:

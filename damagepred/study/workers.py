@@ -16,7 +16,7 @@ from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 from damagepred.errors import StudyError
-from damagepred.study.sample import Outcome, run_sample
+from damagepred.study.sample import HANDED_BACK, Outcome, run_sample
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 
@@ -148,6 +148,8 @@ def run_all(
 ) -> Iterator[Outcome | Lost]:
     """Keep workers busy and yield what they bring, in the order in which it comes.
 
+    A sample that its worker handed back unsolved, because the study is to stop, is not among it.
+
     Parameters
     ----------
     submit : callable
@@ -179,10 +181,6 @@ def run_all(
                 raise StudyError(
                     f"the executor broke ({error}); what was finished is kept, and the same call goes on from there."
                 ) from error
-        if draining():
-            # what waits is taken back; what runs is not: cancelling that would end its worker
-            for future in [f for f in running if not f.running() and f.cancel()]:
-                del running[future]
         if not running:
             return
         # a short wait, so that an interrupt is seen also while all samples are slow
@@ -194,7 +192,9 @@ def run_all(
                 broken[task[0]] += 1
                 again.append(task)
                 continue
-            yield _result(future, task[0])
+            result = _result(future, task[0])
+            if not (isinstance(result, Outcome) and result.status == HANDED_BACK):
+                yield result
 
 
 def _result(future: Future[Outcome], sample: int) -> Outcome | Lost:

@@ -198,3 +198,19 @@ def test_a_failed_sample_is_recorded_and_the_rest_go_on(tmp_path: Path, monkeypa
         again = Study(settings()).run(folder.path, samples=3, executor=executor, retry_failed=True)
     assert (again.done, again.failed) == (3, 0)
     assert (folder.results()["status"].values == 0).all()
+
+
+def test_threads_may_write_and_read_at_once(tmp_path: Path) -> None:
+    """The HDF5 library itself crashes then."""
+    from damagepred.archive.files import write_dataset
+    from damagepred.archive.schema import dataset
+
+    def write_and_read(number: int) -> int:
+        ds = dataset({"increment": np.arange(50), "base_reaction": np.full(50, float(number))}, {})
+        for _ in range(10):
+            write_dataset(ds, tmp_path / f"{number}.nc")
+            assert (read_dataset(tmp_path / f"{number}.nc")["base_reaction"].values == number).all()
+        return number
+
+    with ThreadPoolExecutor(4) as executor:
+        assert list(executor.map(write_and_read, range(8))) == list(range(8))

@@ -53,4 +53,5 @@ def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:
         results = run_all(submit, ((i, {}) for i in range(50)), 4, lambda: len(seen) >= 2)
         seen.extend(result.sample for result in results)
     assert len(started) < 10
+    assert len(seen) >= 2
     assert sorted(seen) == sorted(started)
