@@ -176,7 +176,7 @@ def dataset(
         coords={k: v for k, v in variables.items() if k in coordinates},
     )
     ds.attrs = {"Conventions": "CF-1.11", "schema_version": SCHEMA_VERSION} | {
-        key: (int(value) if isinstance(value, bool) else value)
+        key: (int(value) if isinstance(value, bool | np.bool_) else value)
         for key, value in attributes.items()
         if value is not None
     }

@@ -1,0 +1,347 @@
+"""Files are whole or not there, and what is read is what was written."""
+
+import errno
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from damagepred.archive.files import check_writable, read_dataset, write_dataset, write_whole
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.errors import InputError, StudyError
+
+STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
+SIZES = {"increment": STEPS, "block": BLOCKS, "contact": CONTACTS, "opening": OPENINGS, "vertex": VERTICES, "sample": 1}
+COUNTS = "increment cycles crack_count block_course vertex_block contact_interface contact_joint sample apex_limited"
+
+
+def wall(seed: int = 0) -> xr.Dataset:
+    """Every registered variable of a wall's file, with random values, some of them unknown."""
+    random = np.random.default_rng(seed)
+    values: dict[str, np.ndarray] = {}
+    for name, variable in VARIABLES.items():
+        if "sample" in variable.dims:
+            continue
+        shape = tuple(SIZES[d] for d in variable.dims)
+        if variable.flags:
+            values[name] = random.integers(-1, len(variable.flags), shape).astype(np.int8)
+        elif name in COUNTS.split():
+            values[name] = random.integers(-1, 10**6, shape)
+        else:
+            values[name] = random.standard_normal(shape) * 10.0 ** random.integers(-300, 300, shape)
+            values[name].ravel()[0] = np.nan if "central" not in name and "ratio" not in name else 0.0
+    values["increment"] = np.arange(STEPS)
+    return dataset(values, {"title": "Wände über Öffnungen", "scene": "a = 1\nb = 2\n", "complete": True, "span": 6.0})
+
+
+def same(first: xr.Dataset, second: xr.Dataset) -> None:
+    assert set(first.variables) == set(second.variables)
+    assert set(first.coords) == set(second.coords)
+    for name in first.variables:
+        a, b = first[name], second[name]
+        assert a.dims == b.dims, name
+        np.testing.assert_array_equal(a.values, b.values, err_msg=str(name))  # to the last bit, NaN included
+        if a.dtype.kind == "f" or a.dtype == np.int8:
+            assert a.dtype == b.dtype, name
+        assert a.attrs.keys() == b.attrs.keys(), name
+        for key, value in a.attrs.items():
+            np.testing.assert_array_equal(value, b.attrs[key], err_msg=f"{name}.{key}")
+            if isinstance(value, np.ndarray):
+                assert value.dtype == b.attrs[key].dtype
+    assert first.attrs == second.attrs
+
+
+def test_round_trip(tmp_path: Path):
+    ds = wall()
+    write_dataset(ds, tmp_path / "wall.nc")
+    back = read_dataset(tmp_path / "wall.nc")
+    same(ds, back)
+    write_dataset(back, tmp_path / "again.nc")
+    same(ds, read_dataset(tmp_path / "again.nc"))
+
+
+def test_anyone_s_xarray_can_open_it(tmp_path: Path):
+    ds = wall()
+    write_dataset(ds, tmp_path / "wall.nc")
+    with xr.open_dataset(tmp_path / "wall.nc") as opened:
+        np.testing.assert_array_equal(opened["contact_opening"].values, ds["contact_opening"].values)
+        state = opened["contact_state"].values  # masked: -1 is "not known"
+        known = ds["contact_state"].values >= 0
+        np.testing.assert_array_equal(state[known], ds["contact_state"].values[known])
+        assert np.isnan(state[~known]).all()
+
+
+def test_flags_are_int8_in_the_file_and_nothing_is_int64(tmp_path: Path):
+    import netCDF4
+
+    write_dataset(wall(), tmp_path / "wall.nc")
+    with netCDF4.Dataset(tmp_path / "wall.nc") as file:
+        for name, variable in file.variables.items():
+            assert variable.dtype != np.int64, name  # CF knows none
+            if VARIABLES[name].flags:
+                assert variable.dtype == np.int8
+                assert variable._FillValue == FLAG_FILL
+        assert file.getncattr("Conventions") == "CF-1.11"
+
+
+def test_large_numbers_are_not_cut(tmp_path: Path):
+    for value in (2**31 - 1, 2**31, -(2**31) - 1, 2**40):
+        ds = dataset({"increment": [0, 1], "cycles": np.array([1, value])}, {})
+        write_dataset(ds, tmp_path / "wall.nc")
+        assert read_dataset(tmp_path / "wall.nc")["cycles"].values.tolist() == [1, value]
+
+
+@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    arrays.arrays(np.float64, st.integers(1, 30), elements=st.floats()),
+    st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), min_size=1, max_size=40),
+)
+def test_any_float_and_any_title(tmp_path: Path, values: np.ndarray, title: str):
+    ds = dataset({"increment": np.arange(len(values)), "crack_width_max": values}, {"title": title})
+    write_dataset(ds, tmp_path / "wall.nc")
+    back = read_dataset(tmp_path / "wall.nc")
+    np.testing.assert_array_equal(back["crack_width_max"].values, values)
+    assert back.attrs["title"] == title
+
+
+# -- what is not ours ------------------------------------------------------------------------------------------------
+
+
+def test_missing(tmp_path: Path):
+    with pytest.raises(InputError, match=r"wall\.nc: no such file"):
+        read_dataset(tmp_path / "wall.nc")
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"CDF\x01", b"\x89HDF\r\n\x1a\n"])
+def test_not_netcdf(tmp_path: Path, content: bytes):
+    (tmp_path / "wall.nc").write_bytes(content)
+    with pytest.raises(InputError, match=r"wall\.nc: is not a readable netCDF file"):
+        read_dataset(tmp_path / "wall.nc")
+
+
+def test_a_folder(tmp_path: Path):
+    with pytest.raises(InputError, match="is not a readable netCDF file"):
+        read_dataset(tmp_path)
+
+
+@pytest.mark.parametrize("attrs", [{}, {"schema_version": "v1.0"}, {"schema_version": "1"}, {"schema_version": 1.5}])
+def test_another_program_s_netcdf(tmp_path: Path, attrs: dict):
+    xr.Dataset({"t": ("x", [1.0])}, attrs=attrs).to_netcdf(tmp_path / "other.nc")
+    with pytest.raises(InputError, match=r"other\.nc: is a netCDF file, but not one of damagepred"):
+        read_dataset(tmp_path / "other.nc")
+
+
+def test_newer_schema(tmp_path: Path):
+    ds = dataset({"increment": [0]}, {})
+    ds.attrs["schema_version"] = SCHEMA_VERSION + 1
+    write_dataset(ds, tmp_path / "new.nc")
+    with pytest.raises(InputError, match=f"schema version {SCHEMA_VERSION + 1}, .* up to {SCHEMA_VERSION}; update"):
+        read_dataset(tmp_path / "new.nc")
+
+
+@pytest.mark.parametrize("kept", [0.1, 0.5, 0.99])
+def test_cut_short(tmp_path: Path, kept: float):
+    write_dataset(wall(), tmp_path / "wall.nc")
+    content = (tmp_path / "wall.nc").read_bytes()
+    (tmp_path / "wall.nc").write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(InputError, match="is not a readable netCDF file"):
+        read_dataset(tmp_path / "wall.nc")
+
+
+def test_spoilt_in_the_middle(tmp_path: Path):
+    """The header is sound, so the file opens; the compressed values are not."""
+    random = np.random.default_rng(0).random(20000)
+    write_dataset(dataset({"block_x": random}, {}), tmp_path / "wall.nc")
+    content = bytearray((tmp_path / "wall.nc").read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 2000] = b"\x55" * 2000
+    (tmp_path / "wall.nc").write_bytes(content)
+    with pytest.raises(InputError, match="is not a readable netCDF file"):
+        read_dataset(tmp_path / "wall.nc")
+
+
+# -- whole or not at all ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    file = tmp_path / "wall.nc"
+    file.write_text("precious")
+    return file
+
+
+def untouched(file: Path) -> bool:
+    return file.read_text() == "precious" and [p.name for p in file.parent.iterdir()] == [file.name]
+
+
+def test_replaces_only_when_complete(old: Path):
+    def write(temporary: Path) -> None:
+        temporary.write_text("new, half of it")
+        assert old.read_text() == "precious"
+        assert temporary.parent == old.parent  # the same file system: a rename is one step
+        temporary.write_text("new")
+
+    write_whole(old, write)
+    assert old.read_text() == "new"
+    assert [p.name for p in old.parent.iterdir()] == [old.name]
+
+
+def broken(error: BaseException):
+    def write(temporary: Path) -> None:
+        temporary.write_text("half")
+        raise error
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (errno.ENOSPC, "the disk is full; free some space"),
+        (errno.EDQUOT, "quota"),
+        (errno.EFBIG, "file size limit"),
+        (errno.EACCES, "no permission to write there; choose another place"),
+        (errno.EPERM, "no permission"),
+        (errno.EROFS, "read-only; choose another place"),
+        (errno.ENOENT, "folder does not exist"),
+        (errno.ENOTDIR, "is a file, not a folder"),
+        (errno.EIO, os.strerror(errno.EIO)),
+    ],
+)
+def test_failing_writes_leave_the_old_file_and_nothing_else(old: Path, code: int, words: str):
+    with pytest.raises(StudyError, match=words) as caught:
+        write_whole(old, broken(OSError(code, os.strerror(code))))
+    assert str(old) in str(caught.value)
+    assert untouched(old)
+
+
+def test_the_netcdf_library_s_word_for_a_full_disk(old: Path):
+    with pytest.raises(StudyError, match=r"NetCDF: HDF error\. Is the disk full\?"):
+        write_whole(old, broken(RuntimeError("NetCDF: HDF error")))
+    assert untouched(old)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), ValueError("a defect"), MemoryError()])
+def test_other_interruptions_pass_through_and_leave_nothing(old: Path, error: BaseException):
+    with pytest.raises(type(error)):
+        write_whole(old, broken(error))
+    assert untouched(old)
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
+def test_failing_late_leaves_the_old_file(old: Path, monkeypatch: pytest.MonkeyPatch, step: str):
+    def fail(*_args: object, **_more: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os if step == "fsync" else Path, step, fail)
+    with pytest.raises(StudyError, match="the disk is full"):
+        write_whole(old, lambda p: p.write_text("new"))
+    monkeypatch.undo()
+    assert untouched(old)
+
+
+def test_read_only_folder(old: Path, monkeypatch: pytest.MonkeyPatch):
+    def fail(**_: object) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(tempfile, "mkstemp", fail)
+    with pytest.raises(StudyError, match="no permission to write there; choose another place with -o"):
+        write_whole(old, lambda p: p.write_text("new"))
+    monkeypatch.undo()
+    assert untouched(old)
+
+
+def test_places_that_are_none(tmp_path: Path):
+    (tmp_path / "file").write_text("")
+    for place, words in (
+        (tmp_path / "nowhere" / "wall.nc", "folder does not exist"),
+        (tmp_path / "file" / "wall.nc", "is a file, not a folder"),
+    ):
+        with pytest.raises(StudyError, match=words):
+            write_dataset(dataset({"increment": [0]}, {}), place)
+    (tmp_path / "wall.nc").mkdir()
+    (tmp_path / "wall.nc" / "inside").write_text("kept")
+    with pytest.raises(StudyError, match=r"wall\.nc: could not be written"):
+        write_dataset(dataset({"increment": [0]}, {}), tmp_path / "wall.nc")
+    assert (tmp_path / "wall.nc" / "inside").read_text() == "kept"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "wall.nc"]
+
+
+def test_a_real_limit_on_the_file_size(old: Path):
+    """No pretending: the operating system refuses the write half-way."""
+    program = f"""
+import resource
+import numpy as np
+from damagepred.archive.files import write_dataset
+from damagepred.archive.schema import dataset
+from damagepred.errors import StudyError
+ds = dataset({{"block_x": np.random.default_rng(0).random(200_000)}}, {{}})
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+try:
+    write_dataset(ds, {str(old)!r})
+except StudyError as error:
+    print(error)
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stderr
+    assert "wall.nc: could not be written" in run.stdout
+    assert "Traceback" not in run.stderr
+    assert untouched(old)
+
+
+def test_a_failed_write_of_a_dataset_keeps_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    first, second = wall(1), wall(2)
+    write_dataset(first, tmp_path / "wall.nc")
+    whole = xr.Dataset.to_netcdf
+
+    def half(self: xr.Dataset, path: Path, **options: object) -> None:
+        whole(self, path, **options)
+        with Path(path).open("rb+") as stream:
+            stream.truncate(1000)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", half)
+    with pytest.raises(StudyError, match="the disk is full; free some space and run the same command again"):
+        write_dataset(second, tmp_path / "wall.nc")
+    monkeypatch.undo()
+    same(first, read_dataset(tmp_path / "wall.nc"))
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.nc"]
+
+
+# -- checking beforehand -----------------------------------------------------------------------------------------------
+
+
+def test_check_writable_leaves_nothing_behind(tmp_path: Path):
+    file = tmp_path / "wall.nc"
+    file.write_text("precious")
+    check_writable(None, file, tmp_path / "new.nc", tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.nc"]
+    assert file.read_text() == "precious"
+
+
+def test_check_writable_makes_the_folder_of_pictures(tmp_path: Path):
+    check_writable(tmp_path / "plots" / "here")
+    assert (tmp_path / "plots" / "here").is_dir()
+
+
+def test_check_writable_complains_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    with pytest.raises(StudyError, match="cannot be written: its folder does not exist"):
+        check_writable(tmp_path / "nowhere" / "wall.nc")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StudyError, match="cannot be written"):
+        check_writable(tmp_path / "file" / "plots")
+
+    def refuse(**_: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    with pytest.raises(StudyError, match="read-only"):
+        check_writable(tmp_path / "wall.nc")

@@ -1,0 +1,193 @@
+"""The registry of variables: complete, with units that mean something, and in step with the rest of the package."""
+
+import re
+
+import numpy as np
+import pint
+import pytest
+import xarray as xr
+
+from damagepred.archive.schema import (
+    CATEGORIES,
+    FLAG_FILL,
+    SAMPLE_STATUS,
+    SCHEMA_VERSION,
+    VARIABLES,
+    Variable,
+    dataset,
+    name_categories,
+)
+from damagepred.assembly import Kind
+from damagepred.damage import joints as damage_joints
+from damagepred.damage import load_table
+from damagepred.uq import fragility
+
+UNITS = pint.UnitRegistry()
+
+# what one wall and one study are promised to hold
+WALL = [
+    "central_deflection",
+    "deflection_ratio",
+    "block_x",
+    "block_y",
+    "block_displacement_x",
+    "block_displacement_y",
+    "block_rotation",
+    "contact_x",
+    "contact_y",
+    "contact_kind",
+    "contact_length",
+    "contact_opening",
+    "contact_slip",
+    "contact_normal_stress",
+    "contact_shear_stress",
+    "contact_state",
+    "unbalanced_force_ratio",
+    "base_reaction",
+    "crack_width_max",
+    "dpc_opening_max",
+    "dpc_separation_length",
+    "opening_width_change",
+    "damage_category",
+]
+STUDY = ["crack_width_max", "dpc_opening_max", "damage_category", "deflection_ratio", "status", "sample"]
+
+
+@pytest.mark.parametrize("name", WALL + STUDY)
+def test_what_was_promised_is_registered(name: str):
+    assert name in VARIABLES
+
+
+@pytest.mark.parametrize("name", VARIABLES)
+def test_every_variable_says_what_it_is(name: str):
+    variable = VARIABLES[name]
+    assert re.fullmatch(r"[a-z][a-z0-9_]*", name)
+    assert len(variable.long_name) > 5
+    assert variable.long_name == variable.long_name.strip()
+    assert bool(variable.flags) != (variable.units is not None), "either a unit or flags"
+    attributes = variable.attributes()
+    assert attributes["long_name"] == variable.long_name
+    if variable.flags:
+        assert "units" not in attributes
+        assert attributes["flag_values"].dtype == np.int8
+        assert attributes["flag_values"].tolist() == list(range(len(variable.flags)))
+        assert attributes["flag_meanings"].split() == list(variable.flags)
+        assert len(set(variable.flags)) == len(variable.flags)
+        assert all(re.fullmatch(r"[A-Za-z0-9_\-.+@]+", flag) for flag in variable.flags)  # CF: blank-separated words
+        assert int(FLAG_FILL) not in range(len(variable.flags))
+    else:
+        UNITS.parse_units(attributes["units"] if attributes["units"] != "1" else "")
+
+
+DIMENSION_BY_NAME = [
+    (r"(^|_)(stress|strength|cohesion)$", "Pa"),
+    (r"_(x|y)$", None),  # places and displacements, but normals are pure
+    (r"(width|width_max|width_change|length|opening|slip|sill|left|height|deflection|opening_max)$", "m"),
+    (r"(ratio|friction|count|cycles)$", "1"),
+    (r"reaction$", "N"),
+    (r"rotation$", "rad"),
+    (r"time$", "s"),
+]
+
+
+@pytest.mark.parametrize("name", [n for n, v in VARIABLES.items() if v.units is not None])
+def test_unit_fits_the_name(name: str):
+    for pattern, unit in DIMENSION_BY_NAME:
+        if re.search(pattern, name):
+            expected = unit or ("1" if "normal" in name else "m")
+            assert VARIABLES[name].units == expected
+            return
+    assert VARIABLES[name].units == "1", "a name that tells no dimension has none"
+
+
+def test_dimensions():
+    assert VARIABLES["contact_opening"].dims == ("increment", "contact")
+    assert VARIABLES["block_rotation"].dims == ("increment", "block")
+    assert VARIABLES["opening_width_change"].dims == ("increment", "opening")
+    assert VARIABLES["damage_category"].dims == ("increment",)
+    assert VARIABLES["status"].dims == ("sample",)
+    allowed = {"increment", "block", "contact", "opening", "vertex", "sample"}
+    assert {d for v in VARIABLES.values() for d in v.dims} <= allowed
+
+
+def test_flags_mean_what_the_code_means():
+    kinds = VARIABLES["contact_kind"].flags
+    for kind in Kind:
+        assert kinds[kind] == kind.name.lower()
+        assert getattr(damage_joints, kind.name) == kind
+    assert VARIABLES["contact_state"].flags == ("intact", "cracked", "slipping")
+    for name in ("complete", "collapsed", "failed"):
+        assert getattr(fragility, name.upper()) == SAMPLE_STATUS.index(name)
+    assert "missing" in SAMPLE_STATUS
+    for table in ("as2870", "bre251"):
+        names = tuple(n.replace(" ", "_") for n in load_table(table).category_names)
+        assert names == CATEGORIES[: len(names)]
+
+
+def test_sample_is_a_realization():
+    assert VARIABLES["sample"].attributes()["standard_name"] == "realization"
+
+
+# -- datasets --------------------------------------------------------------------------------------------------------
+
+
+def test_a_dataset_bears_its_attributes():
+    ds = dataset(
+        {"increment": [0, 1], "central_deflection": [0.0, 1e-3], "crack_width_max": [0.0, 2e-4]},
+        {"title": "wall", "yes": True, "no": False, "numpy": np.True_, "nothing": None, "count": 3, "share": 0.5},
+    )
+    assert ds.attrs["Conventions"] == "CF-1.11"
+    assert ds.attrs["schema_version"] == SCHEMA_VERSION
+    for key, value in {"yes": 1, "no": 0, "numpy": 1, "count": 3}.items():
+        assert ds.attrs[key] == value
+        assert type(ds.attrs[key]) is int  # netCDF knows no bool
+    assert "nothing" not in ds.attrs
+    assert ds["crack_width_max"].attrs["units"] == "m"
+    assert set(ds.coords) == {"increment", "central_deflection"}
+    assert ds.sizes == {"increment": 2}
+
+
+def test_a_study_s_dataset_has_samples_first():
+    dims = dict.fromkeys(("damage_category", "central_deflection"), ("sample", "increment"))
+    ds = dataset(
+        {"sample": [0, 1, 2], "damage_category": np.zeros((3, 2), np.int8), "central_deflection": np.ones((3, 2))},
+        {},
+        dims,
+    )
+    assert ds["damage_category"].dims == ("sample", "increment")
+
+
+def test_unregistered_names_are_refused_unless_described():
+    with pytest.raises(KeyError, match="joint_colour"):
+        dataset({"joint_colour": [1.0]}, {})
+    extra = {"joint.cohesion": Variable(("sample",), "Pa", "sampled cohesion")}
+    ds = dataset({"sample": [0], "joint.cohesion": [1e5]}, {}, extra=extra)
+    assert ds["joint.cohesion"].attrs == {"units": "Pa", "long_name": "sampled cohesion"}
+
+
+@pytest.mark.parametrize("table", ["as2870", "bre251"])
+def test_categories_bear_the_names_of_their_table(table: str):
+    ds = dataset({"increment": [0], "damage_category": np.zeros(1, np.int8)}, {})
+    content = load_table(table)
+    name_categories(ds, content.category_names, content.source)
+    attrs = ds["damage_category"].attrs
+    assert len(attrs["flag_meanings"].split()) == len(content.category_names) == len(attrs["flag_values"])
+    assert attrs["comment"] == content.source
+
+
+def test_the_registry_is_not_shared_between_datasets():
+    first = dataset({"increment": [0], "damage_category": np.zeros(1, np.int8)}, {})
+    first["damage_category"].attrs["flag_meanings"] = "spoilt"
+    second = dataset({"increment": [0], "damage_category": np.zeros(1, np.int8)}, {})
+    assert second["damage_category"].attrs["flag_meanings"] == " ".join(CATEGORIES)
+    assert isinstance(first, xr.Dataset)
+
+
+def test_provenance_names_program_version_and_commit():
+    from damagepred import __version__
+    from damagepred.archive.provenance import provenance
+
+    origin = provenance()
+    assert origin["damagepred_version"] == __version__
+    assert __version__ in origin["source"]
+    assert re.fullmatch(r"[0-9a-f]{7,40}\+?|unknown", origin["damagepred_commit"])
