@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from damagepred.errors import InputError
 from damagepred.uq.correlation import cholesky, from_normal
-from damagepred.uq.fields import course_noise, lag_correlation
+from damagepred.uq.fields import course_noise, innovation_factor, lag_correlation
 from damagepred.uq.samplers import Stream, generator, unit_points
 from damagepred.uq.variable import Variable
 
@@ -37,6 +37,8 @@ class Design:
         Cholesky factors of their correlation.
     lag : mapping of str to float
         For places with one value a joint, the correlation of the underlying normals along a course.
+    innovation_factor : array
+        Cholesky factor of the correlation of what is new from one joint of a course to the next.
     """
 
     seed: int
@@ -47,6 +49,7 @@ class Design:
     wall_factor: FloatArray
     joint_factor: FloatArray
     lag: Mapping[str, float]
+    innovation_factor: FloatArray
 
     @classmethod
     def make(
@@ -92,11 +95,11 @@ class Design:
             for place in joint
             if (field := variables[place].field) is not None
         }
+        joint_factor = cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)})
         return cls(
             seed, sampler, marginals, wall, joint,
             cholesky(wall, marginals, {p: c for p, c in correlation.items() if p <= set(wall)}),
-            cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)}),
-            lag,
+            joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]),
         )  # fmt: skip
 
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
@@ -120,7 +123,9 @@ class Design:
             return {}
         random = generator(self.seed, Stream.FIELD, sample)
         independent = random.standard_normal((len(self.joint), len(sequence)))
-        # each field's own correlation along the course first, then that between the fields of a joint
-        along = np.array([course_noise(e, sequence, self.lag[p]) for e, p in zip(independent, self.joint)])
-        normal = self.joint_factor @ along
-        return {place: from_normal(self.marginals[place], normal[k]) for k, place in enumerate(self.joint)}
+        first = np.diff(sequence, prepend=sequence[0] - 1) != 0
+        new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
+        return {
+            place: from_normal(self.marginals[place], course_noise(new[k], sequence, self.lag[place]))
+            for k, place in enumerate(self.joint)
+        }

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
+
+from damagepred.errors import InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -18,7 +21,7 @@ def course_noise(innovation: FloatArray, sequence: IntArray, correlation: float)
     Parameters
     ----------
     innovation : array (joints,)
-        Independent standard normals.
+        Standard normals, independent of each other.
     sequence : array of int (joints,)
         Joints with the same number, next to each other in the array, are neighbours in a course.
     correlation : float
@@ -40,6 +43,37 @@ def course_noise(innovation: FloatArray, sequence: IntArray, correlation: float)
             [fresh], [1.0, -correlation], innovation[start + 1 : end], zi=[correlation * innovation[start]]
         )
     return noise
+
+
+def innovation_factor(factor: FloatArray, lags: Sequence[float]) -> FloatArray:
+    """Return the Cholesky factor of the correlation that the innovations of several fields need.
+
+    With it the values of one joint are correlated as wanted everywhere along a course, and each field keeps its own
+    correlation along it: fields with lags a, b and correlation r need innovations correlated by
+    r (1 - a b) / sqrt((1 - a^2) (1 - b^2)), which is r where the lags are the same.
+
+    Parameters
+    ----------
+    factor : array (k, k)
+        Cholesky factor of the correlation of the fields' normals in one joint.
+    lags : sequence of float
+        Correlation of each field's normals from one joint to the next.
+
+    Raises
+    ------
+    InputError
+        If fields so differently smooth cannot be so strongly correlated.
+    """
+    a = np.asarray(lags, dtype=np.float64)
+    scale = np.sqrt(1.0 - a**2)
+    wanted = (factor @ factor.T) * (1.0 - np.outer(a, a)) / np.outer(scale, scale)
+    try:
+        return np.asarray(np.linalg.cholesky(wanted), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "[correlation]: fields with such different course_correlation cannot be so strongly correlated; make the "
+            "former more alike or the correlation weaker."
+        ) from None
 
 
 def course_sequences(course: IntArray, kind: NDArray[np.int8]) -> IntArray:

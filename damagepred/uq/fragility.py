@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.uq.samplers import Stream, generator
@@ -40,11 +40,14 @@ class Capacities(NamedTuple):
         In the unit of the movement.
     failed : array of bool (walls,)
         Walls whose path could not be followed to its end, and had not reached the category before.
+    end : array (walls,)
+        Movement to which each wall was to be followed.
     """
 
     lower: FloatArray
     upper: FloatArray
     failed: NDArray[np.bool_]
+    end: FloatArray
 
 
 class Fit(NamedTuple):
@@ -94,7 +97,9 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
     before = solved & (np.arange(reached.shape[1]) < np.where(ever, first, reached.shape[1])[:, None])
     lower = np.where(before, movement, 0.0).max(axis=1, initial=0.0)
     upper = np.where(ever, movement[row, first], np.inf)
-    return Capacities(lower, upper, (status == FAILED) & ~ever)
+    end = np.where(np.isfinite(movement), movement, 0.0).max(axis=1)
+    end = np.where(end > 0, end, end.max(initial=0.0))  # a wall of which nothing is known was to go as far as any
+    return Capacities(lower, upper, (status == FAILED) & ~ever, end)
 
 
 def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> Fit:
@@ -116,7 +121,7 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     weight = np.ones_like(lower) if count is None else np.asarray(count, dtype=np.float64)
     if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
         raise InputError("capacities must be intervals lower <= upper without NaN.")
-    keep = weight > 0
+    keep = (weight > 0) & ((lower > 0) | np.isfinite(upper))  # one that may be anything tells nothing
     lower, upper, weight = lower[keep], upper[keep], weight[keep]
     reached = np.isfinite(upper)
     if not reached.any():
@@ -129,35 +134,67 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
         # every capacity could be one and the same number: the scatter is below what the increments resolve
         return Fit(np.nan, np.nan, "all walls within one increment: refine the increments")
     with np.errstate(divide="ignore"):
-        low, high = np.log(lower), np.log(upper)
-    exact = lower == upper
-
-    def cost(parameters: FloatArray) -> float:
-        mu, beta = parameters[0], np.exp(parameters[1])
-        terms = np.where(
-            exact,
-            -0.5 * ((np.where(exact, high, 0.0) - mu) / beta) ** 2 - np.log(beta),
-            _log_between((low - mu) / beta, (high - mu) / beta),
-        )
-        return -float(weight @ terms)
-
-    middle = np.where(
-        reached, np.log(np.where(lower > 0, np.sqrt(lower * np.where(reached, upper, 1)), upper / 2)), low
-    )
-    start = np.average(middle, weights=weight)
-    scatter = np.sqrt(np.average((middle - start) ** 2, weights=weight))
-    best: Any = None
-    for guess in (scatter, 0.3, 1.0):
-        found = optimize.minimize(
-            cost, [start, np.log(np.clip(guess, 0.05, 3.0))], method="Nelder-Mead",
-            options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 2000},
-        )  # fmt: skip
-        if best is None or found.fun < best.fun:
-            best = found
-    median, dispersion = float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+        mean, dispersion = _most_likely(np.log(lower), np.log(upper), weight)
     if not _SMALLEST < dispersion < _LARGEST:
         return Fit(np.nan, np.nan, f"no finite dispersion explains the walls (it runs to {dispersion:.2g})")
-    return Fit(median, dispersion, "fitted")
+    return Fit(float(np.exp(mean)), dispersion, "fitted")
+
+
+def _most_likely(low: FloatArray, high: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    """Return mean and standard deviation of the normal that most likely has values in the intervals.
+
+    Newton's method in g = 1/sd and h = mean/sd. In these the logarithm of the likelihood is concave (Burridge 1981,
+    J. R. Stat. Soc. B 43), so there is one maximum and any start leads to it.
+    """
+    middle = np.where(np.isinf(high), low, np.where(np.isinf(low), high - 0.7, (low + high) / 2))
+    start = np.average(middle, weights=weight)
+    spread = np.clip(np.sqrt(np.average((middle - start) ** 2, weights=weight)), 0.05, 3.0)
+    at = np.array([1.0, start]) / spread
+    value, gradient, curvature = _log_likelihood(at, low, high, weight)
+    for _ in range(200):
+        step = np.linalg.lstsq(-curvature, gradient)[0]
+        if at[0] + step[0] <= 0:  # the standard deviation is positive; it may well grow tenfold
+            step *= 0.9 * at[0] / -step[0]
+        promised = float(gradient @ step)
+        for _ in range(60):
+            new = _log_likelihood(at + step, low, high, weight)
+            if new[0] >= value:
+                break
+            step, promised = step / 2, promised / 2
+        else:
+            break  # no better place within rounding
+        at, (value, gradient, curvature) = at + step, new
+        if promised <= 1e-14 * weight.sum() or not _SMALLEST < 1.0 / at[0] < _LARGEST:
+            break
+    return float(at[1] / at[0]), float(1.0 / at[0])
+
+
+def _log_likelihood(
+    at: FloatArray, low: FloatArray, high: FloatArray, weight: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return the log-likelihood of g = 1/sd and h = mean/sd, its gradient (2,) and its curvature (2, 2)."""
+    g, h = at
+    exact = low == high
+    x, y = np.where(np.isinf(low), 0.0, low), np.where(np.isinf(high), 0.0, high)
+    a, b = g * low - h, g * high - h
+    between = np.where(exact, 0.0, _log_between(a, b))
+    # density at either end over the probability between, 0 at an end that is nowhere
+    p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (a, b))
+    p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
+    a, b = np.where(np.isinf(a), 0.0, a), np.where(np.isinf(b), 0.0, b)
+    aa, ab, bb = a * p - p**2, p * q, -b * q - q**2
+    z = np.where(exact, b, 0.0)
+    terms = np.where(exact, np.log(g) - 0.5 * z**2, between)
+    by_g = np.where(exact, 1.0 / g - z * y, q * y - p * x)
+    by_h = np.where(exact, z, p - q)
+    gg = np.where(exact, -1.0 / g**2 - y**2, aa * x**2 + 2 * ab * x * y + bb * y**2)
+    gh = np.where(exact, y, -(aa * x + ab * (x + y) + bb * y))
+    hh = np.where(exact, -1.0, aa + 2 * ab + bb)
+    return (
+        float(weight @ terms),
+        np.array([weight @ by_g, weight @ by_h]),
+        np.array([[weight @ gg, weight @ gh], [weight @ gh, weight @ hh]]),
+    )
 
 
 def _log_between(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -280,12 +317,12 @@ def _describe(variable: xr.DataArray, units: str) -> None:
 def _curve(
     ds: xr.Dataset, category: int, intensity: str, grid: FloatArray, confidence: float, bootstrap: int, seed: int
 ) -> dict[str, Any]:
-    lower, upper, failed = capacities(ds, category, intensity)
+    lower, upper, failed, end = capacities(ds, category, intensity)
     good = ~failed
     fit = fit_lognormal(lower[good], upper[good])
     medians, dispersions, bands = _bootstrap(lower[good], upper[good], grid, bootstrap, seed, category, fit)
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]
-    undamaged = fit_lognormal(lower, upper)
+    undamaged = fit_lognormal(np.where(failed, end, lower), upper)
     step = np.asarray(ds[intensity].values, dtype=np.float64)
     # a failed wall counted as damaged: at the increment that could not be solved
     following = _next_increment(lower, step)

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Pure, to_si
 
+
+def _no_bool(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError("expected a number or a string with a unit")
+    return value
+
+
+Number = Annotated[float | str, BeforeValidator(_no_bool)]
 Family = Literal["lognormal", "normal", "truncated_normal", "uniform"]
 
 
@@ -47,11 +55,11 @@ class Variable:
     """
 
     distribution: Family
-    mean: float | str | None = None
-    std: float | str | None = None
-    median: float | str | None = None
-    lower: float | str | None = None
-    upper: float | str | None = None
+    mean: Number | None = None
+    std: Number | None = None
+    median: Number | None = None
+    lower: Number | None = None
+    upper: Number | None = None
     cov: Pure | None = Field(default=None, gt=0)
     dispersion: Pure | None = Field(default=None, gt=0)
     field: JointField | None = None

@@ -1,0 +1,166 @@
+"""Values that vary from joint to joint: how alike neighbours are, and where they are not."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Kind, wall_geometry
+from damagepred.errors import InputError
+from damagepred.scene import Dpc, Scene, Wall
+from damagepred.uq.design import Design
+from damagepred.uq.fields import course_noise, course_sequences
+from damagepred.uq.variable import JointField, Variable
+
+TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
+
+
+class Fields(NamedTuple):
+    """Values of many samples (samples, joints), and the wall's joints."""
+
+    values: dict[str, np.ndarray]
+    course: np.ndarray
+    kind: np.ndarray
+
+    def beds(self, course: int) -> np.ndarray:
+        return np.flatnonzero((self.course == course) & (self.kind == Kind.BED_JOINT))
+
+
+def field(mean: float, cov: float, lag: float, family: str = "lognormal") -> Variable:
+    return Variable(distribution=family, mean=mean, cov=cov, field=JointField(course_correlation=lag))
+
+
+def sample(variables: dict[str, Variable], correlation: float | None, samples: int = 400) -> Fields:
+    scene = Scene(wall=Wall(length=3.6, height=0.9), dpc=Dpc())
+    joints = wall_geometry(scene).joints
+    sequence = course_sequences(joints.course, joints.kind)
+    wanted = {} if correlation is None else {frozenset(variables): correlation}
+    design = Design.make(variables, dict.fromkeys(variables, "Pa"), wanted, "sobol", 11)
+    drawn = [design.joint_values(i, sequence) for i in range(samples)]
+    return Fields({p: np.array([d[p] for d in drawn]) for p in variables}, joints.course, joints.kind)
+
+
+@pytest.fixture(scope="module")
+def masonry() -> Fields:
+    """As in the shipped study: lognormal, 0.4 along a course, 0.7 between tension and cohesion."""
+    return sample({TENSION: field(0.453e6, 0.3, 0.4), COHESION: field(0.375e6, 0.35, 0.4)}, 0.7)
+
+
+def correlation(first: np.ndarray, second: np.ndarray) -> float:
+    return float(np.corrcoef(first.ravel(), second.ravel())[0, 1])
+
+
+def along(fields: Fields, place: str, lag: int) -> float:
+    pairs = [fields.values[place][:, fields.beds(c)] for c in range(3, 12)]
+    return correlation(np.hstack([p[:, lag:] for p in pairs]), np.hstack([p[:, :-lag] for p in pairs]))
+
+
+@pytest.mark.parametrize("place", [TENSION, COHESION])
+def test_neighbours_in_a_course_are_correlated_as_stated(masonry: Fields, place: str):
+    assert along(masonry, place, 1) == pytest.approx(0.4, abs=0.015)
+    assert along(masonry, place, 2) == pytest.approx(0.16, abs=0.02)  # first order: 0.4 squared
+    assert along(masonry, place, 8) == pytest.approx(0.0, abs=0.02)
+
+
+def test_courses_are_independent(masonry: Fields):
+    values = masonry.values[TENSION]
+    for lower, upper in ((3, 4), (4, 5), (7, 8)):
+        a, b = masonry.beds(lower), masonry.beds(upper)
+        n = min(len(a), len(b))
+        assert correlation(values[:, a[:n]], values[:, b[:n]]) == pytest.approx(0.0, abs=0.05)
+        # the last joint of a course and the first of the next are neighbours in memory, not in the wall
+        assert correlation(values[:, a[-1]], values[:, b[0]]) == pytest.approx(0.0, abs=0.15)
+
+
+def test_beds_and_perpends_are_independent(masonry: Fields):
+    values = masonry.values[TENSION]
+    heads = np.flatnonzero((masonry.course == 5) & (masonry.kind == Kind.HEAD_JOINT))
+    beds = masonry.beds(5)[: len(heads)]
+    assert correlation(values[:, beds], values[:, heads]) == pytest.approx(0.0, abs=0.05)
+
+
+def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too(masonry: Fields):
+    values = np.log(masonry.values[TENSION])
+    sigma = np.sqrt(np.log(1 + 0.3**2))
+    mean = np.log(0.453e6) - sigma**2 / 2
+    standard = (values - mean) / sigma
+    first = [masonry.beds(c)[0] for c in range(3, 12)]
+    last = [masonry.beds(c)[-1] for c in range(3, 12)]
+    for joints in (first, last, np.arange(values.shape[1])):
+        assert standard[:, joints].mean() == pytest.approx(0.0, abs=0.06)
+        assert standard[:, joints].var() == pytest.approx(1.0, abs=0.08)
+    # and no single joint stands out: 400 samples know a variance to about 7 %
+    assert np.abs(standard.var(axis=0) - 1).max() < 0.4
+
+
+def test_tension_and_cohesion_of_one_joint_are_correlated_as_stated(masonry: Fields):
+    tension, cohesion = masonry.values[TENSION], masonry.values[COHESION]
+    assert correlation(tension, cohesion) == pytest.approx(0.7, abs=0.01)
+    first = [masonry.beds(c)[0] for c in range(3, 12)]
+    assert correlation(tension[:, first], cohesion[:, first]) == pytest.approx(0.7, abs=0.04)
+    beds = masonry.beds(5)
+    assert correlation(tension[:, beds[1:]], cohesion[:, beds[:-1]]) < 0.35  # the neighbour's: 0.7 times 0.4
+
+
+def test_samples_are_independent(masonry: Fields):
+    values = masonry.values[TENSION]
+    assert correlation(values[1:], values[:-1]) == pytest.approx(0.0, abs=0.01)
+
+
+def test_uncorrelated_fields():
+    fields = sample({TENSION: field(1e6, 0.3, 0.0), COHESION: field(1e6, 0.3, 0.0)}, None, 100)
+    assert along(fields, TENSION, 1) == pytest.approx(0.0, abs=0.03)
+    assert correlation(fields.values[TENSION], fields.values[COHESION]) == pytest.approx(0.0, abs=0.02)
+
+
+@pytest.mark.parametrize("lags", [(0.6, 0.0), (0.0, 0.6), (0.7, 0.3)])
+def test_each_field_keeps_its_own_course_correlation_though_correlated_with_the_other(lags: tuple[float, float]):
+    fields = sample({TENSION: field(1e6, 0.1, lags[0], "normal"), COHESION: field(1e6, 0.1, lags[1], "normal")}, 0.5)
+    for place, lag in zip((TENSION, COHESION), lags):
+        assert along(fields, place, 1) == pytest.approx(lag, abs=0.025), place
+        standard = (fields.values[place] - 1e6) / 1e5
+        assert standard.var() == pytest.approx(1.0, abs=0.03)
+    tension, cohesion = fields.values[TENSION], fields.values[COHESION]
+    assert correlation(tension, cohesion) == pytest.approx(0.5, abs=0.02)
+    first = [fields.beds(c)[0] for c in range(3, 12)]
+    assert correlation(tension[:, first], cohesion[:, first]) == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_smooth_field_cannot_follow_a_rough_one():
+    """One that hardly changes from joint to joint and one that changes wholly cannot be the same in every joint."""
+    variables = {TENSION: field(1e6, 0.1, 0.95), COHESION: field(1e6, 0.1, 0.0)}
+    with pytest.raises(InputError, match="different course_correlation cannot be so strongly correlated"):
+        sample(variables, 0.9, 1)
+
+
+# -- the pieces --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.4, 0.95, -0.3])
+def test_noise_is_the_recursion_it_says(rho: float):
+    random = np.random.default_rng(1)
+    sequence = np.repeat([0, 1, 2, 3, 4], [1, 5, 1, 2, 30])
+    innovation = random.standard_normal(len(sequence))
+    expected = []
+    for i, e in enumerate(innovation):
+        fresh = i == 0 or sequence[i] != sequence[i - 1]
+        expected.append(e if fresh else rho * expected[-1] + np.sqrt(1 - rho**2) * e)
+    np.testing.assert_allclose(course_noise(innovation, sequence, rho), expected, rtol=1e-12, atol=1e-14)
+
+
+def test_sequences_end_where_course_or_kind_changes():
+    course = np.array([0, 0, 0, 0, 1, 1, 1, 2])
+    kind = np.array([0, 0, 1, 1, 1, 0, 0, 0], dtype=np.int8)
+    assert course_sequences(course, kind).tolist() == [0, 0, 1, 1, 2, 3, 3, 4]
+
+
+def test_sequences_of_a_wall_are_its_beds_and_its_perpends():
+    joints = wall_geometry(Scene(dpc=Dpc())).joints
+    sequence = course_sequences(joints.course, joints.kind)
+    for number in np.unique(sequence):
+        mine = sequence == number
+        assert len(set(joints.course[mine])) == 1
+        assert len(set(joints.kind[mine])) == 1
+        assert (np.diff(joints.x[mine]) > 0).all()
+    # 32 courses: perpends in each; beds in each but the lowest, which lies on the footing
+    assert len(np.unique(sequence)) == 32 + 31 + 1

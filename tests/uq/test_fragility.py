@@ -1,0 +1,467 @@
+"""Fragility curves against known truth, against scipy, and in all the cases in which there is none."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize, stats
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility import Fit, capacities, fit_fragility, fit_lognormal
+
+COMPLETE, COLLAPSED, FAILED, MISSING = range(4)
+NAMES = "negligible very_slight slight moderate severe"
+
+
+def study(capacity: np.ndarray, end: float | np.ndarray = 60.0, increments: int = 60, **attrs: object) -> xr.Dataset:
+    """A study whose walls reach category k at the movement ``capacity[wall, k - 1]`` (mm); movement ends at ``end``."""
+    capacity = np.asarray(capacity, dtype=float).reshape(len(capacity), -1)
+    movement = np.arange(increments + 1) * np.broadcast_to(end, len(capacity))[:, None] / increments
+    category = (movement[:, :, None] >= capacity[:, None, :]).sum(axis=2).astype(np.int8)
+    both = ("sample", "increment")
+    return xr.Dataset(
+        {
+            "damage_category": (both, category, {"flag_meanings": NAMES}),
+            "status": ("sample", np.full(len(capacity), COMPLETE, dtype=np.int8)),
+            "central_deflection": (both, movement, {"units": "mm", "long_name": "movement"}),
+            "deflection_ratio": (both, movement / 6000.0, {"units": "1"}),
+        },
+        attrs={"title": "made up", **attrs},
+    )
+
+
+def lognormal(random: np.random.Generator, median: float, dispersion: float, size: int) -> np.ndarray:
+    return median * np.exp(dispersion * random.standard_normal(size))
+
+
+def brackets(capacity: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Interval between the marks in which each capacity lies, open beyond the last."""
+    place = np.searchsorted(marks, capacity, side="left")
+    return np.append(marks, marks[-1])[place - 1], np.append(marks, np.inf)[place]
+
+
+# -- the likelihood ----------------------------------------------------------------------------------------------------
+
+
+def scipy_fit(lower: np.ndarray, upper: np.ndarray) -> tuple[float, float]:
+    """Median and dispersion by scipy's own censored fit, taken to its digits."""
+    exact, right, left = lower == upper, np.isinf(upper), (lower == 0) & np.isfinite(upper)
+    between = ~(exact | right | left)
+    data = stats.CensoredData(
+        uncensored=upper[exact],
+        right=lower[right],
+        left=upper[left],
+        interval=np.column_stack((lower[between], upper[between])),
+    )
+
+    def precisely(function, start, args=(), disp=0):
+        return optimize.fmin(function, start, args, xtol=1e-10, ftol=1e-12, maxiter=4000, maxfun=4000, disp=disp)
+
+    with np.errstate(divide="ignore"):
+        dispersion, _, median = stats.lognorm.fit(data, floc=0, optimizer=precisely)
+    return float(median), float(dispersion)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("end", [30.0, 8.0])  # hardly any censored; half
+@pytest.mark.parametrize("exactly", [0.0, 0.3])
+def test_likelihood_is_scipy_s(seed: int, end: float, exactly: float):
+    random = np.random.default_rng(seed)
+    capacity = lognormal(random, 8.0, 0.45, 60)
+    lower, upper = brackets(capacity, np.arange(0.0, end + 1e-9, 2.0))
+    known = (random.random(60) < exactly) & np.isfinite(upper)
+    lower, upper = np.where(known, capacity, lower), np.where(known, capacity, upper)
+    fit = fit_lognormal(lower, upper)
+    median, dispersion = scipy_fit(lower, upper)
+    assert fit.status == "fitted"
+    assert fit.median == pytest.approx(median, rel=1e-6)
+    assert fit.dispersion == pytest.approx(dispersion, rel=1e-5)
+
+
+def test_exactly_known_capacities_in_closed_form():
+    values = lognormal(np.random.default_rng(2), 3.0, 0.7, 40)
+    fit = fit_lognormal(values, values)
+    assert fit.median == pytest.approx(np.exp(np.log(values).mean()), rel=1e-9)
+    assert fit.dispersion == pytest.approx(np.log(values).std(), rel=1e-9)
+
+
+def test_counts_are_repetitions():
+    lower, upper = brackets(lognormal(np.random.default_rng(3), 8.0, 0.4, 30), np.arange(0.0, 13.0))
+    count = np.random.default_rng(3).integers(0, 4, 30)
+    assert fit_lognormal(lower, upper, count)[:2] == pytest.approx(
+        fit_lognormal(np.repeat(lower, count), np.repeat(upper, count))[:2], rel=1e-9
+    )
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6), st.floats(1e-3, 1e3), st.floats(0.05, 1.5), st.integers(5, 60))
+def test_the_unit_of_the_movement_does_not_matter(seed: int, factor: float, dispersion: float, marks: int):
+    lower, upper = brackets(lognormal(np.random.default_rng(seed), 8.0, dispersion, 40), np.linspace(0, 20, marks))
+    fit, scaled = fit_lognormal(lower, upper), fit_lognormal(lower * factor, upper * factor)
+    assert fit.status == scaled.status or "finite dispersion" in fit.status
+    if fit.status == "fitted":
+        assert scaled.median == pytest.approx(fit.median * factor, rel=1e-6)
+        assert scaled.dispersion == pytest.approx(fit.dispersion, rel=1e-6)
+
+
+def test_a_wall_of_which_nothing_is_known_changes_nothing():
+    lower, upper = brackets(lognormal(np.random.default_rng(4), 8.0, 0.45, 40), np.arange(0.0, 15.0))
+    fit = fit_lognormal(lower, upper)
+    more = fit_lognormal(np.append(lower, [0.0, 0.0]), np.append(upper, [np.inf, np.inf]))
+    assert more == fit
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"),
+    [([np.nan, 1, 2], [1, 2, 3]), ([0, 1, 2], [1, np.nan, 3]), ([2, 1, 2], [1, 2, 3])],
+)
+def test_what_is_no_interval_is_refused(lower: list, upper: list):
+    with pytest.raises(InputError, match="lower <= upper without NaN"):
+        fit_lognormal(np.array(lower, dtype=float), np.array(upper, dtype=float))
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "status"),
+    [
+        ([9, 9, 9], [np.inf] * 3, "never reached"),
+        ([], [], "never reached"),
+        ([1, 2, 9, 9], [2, 3, np.inf, np.inf], "reached by fewer than 3 walls"),
+        ([0, 1, 2], [0, 2, 3], "reached by some walls before any movement"),
+        ([2, 2, 2, 2], [3, 3, 3, 3], "all walls within one increment: refine the increments"),
+        ([2, 2, 2, 2.5], [3, 3, 3, np.inf], "all walls within one increment: refine the increments"),
+        ([0, 0, 0, 9, 9, 9], [1, 1, 1, np.inf, np.inf, np.inf], "no finite dispersion explains the walls"),
+    ],
+)
+def test_what_cannot_be_fitted_says_why(lower: list, upper: list, status: str):
+    fit = fit_lognormal(np.array(lower, dtype=float), np.array(upper, dtype=float))
+    assert fit.status.startswith(status)
+    assert math.isnan(fit.median)
+    assert math.isnan(fit.dispersion)
+
+
+def test_three_walls_are_enough():
+    assert fit_lognormal(np.array([1.0, 2, 3]), np.array([2.0, 3, 4])).status == "fitted"
+
+
+def test_probability_of_a_curve():
+    fit = Fit(8.0, 0.45, "fitted")
+    np.testing.assert_allclose(
+        fit.probability(np.array([0.0, 4.0, 8.0, 16.0])),
+        [0.0, *stats.lognorm(s=0.45, scale=8.0).cdf([4.0, 8.0, 16.0])],
+        rtol=1e-12,
+    )
+
+
+# -- recovery of what is known -----------------------------------------------------------------------------------------
+
+WIDTHS, RATE, BETA = np.array([0.1, 1.0, 5.0, 15.0]), 0.3, 0.5  # FACTS 5, row 13: w = c d LN(0, beta)
+
+
+def known(random: np.random.Generator, size: int, rate: float = RATE) -> np.ndarray:
+    """Capacities for all categories: a crack of rate times the movement, times a lognormal factor."""
+    return WIDTHS / (rate * np.exp(BETA * random.standard_normal(size)))[:, None]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_known_curves_are_recovered(seed: int):
+    """P(category >= k) = Phi(ln(c d / w_k) / beta). 400 walls know ln(median) to beta / 20 and beta to beta / 28."""
+    ds = study(known(np.random.default_rng(seed), 400), end=np.random.default_rng(seed).uniform(80, 120, 400))
+    curves = fit_fragility(ds, bootstrap=0)
+    found = curves.sel(category=[2, 3, 4])  # category 1 comes in the first increments, which hide its scatter
+    assert (found["fit_status"] == "fitted").all()
+    np.testing.assert_allclose(np.log(found["median"] / (WIDTHS[1:] / RATE)), 0.0, atol=3 * BETA / 20)
+    np.testing.assert_allclose(found["dispersion"], BETA, rtol=3 / 28 * 1.2)
+    x = found["intensity"].values[1:]
+    for k, category in zip(WIDTHS[1:], (2, 3, 4)):
+        truth = stats.norm.cdf(np.log(RATE * x / k) / BETA)
+        assert np.abs(found["probability"].sel(category=category).values[1:] - truth).max() < 0.07
+
+
+def test_the_same_in_another_measure():
+    ds = study(known(np.random.default_rng(1), 100))
+    a = fit_fragility(ds, bootstrap=0)
+    b = fit_fragility(ds, bootstrap=0, intensity="deflection_ratio")
+    np.testing.assert_allclose(b["median"] * 6000, a["median"], rtol=1e-7)
+    np.testing.assert_allclose(b["dispersion"], a["dispersion"], rtol=1e-6)
+    assert b["median"].attrs["units"] == "1"
+    assert a["median"].attrs["units"] == "mm"
+
+
+TRUTH, SCATTER = 8.0, 0.45
+
+
+def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 60) -> dict[str, int]:
+    """How often the band from 60 resamples holds the truth."""
+    hits = {"median": 0, "dispersion": 0, "probability": 0}
+    for seed in range(repetitions):
+        capacity = lognormal(np.random.default_rng(1000 + seed), TRUTH, SCATTER, walls)
+        curve = fit_fragility(
+            study(capacity, end=end, increments=20),
+            categories=[1], confidence=confidence, bootstrap=60, seed=seed, points=6,
+        ).isel(category=0)  # fmt: skip
+        at = curve["intensity"].values[4]
+        truth = {
+            "median": TRUTH,
+            "dispersion": SCATTER,
+            "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER),
+        }
+        for name, value in truth.items():
+            band = curve.isel(intensity=4) if name == "probability" else curve
+            hits[name] += bool(band[f"{name}_lower"] <= value <= band[f"{name}_upper"])
+    return hits
+
+
+@pytest.mark.parametrize("end", [30.0, 7.0])
+def test_the_band_holds_the_truth_about_nine_times_in_ten(end: float):
+    """At 7 mm 60 % of the walls are not yet damaged. 54 of 60 expected; a bootstrap of 60 walls is a little narrow."""
+    if end == 7.0:
+        assert stats.norm.sf(math.log(7.0 / TRUTH) / SCATTER) == pytest.approx(0.6, abs=0.02)
+    hits = coverage(end, 0.9)
+    for name, count in hits.items():
+        assert 45 <= count <= 59, (name, hits)
+
+
+def test_a_narrower_band_holds_it_less_often():
+    """So that the test above is known to fail for a band of the wrong width."""
+    hits = coverage(30.0, 0.5, repetitions=40)
+    for name, count in hits.items():
+        assert 10 <= count <= 28, (name, hits)
+
+
+def test_walls_that_were_not_yet_damaged_must_count():
+    """Leaving them out makes the wall look weaker and more alike than it is."""
+    capacity = lognormal(np.random.default_rng(5), TRUTH, SCATTER, 2000)
+    lower, upper = brackets(capacity, np.arange(0.0, 10.5, 0.5))
+    survived = np.isinf(upper)
+    assert 0.25 < survived.mean() < 0.4
+    whole, dropped = fit_lognormal(lower, upper), fit_lognormal(lower[~survived], upper[~survived])
+    assert whole.median == pytest.approx(TRUTH, rel=0.04)
+    assert whole.dispersion == pytest.approx(SCATTER, rel=0.08)
+    assert dropped.median < 0.85 * TRUTH
+    assert dropped.dispersion < 0.8 * SCATTER
+
+
+# -- reading a study ---------------------------------------------------------------------------------------------------
+
+
+def test_capacities_lie_between_the_increments():
+    ds = study([[3.5], [4.0], [0.2], [99.0]], end=10.0, increments=10)
+    found = capacities(ds, 1)
+    assert found.lower.tolist() == [3.0, 3.0, 0.0, 10.0]
+    assert found.upper.tolist() == [4.0, 4.0, 1.0, np.inf]
+    assert not found.failed.any()
+    assert found.end.tolist() == [10.0] * 4
+
+
+def test_a_worse_category_counts_as_the_lesser_one_reached():
+    ds = study([[3.5, 3.6, 3.7, 7.2]], end=10.0, increments=10)
+    assert [capacities(ds, k).upper[0] for k in (1, 2, 3, 4)] == [4.0, 4.0, 4.0, 8.0]
+
+
+def test_missing_samples_are_left_out_and_collapsed_ones_count():
+    ds = study([[3.5], [4.5], [5.5], [6.5], [7.5]], end=10.0, increments=10)
+    ds["status"].values[:] = [COMPLETE, COLLAPSED, MISSING, COMPLETE, COMPLETE]
+    assert capacities(ds, 1).upper.tolist() == [4.0, 5.0, 7.0, 8.0]
+    curves = fit_fragility(ds, bootstrap=0)
+    assert int(curves["reached"].sel(category=1)) == 4
+    assert curves.attrs["samples"] == 4
+
+
+def fail(ds: xr.Dataset, wall: int, increment: int) -> None:
+    """The wall's path ends before this increment; what is planned of the movement stays known."""
+    ds["status"].values[wall] = FAILED
+    ds["damage_category"].values[wall, increment:] = -1
+
+
+def failing(lost: bool = False) -> tuple[xr.Dataset, np.ndarray]:
+    capacity = lognormal(np.random.default_rng(8), TRUTH, SCATTER, 80)
+    ds = study(capacity, end=20.0, increments=20)
+    walls = np.arange(0, 80, 8)
+    for wall in walls:
+        fail(ds, wall, max(1, int(0.6 * capacity[wall])))
+    if lost:
+        ds["damage_category"].values[16] = -1  # the worker died before anything was known
+        ds["central_deflection"].values[16] = np.nan
+    return ds, walls
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_failed_walls_give_bounds_on_either_side(lost: bool):
+    ds, walls = failing(lost)
+    curve = fit_fragility(ds, categories=[1], bootstrap=20).isel(category=0)
+    assert int(curve["failed"]) == len(walls)
+    assert curve.attrs["samples_failed"] == len(walls)
+    assert int(curve["reached"] + curve["not_reached"]) == 80 - len(walls)
+    assert curve["median_failed_damaged"] < curve["median"] < curve["median_failed_undamaged"]
+
+
+def test_bounds_are_what_they_say():
+    ds, walls = failing()
+    lower, upper, failed, _ = capacities(ds, 1)
+    assert np.flatnonzero(failed).tolist() == walls.tolist()
+    curve = fit_fragility(ds, categories=[1], bootstrap=0).isel(category=0)
+    assert float(curve["median"]) == pytest.approx(fit_lognormal(lower[~failed], upper[~failed]).median)
+    # undamaged: as if they had been followed to 20 mm and had not reached it
+    undamaged = fit_lognormal(np.where(failed, 20.0, lower), upper)
+    assert float(curve["median_failed_undamaged"]) == pytest.approx(undamaged.median)
+    # damaged: in the increment that could not be solved
+    damaged = fit_lognormal(lower, np.where(failed, lower + 1.0, upper))
+    assert float(curve["median_failed_damaged"]) == pytest.approx(damaged.median)
+
+
+def test_a_wall_that_failed_after_reaching_the_category_has_reached_it():
+    ds = study([[3.5, 7.5], [4.5, 8.5], [5.5, 9.5], [6.5, 6.9]], end=12.0, increments=12)
+    fail(ds, 0, 6)
+    assert capacities(ds, 1).upper.tolist() == [4.0, 5.0, 6.0, 7.0]
+    assert capacities(ds, 1).failed.tolist() == [False] * 4
+    assert capacities(ds, 2).failed.tolist() == [True, False, False, False]
+    assert capacities(ds, 2).lower[0] == 5.0
+
+
+def test_without_failures_the_bounds_are_the_estimate():
+    curve = fit_fragility(study(known(np.random.default_rng(1), 60)), categories=[2], bootstrap=0).isel(category=0)
+    assert float(curve["median_failed_damaged"]) == float(curve["median"]) == float(curve["median_failed_undamaged"])
+
+
+@pytest.mark.parametrize(
+    ("capacity", "status"),
+    [
+        (np.full(20, 99.0), "never reached"),
+        (np.append([5.0, 7.0], np.full(18, 99.0)), "reached by fewer than 3 walls"),
+        (np.full(20, 5.5), "all walls within one increment: refine the increments"),
+        (np.append(np.linspace(3, 9, 19), 0.0), "reached by some walls before any movement"),
+    ],
+)
+def test_a_category_without_a_curve_says_why_and_spoils_nothing(capacity: np.ndarray, status: str):
+    other = np.linspace(2.2, 9.2, 20)
+    ds = study(np.column_stack((np.minimum(other, capacity), np.maximum(other, capacity))), end=20.0, increments=20)
+    ds["damage_category"].values[:] = (ds["central_deflection"].values >= capacity[:, None]).astype(np.int8)
+    curves = fit_fragility(ds, categories=[1], bootstrap=10)
+    assert str(curves["fit_status"].values[0]) == status
+    for name in ("median", "dispersion", "median_lower", "dispersion_upper"):
+        assert np.isnan(curves[name].values).all()
+    assert np.isnan(curves["probability"].values).all()
+    assert np.isnan(curves["probability_lower"].values).all()
+    if status != "never reached":
+        assert curves["empirical"].values.max() > 0  # what was counted is still told
+    else:
+        assert (curves["empirical"] == 0).all()
+
+
+def test_nan_at_the_movement_of_a_reached_category_is_refused():
+    ds = study([[3.5], [4.5], [5.5], [6.5]], end=10.0, increments=10)
+    ds["central_deflection"].values[1, 5] = np.nan  # the increment in which it is reached
+    with pytest.raises(InputError, match="without NaN"):
+        fit_fragility(ds, bootstrap=0)
+
+
+# -- what a reader gets ------------------------------------------------------------------------------------------------
+
+
+def test_kaplan_meier_is_the_fraction_of_walls_when_none_is_censored():
+    capacity = lognormal(np.random.default_rng(6), 8.0, 0.4, 50)
+    ds = study(capacity, end=40.0, increments=40)
+    curve = fit_fragility(ds, categories=[1], bootstrap=0, points=41).isel(category=0)
+    expected = (ds["damage_category"].values >= 1).mean(axis=0)
+    np.testing.assert_allclose(curve["intensity"], np.arange(41.0))
+    np.testing.assert_allclose(curve["empirical"], expected, atol=1e-12)
+
+
+def test_kaplan_meier_by_hand():
+    """Five walls: reached at 2 and 4, ended unreached at 3 and 5, reached at 6.
+
+    S(2) = 4/5; one leaves at 3; S(4) = 4/5 * 2/3; one leaves at 5; S(6) = 0.
+    """
+    ds = study([[1.5], [3.5], [99.0], [99.0], [5.5]], end=np.array([6.0, 6.0, 3.0, 5.0, 6.0]), increments=6)
+    movement = ds["central_deflection"].values
+    ds["central_deflection"].values[2] = np.minimum(np.arange(7), 3)
+    ds["central_deflection"].values[3] = np.minimum(np.arange(7), 5)
+    ds["damage_category"].values[:] = (movement >= np.array([1.5, 3.5, 99, 99, 5.5])[:, None]).astype(np.int8)
+    curve = fit_fragility(ds, categories=[1], bootstrap=0, points=7).isel(category=0)
+    s2, s4 = 4 / 5, 4 / 5 * 2 / 3
+    np.testing.assert_allclose(curve["empirical"], [0, 0, 1 - s2, 1 - s2, 1 - s4, 1 - s4, 1], atol=1e-12)
+
+
+def test_empirical_and_fitted_curve_agree_where_there_are_many_walls():
+    ds = study(lognormal(np.random.default_rng(9), 8.0, 0.4, 3000), end=20.0, increments=200)
+    curve = fit_fragility(ds, categories=[1], bootstrap=0, points=201).isel(category=0)
+    assert float(np.abs(curve["empirical"] - curve["probability"]).max()) < 0.03
+
+
+def test_bootstrap_is_the_same_for_the_same_seed_and_another_for_another():
+    ds = study(known(np.random.default_rng(1), 40))
+    first, again, other = (fit_fragility(ds, bootstrap=15, seed=s) for s in (4, 4, 5))
+    xr.testing.assert_identical(first, again)
+    assert not np.array_equal(first["median_lower"].values, other["median_lower"].values)
+    np.testing.assert_array_equal(first["median"].values, other["median"].values)
+    # and a category's band does not depend on which others are asked for
+    alone = fit_fragility(ds, bootstrap=15, seed=4, categories=[3])
+    np.testing.assert_array_equal(alone["probability_lower"][0], first["probability_lower"].sel(category=3))
+
+
+def test_bands_enclose_the_curve_and_widen_with_confidence():
+    ds = study(known(np.random.default_rng(1), 60), end=100.0)
+    narrow, wide = (fit_fragility(ds, categories=[2, 3], confidence=c, bootstrap=100) for c in (0.5, 0.95))
+    for name in ("median", "dispersion", "probability"):
+        assert (wide[f"{name}_lower"] <= narrow[f"{name}_lower"] + 1e-12).all()
+        assert (wide[f"{name}_upper"] >= narrow[f"{name}_upper"] - 1e-12).all()
+        assert (wide[f"{name}_lower"] <= wide[name] + 1e-9).all()
+        assert (wide[f"{name}_upper"] >= wide[name] - 1e-9).all()
+
+
+def test_the_dataset_says_what_is_in_it():
+    ds = study(known(np.random.default_rng(1), 40), highest_category=4, seed=7)
+    curves = fit_fragility(ds, bootstrap=5, seed=3, confidence=0.8)
+    assert curves["category"].values.tolist() == [1, 2, 3, 4]
+    assert curves["category_name"].values.tolist() == NAMES.split()[1:]
+    assert curves["probability"].dims == ("category", "intensity")
+    assert curves["intensity"].attrs["units"] == "mm"
+    assert float(curves["intensity"][0]) == 0.0
+    assert float(curves["intensity"][-1]) == 60.0
+    for name, value in {
+        "confidence": 0.8, "bootstrap_samples": 5, "bootstrap_seed": 3, "samples": 40, "samples_failed": 0, "seed": 7,
+        "intensity_measure": "central_deflection", "curves_cross": 0,
+    }.items():  # fmt: skip
+        assert curves.attrs[name] == value, name
+    for name, variable in curves.data_vars.items():
+        assert name == "fit_status" or ("units" in variable.attrs and "long_name" in variable.attrs), name
+    probability = curves["probability"].sel(category=[2, 3, 4]).values
+    assert ((probability >= 0) & (probability <= 1)).all()
+    assert (np.diff(probability, axis=1) >= 0).all()
+    assert (probability[:-1] >= probability[1:] - 1e-9).all()  # one scatter: the curves do not cross
+
+
+def test_crossing_curves_are_flagged():
+    random = np.random.default_rng(3)
+    first = lognormal(random, 10.0, 0.05, 200)
+    second = first * np.exp(np.abs(0.8 * random.standard_normal(200)) + 0.01)
+    curves = fit_fragility(
+        study(np.column_stack((first, second)), end=60.0, increments=600), categories=[1, 2], bootstrap=0
+    )
+    assert curves.attrs["curves_cross"] == 1
+
+
+def test_the_damage_table_decides_how_many_categories_there_are():
+    ds = study(known(np.random.default_rng(1), 10), highest_category=5)
+    assert fit_fragility(ds, bootstrap=0)["category"].values.tolist() == [1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "options", "words"),
+    [
+        (lambda ds: ds.drop_vars("damage_category"), {}, "no variable 'damage_category'"),
+        (lambda ds: ds.drop_vars("status"), {}, "no variable 'status'"),
+        (lambda ds: ds, {"intensity": "slope"}, "no variable 'slope'"),
+        (lambda ds: ds, {"confidence": 0.0}, "confidence = 0.0: must lie between 0 and 1"),
+        (lambda ds: ds, {"confidence": 90}, "confidence = 90"),
+        (lambda ds: ds, {"confidence": float("nan")}, "confidence = nan"),
+        (lambda ds: ds.assign(status=ds["status"] * 0 + MISSING), {}, "no finished sample yet"),
+        (lambda ds: ds.assign(status=ds["status"] * 0 + FAILED), {}, "no finished sample yet"),
+    ],
+)
+def test_what_cannot_be_used(spoil, options: dict, words: str):
+    with pytest.raises(InputError, match=words):
+        fit_fragility(spoil(study(known(np.random.default_rng(1), 10))), **options)

@@ -1,0 +1,122 @@
+"""Points in the unit cube: sample i depends on (seed, i) alone, and Sobol points are spread evenly."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest, qmc
+
+from damagepred.errors import InputError
+from damagepred.uq.design import Design
+from damagepred.uq.samplers import Stream, generator, unit_points
+from damagepred.uq.variable import JointField, Variable
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "random", "lhs"])
+@pytest.mark.parametrize("dimensions", [1, 3, 12])
+def test_points_lie_in_the_open_cube(sampler: str, dimensions: int):
+    for samples in (1, 2, 3, 100, 128):
+        points = unit_points(sampler, dimensions, samples, 1)
+        assert points.shape == (samples, dimensions)
+        assert (points > 0).all()
+        assert (points < 1).all()
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "random"])
+def test_more_samples_keep_the_first_ones(sampler: str):
+    long = unit_points(sampler, 5, 300, 7)
+    for samples in (1, 2, 3, 4, 5, 31, 32, 33, 64, 65, 256, 257):
+        np.testing.assert_array_equal(unit_points(sampler, 5, samples, 7), long[:samples])
+
+
+def test_a_latin_hypercube_does_not_extend():
+    assert not np.array_equal(unit_points("lhs", 5, 32, 7)[:16], unit_points("lhs", 5, 16, 7))
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "random", "lhs"])
+def test_the_same_seed_gives_the_same_points_and_another_others(sampler: str):
+    np.testing.assert_array_equal(unit_points(sampler, 3, 20, 7), unit_points(sampler, 3, 20, 7))
+    assert not (unit_points(sampler, 3, 20, 7) == unit_points(sampler, 3, 20, 8)).any()
+
+
+def test_seeds_next_to_each_other_are_unrelated():
+    """Sample i of seed s must not be sample i + 1 of seed s - 1, or the like."""
+    first, second = unit_points("random", 3, 50, 7), unit_points("random", 3, 50, 8)
+    assert np.abs(first[:, None, :] - second[None, :, :]).max(axis=2).min() > 1e-4
+
+
+def test_streams_are_those_the_design_promises():
+    """SeedSequence(seed, spawn_key=(stream, i)): an archive of today must be replayed by a package of tomorrow."""
+    expected = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(0, 4)))).random(3)
+    np.testing.assert_array_equal(unit_points("random", 3, 6, 7)[4], expected)
+    assert [int(s) for s in Stream] == [0, 1, 2, 3]
+    drawn = [generator(7, s, i).random() for s in Stream for i in range(20)]
+    assert len(set(drawn)) == 80
+
+
+def test_sobol_points_are_spread_more_evenly_than_random_ones():
+    for dimensions in (2, 6):
+        sobol = [qmc.discrepancy(unit_points("sobol", dimensions, 256, seed)) for seed in range(5)]
+        random = [qmc.discrepancy(unit_points("random", dimensions, 256, seed)) for seed in range(5)]
+        assert max(sobol) < 0.5 * min(random)
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "lhs"])
+def test_one_point_in_every_stratum(sampler: str):
+    points = unit_points(sampler, 6, 64, 3)
+    for column in points.T:
+        assert sorted((column * 64).astype(int)) == list(range(64))
+
+
+def test_random_points_are_not_stratified():
+    points = unit_points("random", 6, 64, 3)
+    assert any(len(set((c * 64).astype(int))) < 60 for c in points.T)
+    assert all(kstest(c, "uniform").pvalue > 1e-3 for c in unit_points("random", 6, 2000, 3).T)
+
+
+def test_no_dimensions_no_points():
+    assert unit_points("sobol", 0, 5, 1).shape == (5, 0)
+
+
+def test_unknown_sampler():
+    with pytest.raises(InputError, match=r"study.sampler = 'sobl': must be 'sobol', 'lhs' or 'random'"):
+        unit_points("sobl", 2, 5, 1)
+
+
+# -- the design of a study --------------------------------------------------------------------------------------------
+
+VARIABLES = {
+    "joint.friction": Variable(distribution="lognormal", mean=0.75, cov=0.15),
+    "movement.central_deflection": Variable(distribution="uniform", lower=0.04, upper=0.06),
+    "joint.cohesion": Variable(distribution="lognormal", mean=1.0, cov=0.3, field=JointField(course_correlation=0.4)),
+}
+UNITS = {"joint.friction": "1", "movement.central_deflection": "m", "joint.cohesion": "Pa"}
+SEQUENCE = np.repeat(np.arange(4), 10)
+
+
+def design(sampler: str = "sobol", seed: int = 7) -> Design:
+    return Design.make(VARIABLES, UNITS, {}, sampler, seed)
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "random"])
+def test_walls_do_not_change_when_a_study_grows(sampler: str):
+    few, many = design(sampler).wall_values(13), design(sampler).wall_values(200)
+    assert set(few) == {"joint.friction", "movement.central_deflection"}
+    for place in few:
+        np.testing.assert_array_equal(few[place], many[place][:13])
+
+
+def test_joints_of_a_sample_depend_on_seed_and_number_alone():
+    first = design().joint_values(5, SEQUENCE)["joint.cohesion"]
+    again = design()
+    for other in (0, 3, 9):  # whatever was drawn before
+        again.joint_values(other, SEQUENCE)
+    np.testing.assert_array_equal(again.joint_values(5, SEQUENCE)["joint.cohesion"], first)
+    np.testing.assert_array_equal(design("random").joint_values(5, SEQUENCE)["joint.cohesion"], first)
+    for other in (design().joint_values(6, SEQUENCE), design(seed=8).joint_values(5, SEQUENCE)):
+        assert not (other["joint.cohesion"] == first).any()
+
+
+def test_a_design_without_fields_has_none():
+    plain = Design.make({"joint.friction": VARIABLES["joint.friction"]}, UNITS, {}, "sobol", 1)
+    assert plain.joint_values(0, SEQUENCE) == {}
+    only = Design.make({"joint.cohesion": VARIABLES["joint.cohesion"]}, UNITS, {}, "sobol", 1)
+    assert only.wall_values(5) == {}
