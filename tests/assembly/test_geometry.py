@@ -239,6 +239,15 @@ def test_mass_properties_of_a_rectangle():
     assert polar == pytest.approx(3 * 2 * (3**2 + 2**2) / 12)
 
 
+def test_mass_properties_do_not_depend_on_vertices_in_an_edge():
+    """The mean of the corners is then not the centroid."""
+    brick = np.array([(0, 0), (0.01, 0), (0.02, 0), (0.24, 0), (0.24, 0.075), (0, 0.075)])
+    area, x, y, polar = mass_properties(moved(brick, 3.0, 1.0))
+    assert area == pytest.approx(0.24 * 0.075)
+    assert (x, y) == pytest.approx((3.12, 1.0375))
+    assert polar == pytest.approx(0.24 * 0.075 * (0.24**2 + 0.075**2) / 12)
+
+
 @pytest.mark.parametrize("corners", [4, 5, 6, 12, 100])
 def test_regular_polygons_either_way_round(corners: int):
     angle = np.arange(corners) * 2 * np.pi / corners

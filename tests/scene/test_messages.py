@@ -48,12 +48,23 @@ BAD = {
     "brick higher than wall": ({"wall": {"height": 0.05}}, ["block_height = 0.075", "height = 0.05"]),
     "outside, x": ({"opening": [WINDOW | {"x": 5.5}]}, ["opening 1", "6.5 m", "outside", "length is 6 m"]),
     "outside, y": ({"opening": [WINDOW | {"height": 2.0}]}, ["opening 1", "2.9 m", "outside", "height is 2.4 m"]),
+    "a millimetre outside": ({"opening": [WINDOW | {"height": 1.501}]}, ["opening 1", "2.401 m", "outside"]),
+    "a millimetre beside": ({"opening": [WINDOW | {"x": 5.001}]}, ["opening 1", "6.001 m", "outside"]),
     "nothing beside": ({"opening": [WINDOW | {"x": 0.0, "width": 6.0}]}, ["width = 6", "narrower"]),
     "overlapping": (
         {"opening": [WINDOW, WINDOW | {"x": 2.5, "y": 1.2}]},
         ["openings 1 and 2", "overlap", "2-3 m", "2.5-3.5 m", "move one"],
     ),
     "touching": ({"opening": [WINDOW, WINDOW | {"x": 3.0}]}, ["openings 1 and 2", "touch"]),
+    "touching, the other way round": ({"opening": [WINDOW | {"x": 3.0}, WINDOW]}, ["openings 1 and 2", "touch"]),
+    "touching above": (
+        {"opening": [WINDOW | {"height": 0.5}, WINDOW | {"y": 1.4, "height": 0.5}]},
+        ["openings 1 and 2", "touch"],
+    ),
+    "touching below": (
+        {"opening": [WINDOW | {"y": 1.4, "height": 0.5}, WINDOW | {"height": 0.5}]},
+        ["openings 1 and 2", "touch"],
+    ),
     "door above floor": (
         {"opening": [WINDOW | {"kind": "door"}]},
         ["[[opening]] number 1", "y = 0.9", "door", "leave y out"],

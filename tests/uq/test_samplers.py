@@ -1,5 +1,7 @@
 """Points in the unit cube: sample i depends on (seed, i) alone, and Sobol points are spread evenly."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.stats import kstest, qmc
@@ -113,6 +115,19 @@ def test_joints_of_a_sample_depend_on_seed_and_number_alone():
     np.testing.assert_array_equal(design("random").joint_values(5, SEQUENCE)["joint.cohesion"], first)
     for other in (design().joint_values(6, SEQUENCE), design(seed=8).joint_values(5, SEQUENCE)):
         assert not (other["joint.cohesion"] == first).any()
+
+
+def test_joints_come_from_the_stream_the_design_promises():
+    variable = Variable(distribution="normal", mean=10.0, std=2.0, field=JointField())
+    drawn = Design.make({"joint.cohesion": variable}, UNITS, {}, "sobol", 7).joint_values(5, SEQUENCE)
+    random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(1, 5))))
+    np.testing.assert_allclose(drawn["joint.cohesion"], 10 + 2 * random.standard_normal(40), rtol=1e-12)
+
+
+def test_sobol_points_are_drawn_without_complaint():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # scipy warns where the number of points spoils their balance
+        unit_points("sobol", 3, 77, 1)
 
 
 def test_a_design_without_fields_has_none():
