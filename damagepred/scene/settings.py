@@ -16,8 +16,9 @@ class Solver:
 
     Attributes
     ----------
-    method : {"explicit"}
-        Cundall's scheme: time stepping with damping until forces balance.
+    method : {"explicit", "quasi_static"}
+        ``explicit``: Cundall's scheme, time stepping with damping until forces balance. ``quasi_static``: the path of
+        equilibria itself, bond by bond, without time, damping or loading rate.
     blocks : {"rigid"}
         Rigid blocks; their elasticity is lumped in series with the joints.
     lump_block_elasticity : bool
@@ -27,8 +28,9 @@ class Solver:
         from 3 contacts on (Simpson); with 2 the joint is three times too stiff in rotation.
     contacts_per_interface : int
         2 to 9 (Lobatto) or 1 to 9 (midpoint).
-    tolerance : float
+    tolerance : float or None
         An increment is settled when the largest unbalanced force is below this multiple of the mean block weight.
+        None: 1e-3 for ``explicit``, 1e-6 for ``quasi_static``.
     damping : float
         Local damping: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
     ramp_cycles : int
@@ -40,16 +42,23 @@ class Solver:
         Fraction of the largest stable time step, which is known from the stiffness and the damping.
     """
 
-    method: Literal["explicit"] = "explicit"
+    method: Literal["explicit", "quasi_static"] = "explicit"
     blocks: Literal["rigid"] = "rigid"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
     contacts_per_interface: Count = Field(default=3, ge=1, le=9)
-    tolerance: Pure = Field(default=1e-3, gt=0)
+    tolerance: Pure | None = Field(default=None, gt=0)
     damping: Pure = Field(default=0.8, ge=0, lt=1)
-    ramp_cycles: Count = Field(default=1000, ge=1)
+    ramp_cycles: Count = Field(default=3000, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
+
+    @property
+    def tolerance_used(self) -> float:
+        """The tolerance, or the method's own."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return 1e-3 if self.method == "explicit" else 1e-6
 
     @model_validator(mode="after")
     def _quadrature_exists(self) -> Solver:

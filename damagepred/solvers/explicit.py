@@ -172,7 +172,7 @@ class _Run:
             ratio = self.unbalanced()
             largest = float(ratio.max(initial=0.0))
             loose = self.watch(increment, spent)
-            calm = calm + 1 if largest < self.settings.tolerance else 0
+            calm = calm + 1 if largest < self.settings.tolerance_used else 0
             if calm >= CALM_CHECKS:
                 return largest, False
             if loose:
@@ -182,7 +182,7 @@ class _Run:
                 raise ConvergenceError(
                     f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
                     f"{largest:.2g} block weights at {describe_block(self.model, worst)}, allowed is "
-                    f"{self.settings.tolerance:g}. Raise solver.maximum_cycles or solver.tolerance.",
+                    f"{self.settings.tolerance_used:g}. Raise solver.maximum_cycles or solver.tolerance.",
                     increment=increment,
                     block=worst,
                 )
