@@ -28,6 +28,11 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     Increment
         First the state under dead load, then one each step; whoever takes them may stop at any.
     """
+    if settings.method == "quasi_static":
+        from damagepred.solvers.quasi_static import quasi_static_path
+
+        yield from quasi_static_path(model, settings, increments)
+        return
     from damagepred.solvers.explicit import explicit_path
 
     yield from explicit_path(model, settings, increments)

@@ -1,0 +1,400 @@
+"""The path of equilibria itself: no time, no damping, no loading rate.
+
+For each step of the movement the blocks go where the energy of all joints is least. That energy is convex while the
+friction limits are frozen, so Newton's method with a line search finds its minimum from anywhere; the limits are then
+brought up to date and the minimum sought again, until both agree.
+
+A bond that is overloaded breaks. Bonds break in the order in which the growing movement reaches their strength: where a
+step would overload some, the movement at which the first of them breaks is found, that one is broken there (with those
+that reach their strength together with it, so that symmetric walls crack symmetrically), and equilibrium is sought anew at
+the same movement before the step goes on. What a broken bond overloads in turn breaks at once, the most overloaded first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
+
+from damagepred.assembly import Model
+from damagepred.errors import ConvergenceError, InputError
+from damagepred.kernels.frozen import NO_LIMIT, friction_bounds, joint_forces
+from damagepred.scene import Solver
+from damagepred.solvers.explicit import describe_block
+from damagepred.solvers.increment import Increment
+from damagepred.solvers.levels import LevelEquations
+from damagepred.solvers.state import ContactFields, JointMemory, contact_states, fields_of
+from damagepred.solvers.stiffness import held_dofs, turning_length
+
+FloatArray = NDArray[np.float64]
+
+TOGETHER = 1e-4
+"""Bonds loaded within this share of the most loaded one break with it."""
+LOOSE = (3.0, 1e-3, 1e-6)
+"""How near (block weights) the minimum with frozen limits is sought before they are let go: ever nearer."""
+OVERLOAD = 1e-6
+"""A bond breaks when its stress exceeds its strength by this share."""
+NEAR = 0.01
+"""The movement at which a bond breaks is found to this share of its strength."""
+
+
+@dataclass
+class Count:
+    """Work done.
+
+    Attributes
+    ----------
+    newton, bounds, events : int
+        Newton steps, updates of the friction limits, and times at which bonds broke.
+    """
+
+    newton: int = 0
+    bounds: int = 0
+    events: int = 0
+
+
+@dataclass
+class _State:
+    """A point of the path: how far load and movement have come, where the blocks are, what the joints remember."""
+
+    load: float
+    progress: float
+    displacement: FloatArray
+    memory: JointMemory
+    bound: FloatArray
+    dilated: FloatArray
+
+    def copy(self) -> _State:
+        return _State(
+            self.load,
+            self.progress,
+            self.displacement.copy(),
+            JointMemory(*(a.copy() for a in self.memory)),
+            self.bound.copy(),
+            self.dilated.copy(),
+        )
+
+
+@dataclass
+class _Path:
+    model: Model
+    settings: Solver
+    count: Count = field(default_factory=Count)
+
+    def __post_init__(self) -> None:
+        model = self.model
+        self.tolerance = self.settings.tolerance_used
+        self.dilates = bool((model.properties.dilation > 0).any())
+        if (model.properties.residual_tensile_strength > 0).any():
+            raise InputError("joint.residual_tensile_strength: must be 0 with method = 'quasi_static'.")
+        self.held = held_dofs(model)
+        self.equations = LevelEquations(model, self.held)
+        self.load = np.append(model.supports.load, np.zeros(3))
+        arm = np.ones((model.n_blocks + 1, 3))
+        arm[:-1, 2] = turning_length(model)
+        self.arm = arm.ravel()
+        self.weight = model.mean_block_weight
+        self.free = np.ones(self.load.size, dtype=np.bool_)
+        self.free[self.held] = False
+        self.pattern = np.zeros(len(model.interfaces.kind), dtype=np.int64)
+        self.force = np.zeros(self.load.size)
+        # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
+        self.no_strength = 1e-3 * self.weight / float(model.interfaces.contact_area.max())
+        size = float(np.ptp(model.blocks.vertices, axis=0).max())
+        self.loose_at = 0.5 * float(np.sqrt(model.blocks.area.max()))
+        self.lost_at = 10.0 * size
+
+    # -- forces -------------------------------------------------------------------------------------------------
+
+    def begin(self) -> _State:
+        """Return the wall before any load: joints without strength have no bond to break."""
+        law = self.model.properties
+        memory = JointMemory.fresh(self.model)
+        bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
+        memory.cracked[bare & (law.friction == law.residual_friction)] = True
+        return _State(
+            0.0, 0.0, np.zeros(self.load.size), memory,
+            np.full(memory.slip.shape, NO_LIMIT), np.zeros(memory.slip.shape),
+        )  # fmt: skip
+
+    def imbalance(self, state: _State, displacement: FloatArray, live: bool = False) -> tuple[FloatArray, float]:
+        """Return the unbalanced force of every degree of freedom at a displacement, and its largest ratio.
+
+        Parameters
+        ----------
+        state : _State
+            Load, movement, memory and frozen friction limits.
+        displacement : array (3 (n + 1),)
+            Where.
+        live : bool
+            Whether the friction limits follow the normal stress there, instead of being the frozen ones.
+        """
+        self.force[:] = state.load * self.load
+        model = self.model
+        joint_forces(
+            model.interfaces, model.properties, model.ground, state.memory, state.bound, state.dilated, live,
+            displacement, state.progress, self.force, self.pattern,
+        )  # fmt: skip
+        force = np.where(self.free, self.force, 0.0)
+        return force, float(self.ratio(force).max(initial=0.0))
+
+    def ratio(self, force: FloatArray) -> FloatArray:
+        """Return unbalanced forces over the mean weight of a block."""
+        return np.abs(force / self.arm) / self.weight
+
+    # -- equilibrium --------------------------------------------------------------------------------------------
+
+    def equilibrate(self, state: _State) -> float:
+        """Move the blocks to equilibrium under the joint law, memory being that of the last equilibrium.
+
+        Returns
+        -------
+        float
+            Largest unbalanced force over the mean block weight.
+        """
+        supports = self.model.supports
+        state.displacement[supports.prescribed] = state.progress * supports.prescribed_displacement
+        worst, begun = np.inf, state.displacement.copy()
+        for attempt in range(60):
+            self.minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
+            if attempt == 0 and self.lost(state):
+                # limits from before this step may hold nothing: begin where nothing slides
+                state.displacement[:] = begun
+                state.bound[:] = NO_LIMIT
+                self.minimise(state, LOOSE[0])
+            self.update_bounds(state)
+            worst = self.follow_friction(state)
+            if self.lost(state):
+                break
+            if worst < self.tolerance:
+                if not self.dilates or self.update_bounds(state) < self.tolerance * self.weight:
+                    break
+                _, worst = self.imbalance(state, state.displacement, live=True)
+        return worst
+
+    def follow_friction(self, state: _State) -> float:
+        """Newton's method with friction limits that follow the normal stress; keeps what it finds only if it helps.
+
+        The limits near the solution known, it arrives in a few steps; from afar it may not, and is given up.
+        """
+        u = state.displacement.copy()
+        force, worst = self.imbalance(state, u, live=True)
+        start = worst
+        for _ in range(12):
+            if worst < self.tolerance:
+                break
+            self.equations.update(state.memory, self.pattern)
+            self.count.newton += 1
+            step = self.equations.solve(force)
+            u = u + step
+            force, worst = self.imbalance(state, u, live=True)
+            if not np.isfinite(worst) or worst > 1e3 * max(start, 1.0):
+                break
+        if worst < self.tolerance:
+            state.displacement[:] = u
+            if not self.dilates:
+                self.update_bounds(state)
+            return worst
+        return start
+
+    def update_bounds(self, state: _State) -> float:
+        model = self.model
+        return float(
+            friction_bounds(
+                model.interfaces, model.properties, model.ground, state.memory,
+                state.displacement, state.progress, state.bound, state.dilated,
+            )
+        )  # fmt: skip
+
+    def minimise(self, state: _State, tolerance: float) -> float:
+        """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""
+        u = state.displacement
+        force, worst = self.imbalance(state, u)
+        for taken in range(100):
+            # at least one step: limits taken from where the blocks stood before may hold nothing
+            if worst < (tolerance if taken else self.tolerance):
+                break
+            self.equations.update(state.memory, self.pattern)
+            self.count.newton += 1
+            step = self.equations.solve(force)
+            slope = float(force @ step)
+            if not slope > 0:
+                break
+            share, force, worst = self.search(state, u, step, slope)
+            u += share * step
+            if self.lost(state):
+                break
+        return worst
+
+    def search(self, state: _State, u: FloatArray, step: FloatArray, slope: float) -> tuple[float, FloatArray, float]:
+        """Find how far to go along a step: to where the energy no longer falls, the root of its falling slope."""
+        low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
+        share = 1.0
+        for _ in range(30):
+            force, worst = self.imbalance(state, u + share * step)
+            now = float(force @ step)
+            if abs(now) <= 0.3 * slope or (now > 0 and share >= 64.0):
+                break
+            if now > 0:
+                low, slope_low = share, now
+                if np.isnan(slope_high):
+                    share *= 2.0
+                    continue
+            else:
+                high, slope_high = share, now
+            # false position, kept away from the ends
+            share = low + (high - low) * min(max(slope_low / (slope_low - slope_high), 0.05), 0.95)
+        return share, force, worst
+
+    def loose(self, state: _State) -> bool:
+        """Tell whether a block has left the wall: further from home than the movement explains."""
+        moved = state.displacement[:-3].reshape(-1, 3)
+        ground = np.hypot(self.model.ground.normal, self.model.ground.shear).max(initial=0.0)
+        held = np.abs(self.model.supports.prescribed_displacement).max(initial=0.0)
+        allowed = self.loose_at + 2.0 * state.progress * max(float(ground), float(held))
+        return bool((np.hypot(moved[:, 0], moved[:, 1]) > allowed).any())
+
+    def report(self, state: _State, number: int, worst: float, newton: int, collapsed: bool) -> Increment:
+        """Take a picture of a state."""
+        f = self.fields(state)
+        force, _ = self.imbalance(state, state.displacement)
+        held = self.held[self.held % 3 == 1]
+        return Increment(
+            number=number,
+            progress=state.progress,
+            displacement=state.displacement[:-3].reshape(-1, 3).copy(),
+            opening=f.opening,
+            slip=state.memory.slip.copy(),
+            normal_stress=f.normal_stress,
+            shear_stress=f.shear_stress,
+            state=contact_states(state.memory),
+            unbalanced_force_ratio=worst,
+            base_reaction=-float(self.force[held].sum()),
+            cycles=newton,
+            collapsed=collapsed,
+        )
+
+    def lost(self, state: _State) -> bool:
+        return not bool((np.abs(state.displacement[self.free]) < self.lost_at).all())
+
+    # -- memory -------------------------------------------------------------------------------------------------
+
+    def fields(self, state: _State) -> ContactFields:
+        return fields_of(self.model, state.memory, state.displacement, state.progress)
+
+    def remember(self, state: _State) -> None:
+        """Let the joints remember how far they have slid in this equilibrium."""
+        f = self.fields(state)
+        k_s = self.model.properties.shear_stiffness[:, None]
+        tau = np.clip(k_s * (f.shear - state.memory.slip), -state.bound, state.bound)
+        slid = f.shear - tau / k_s
+        moved = np.abs(k_s * (f.shear - state.memory.slip)) > state.bound
+        state.memory.slip[moved] = slid[moved]
+        state.memory.dilated[:] = state.dilated
+
+    def overload(self, state: _State) -> FloatArray:
+        """Return how far each bond (m, q) is loaded: 1 at its strength, 0 where it is broken already."""
+        f, law = self.fields(state), self.model.properties
+        stress = law.normal_stiffness[:, None] * (f.opening - state.dilated)
+        load = stress / np.maximum(law.tensile_strength, self.no_strength)[:, None]
+        if law.brittle_shear.any():
+            limit = np.maximum(law.cohesion[:, None] - stress * law.friction[:, None], self.no_strength)
+            sheared = np.abs(law.shear_stiffness[:, None] * (f.shear - state.memory.slip)) / limit
+            load = np.where(law.brittle_shear[:, None], np.maximum(load, sheared), load)
+        return np.where(state.memory.cracked, 0.0, load)
+
+    def break_bonds(self, state: _State, load: FloatArray) -> None:
+        """Break the most loaded bond, and those that are loaded alike."""
+        state.memory.cracked[load >= load.max() * (1.0 - TOGETHER)] = True
+        self.count.events += 1
+
+    # -- path ---------------------------------------------------------------------------------------------------
+
+    def advance(self, state: _State, load: float, progress: float) -> tuple[_State, float]:
+        """Follow the path to a load and a movement, bond by bond; return the state there and its unbalanced ratio."""
+        far: tuple[float, float] = (load, progress)
+        while True:
+            trial, worst = self.moved(state, *far)
+            loaded = self.overload(trial)
+            if self.lost(trial):
+                return trial, worst
+            if loaded.max(initial=0.0) <= 1.0 + OVERLOAD:
+                self.remember(trial)
+                if far == (load, progress):
+                    return trial, worst
+                state, far = trial, (load, progress)
+                continue
+            share = self.share_to_first_break(self.overload(state), loaded)
+            if loaded.max() <= 1.0 + NEAR or share < 1e-6:
+                # close enough to where it breaks: this is the event
+                state, worst = self.cascade(trial if loaded.max() <= 1.0 + NEAR else state, loaded)
+                far = (load, progress)
+                if self.lost(state):
+                    return state, worst
+                continue
+            far = (state.load + share * (far[0] - state.load), state.progress + share * (far[1] - state.progress))
+
+    def moved(self, state: _State, load: float, progress: float) -> tuple[_State, float]:
+        trial = state.copy()
+        trial.load, trial.progress = load, progress
+        return trial, self.equilibrate(trial)
+
+    def share_to_first_break(self, before: FloatArray, after: FloatArray) -> float:
+        """Return the share of a step at which the first bond reaches its strength, between linear loads."""
+        over = after > 1.0 + OVERLOAD
+        return float(np.min((1.0 + 0.5 * NEAR - before[over]) / (after[over] - before[over])))
+
+    def cascade(self, state: _State, loaded: FloatArray) -> tuple[_State, float]:
+        """Break what is overloaded at a standing movement, one after the other, until nothing is."""
+        while True:
+            self.remember(state)
+            self.break_bonds(state, loaded)
+            worst = self.equilibrate(state)
+            loaded = self.overload(state)
+            if self.lost(state) or loaded.max(initial=0.0) <= 1.0 + OVERLOAD:
+                self.remember(state)
+                return state, worst
+
+
+def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
+    """Follow the movement increment by increment.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Tolerance.
+    increments : int
+        Number of equal steps of the movement.
+
+    Yields
+    ------
+    Increment
+        First the state under dead load (number 0), then one each step. The path ends early after an increment in
+        which a part of the wall came loose.
+    """
+    # the matrices are small: threads would spend their time waiting for each other
+    one_thread = ThreadpoolController().select(user_api="blas")
+    path = _Path(model, settings)
+    state = path.begin()
+    for number in range(increments + 1):
+        before = path.count.newton
+        with one_thread.limit(limits=1):
+            state, worst = path.advance(state, 1.0, number / increments)
+        collapsed = path.loose(state)
+        if worst >= path.tolerance and not collapsed:
+            force, _ = path.imbalance(state, state.displacement)
+            block = int(path.ratio(force).argmax()) // 3
+            raise ConvergenceError(
+                f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
+                f"{describe_block(model, block)}, allowed is {path.tolerance:g}.",
+                increment=number,
+                block=block,
+            )
+        yield path.report(state, number, worst, path.count.newton - before, collapsed)
+        if collapsed:
+            return
