@@ -1,11 +1,5 @@
 """Small walls and studies that many tests share."""
 
-import os
-
-# one thread: the workers of the tests share two cores
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
-
 from pathlib import Path
 
 import pytest

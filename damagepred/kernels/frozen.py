@@ -13,7 +13,6 @@ import numpy as np
 from damagepred.kernels.contact import middle_of
 from damagepred.kernels.jit import kernel, law
 
-
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
 
@@ -57,7 +56,7 @@ def joint_forces(interfaces, properties, ground, memory, bound, dilated, live, d
     bound, dilated : array (m, q)
         Largest shear stress of each contact (Pa), and its opening by dilation (m), where frozen.
     live : bool
-        Whether the limits follow the normal stress instead; there is then no energy, and what is returned means nothing.
+        Whether the limits follow the normal stress instead; there is then no energy, and it returns nonsense.
     displacement, force : array (3 (n + 1),)
         Of the blocks and the ground.
     progress : float
@@ -153,7 +152,7 @@ def gained(new, old, bit):
 def change_stiffness(
     interfaces, properties, memory, pattern, old, place, level, diagonal, down, up, at_diagonal, at_coupling, size
 ):
-    """Bring the levels' stiffness from one pattern of acting springs to another; return the farthest level changed, or -1.
+    """Bring the levels' stiffness from one pattern of acting springs to another; return the farthest level changed.
 
     Parameters
     ----------

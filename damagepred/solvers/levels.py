@@ -1,9 +1,9 @@
 """Linear equations of a wall, solved level by level.
 
-Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on; a joint lies within a level or
-between neighbouring ones. The stiffness is then block tridiagonal and is eliminated from the farthest level down to the
-ground. A change of stiffness in one level leaves all that is farther from the ground as it was: elimination restarts
-there. For a wall that separates along its damp-proof course, all above it is condensed once.
+Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on; a joint lies within a level
+or between neighbouring ones. The stiffness is then block tridiagonal and is eliminated from the farthest level down to
+the ground. A change of stiffness in one level leaves all that is farther from the ground as it was: elimination
+restarts there. For a wall that separates along its damp-proof course, all above it is condensed once.
 """
 
 from __future__ import annotations

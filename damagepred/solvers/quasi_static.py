@@ -4,10 +4,11 @@ For each step of the movement the blocks go where the energy of all joints is le
 friction limits are frozen, so Newton's method with a line search finds its minimum from anywhere; the limits are then
 brought up to date and the minimum sought again, until both agree.
 
-A bond that is overloaded breaks. Bonds break in the order in which the growing movement reaches their strength: where a
-step would overload some, the movement at which the first of them breaks is found, that one is broken there (with those
-that reach their strength together with it, so that symmetric walls crack symmetrically), and equilibrium is sought anew at
-the same movement before the step goes on. What a broken bond overloads in turn breaks at once, the most overloaded first.
+A bond that is overloaded breaks. Bonds break in the order in which the growing movement reaches their strength: where
+a step would overload some, the movement at which the first of them breaks is found, that one is broken there (with
+those that reach their strength together with it, so that symmetric walls crack symmetrically), and equilibrium is
+sought anew at the same movement before the step goes on. What a broken bond overloads in turn breaks at once, the most
+overloaded first.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class _State:
             self.load,
             self.progress,
             self.displacement.copy(),
-            JointMemory(*(a.copy() for a in self.memory)),
+            JointMemory(self.memory.slip.copy(), self.memory.dilated.copy(), self.memory.cracked.copy()),
             self.bound.copy(),
             self.dilated.copy(),
         )
@@ -260,7 +261,7 @@ class _Path:
     def report(self, state: _State, number: int, worst: float, newton: int, collapsed: bool) -> Increment:
         """Take a picture of a state."""
         f = self.fields(state)
-        force, _ = self.imbalance(state, state.displacement)
+        self.imbalance(state, state.displacement)
         held = self.held[self.held % 3 == 1]
         return Increment(
             number=number,
