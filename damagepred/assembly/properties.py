@@ -23,7 +23,8 @@ def joint_properties(
     """Return the law of each interface, and how many joints had their tensile strength cut.
 
     Tension in a Mohr-Coulomb joint cannot pass the apex of the cone, so in effect
-    tensile_strength <= cohesion / friction; the same holds for the residual values.
+    tensile_strength <= cohesion / friction; the same holds for the residual values. Residual values are at most the
+    intact ones, and the dilation at most the friction, also where they are drawn apart.
 
     Parameters
     ----------
@@ -45,6 +46,10 @@ def joint_properties(
             elif name == "residual_friction" and "friction" in varied and materials[number].residual_friction is None:
                 values = np.where(material == number, varied["friction"][joint], values)
         columns[name] = values
+    # drawn apart, what is left may come out above what there was
+    for left, whole in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
+        columns[left] = np.minimum(columns[left], columns[whole])
+    columns["dilation"] = np.minimum(columns["dilation"], columns["friction"])
     limited = _cut_at_apex(columns, "tensile_strength", "cohesion", "friction")
     _cut_at_apex(columns, "residual_tensile_strength", "residual_cohesion", "residual_friction")
     columns["brittle_shear"] = columns["brittle_shear"].astype(np.bool_)

@@ -93,3 +93,9 @@ class Damage:
     group_distance: Length = Field(default=1.0, gt=0)
     group_count: Count = Field(default=2, ge=2)
     dpc_threshold: Length = Field(default=1e-3, gt=0)
+
+    @model_validator(mode="after")
+    def _allowance_exists(self) -> Damage:
+        if self.plasterboard and self.table != "as2870":
+            raise ValueError(f"plasterboard = true: table '{self.table}' has no such allowance; use table = 'as2870'")
+        return self

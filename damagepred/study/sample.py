@@ -79,7 +79,8 @@ def sampled_wall(
 def joint_sequence(scene: Scene) -> NDArray[np.int64]:
     """Return which joints of a scene's wall are neighbours in a course."""
     joints = wall_geometry(scene).joints
-    return course_sequences(joints.course, joints.kind)
+    # a brick and a half: more than from one unit to the next, less than any opening leaves between two
+    return course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * scene.wall.block_length)
 
 
 def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome:

@@ -13,6 +13,7 @@ from pydantic import Field
 from damagepred.errors import InputError, nearest
 from damagepred.scene import Scene
 from damagepred.scene.described import described
+from damagepred.scene.quantity import Count
 from damagepred.scene.reading import build, plain, read_toml
 from damagepred.uq.design import Design
 from damagepred.uq.variable import Variable
@@ -40,8 +41,8 @@ class Sampling:
     """
 
     title: str | None = None
-    samples: int = Field(default=100, ge=1)
-    seed: int = Field(default=1, ge=0)
+    samples: Count = Field(default=100, ge=1)
+    seed: Count = Field(default=1, ge=0, lt=2**63)
     sampler: Literal["sobol", "lhs", "random"] = "sobol"
     store_fields: bool = True
     stop_at_category: int | None = Field(default=None, ge=1)
@@ -114,8 +115,11 @@ class StudySettings:
         places = self.scene.number_places()
         for place, variable in self.variables.items():
             if place not in places:
+                left_out = self.scene.unit_of(place) != "1" or place.split(".")[-1] == "residual_friction"
                 raise InputError(
-                    f'{source}: [variables."{place}"]: the scene has no such number.' + nearest(place, places)
+                    f'{source}: [variables."{place}"]: the scene leaves this number out; give it a value there first.'
+                    if left_out
+                    else f'{source}: [variables."{place}"]: the scene has no such number.' + nearest(place, places)
                 )
             if variable.field is not None and place.split(".")[0] not in ("joint", "dpc"):
                 raise InputError(

@@ -11,7 +11,7 @@ import signal
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
@@ -83,35 +83,40 @@ class LocalPool:
 
     def __init__(self, folder: str, workers: int, timeout: float | None, task: Task = run_sample) -> None:
         self.folder, self.workers, self.timeout, self.task = folder, workers, timeout, task
+        # for as long as the pool lives: a worker that replaces a lost one starts at any time
+        self._environment = ExitStack()
+        self._environment.enter_context(one_thread_each())
         self.pool = self._start()
 
     def _start(self) -> Any:
         from pebble import ProcessPool
 
-        with one_thread_each():
-            pool = ProcessPool(max_workers=self.workers, context=get_context("spawn"), initializer=prepare_worker)
-            # its processes start with the first task: they inherit the environment as it is now
-            pool.schedule(os.getpid).result()
+        pool = ProcessPool(max_workers=self.workers, context=get_context("spawn"), initializer=prepare_worker)
+        pool.schedule(os.getpid).result()  # its processes start with the first task
         return pool
 
     def submit(self, sample: int, values: Mapping[str, float]) -> Future[Outcome]:
         """Hand a sample to the next free worker."""
         if not self.pool.active:
-            self.kill()
+            self._stop()
             self.pool = self._start()
-        with one_thread_each():  # a worker that replaces a lost one starts now
-            future: Future[Outcome] = self.pool.schedule(
-                self.task, args=(self.folder, sample, dict(values)), timeout=self.timeout
-            )
+        future: Future[Outcome] = self.pool.schedule(
+            self.task, args=(self.folder, sample, dict(values)), timeout=self.timeout
+        )
         return future
 
     def close(self) -> None:
         """End the workers once they are idle."""
         self.pool.close()
         self.pool.join()
+        self._environment.close()
 
     def kill(self) -> None:
         """End the workers now."""
+        self._stop()
+        self._environment.close()
+
+    def _stop(self) -> None:
         self.pool.stop()
         self.pool.join()
 

@@ -76,15 +76,18 @@ def innovation_factor(factor: FloatArray, lags: Sequence[float]) -> FloatArray:
         ) from None
 
 
-def course_sequences(course: IntArray, kind: NDArray[np.int8]) -> IntArray:
+def course_sequences(course: IntArray, kind: NDArray[np.int8], x: FloatArray, apart: float = np.inf) -> IntArray:
     """Give numbers to the runs of joints of one kind in one course.
 
     Parameters
     ----------
-    course, kind : array (joints,)
-        Of each joint, in the order in which they stand in the wall.
+    course, kind, x : array (joints,)
+        Of each joint, in the order in which they stand in the wall; x along it (m).
+    apart : float
+        Joints further apart than this (m) are no neighbours: an opening lies between them.
     """
     change = (np.diff(course, prepend=course[:1]) != 0) | (np.diff(kind, prepend=kind[:1]) != 0)
+    change |= np.abs(np.diff(x, prepend=x[:1])) > apart
     return np.cumsum(change).astype(np.int64)
 
 

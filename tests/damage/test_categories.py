@@ -59,10 +59,11 @@ def test_far_beyond():
     assert category(single(1.0), table="bre251") == 5
 
 
-def test_plasterboard_with_bre_is_refused_when_judging():
-    wall = Pattern()
-    with pytest.raises(InputError, match=r"damage.plasterboard = true: BRE Digest 251 .*as2870"):
-        wall.judge(Damage(table="bre251", plasterboard=True))
+def test_plasterboard_with_bre_is_refused():
+    with pytest.raises(InputError, match=r"damage: plasterboard = true: table 'bre251' has no such allowance.*as2870"):
+        Scene.from_dict({"damage": {"table": "bre251", "plasterboard": True}})
+    with pytest.raises(InputError, match="BRE Digest 251 has no such allowance"):
+        load_table("bre251").with_plasterboard()
 
 
 def test_plasterboard_allowance_is_given_once():

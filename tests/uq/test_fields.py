@@ -7,7 +7,8 @@ import pytest
 
 from damagepred.assembly import Kind, wall_geometry
 from damagepred.errors import InputError
-from damagepred.scene import Dpc, Scene, Wall
+from damagepred.scene import Dpc, Opening, Scene, Wall
+from damagepred.study.sample import joint_sequence
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_noise, course_sequences
 from damagepred.uq.variable import JointField, Variable
@@ -33,7 +34,7 @@ def field(mean: float, cov: float, lag: float, family: str = "lognormal") -> Var
 def sample(variables: dict[str, Variable], correlation: float | None, samples: int = 400) -> Fields:
     scene = Scene(wall=Wall(length=3.6, height=0.9), dpc=Dpc())
     joints = wall_geometry(scene).joints
-    sequence = course_sequences(joints.course, joints.kind)
+    sequence = course_sequences(joints.course, joints.kind, joints.x)
     wanted = {} if correlation is None else {frozenset(variables): correlation}
     design = Design.make(variables, dict.fromkeys(variables, "Pa"), wanted, "sobol", 11)
     drawn = [design.joint_values(i, sequence) for i in range(samples)]
@@ -151,12 +152,25 @@ def test_noise_is_the_recursion_it_says(rho: float):
 def test_sequences_end_where_course_or_kind_changes():
     course = np.array([0, 0, 0, 0, 1, 1, 1, 2])
     kind = np.array([0, 0, 1, 1, 1, 0, 0, 0], dtype=np.int8)
-    assert course_sequences(course, kind).tolist() == [0, 0, 1, 1, 2, 3, 3, 4]
+    x = np.array([0.1, 0.3, 0.2, 0.4, 0.1, 0.2, 0.4, 0.3])
+    assert course_sequences(course, kind, x).tolist() == [0, 0, 1, 1, 2, 3, 3, 4]
+
+
+def test_an_opening_parts_neighbours():
+    course, kind = np.zeros(5, dtype=np.int64), np.zeros(5, dtype=np.int8)
+    x = np.array([0.12, 0.36, 0.60, 1.50, 1.74])
+    assert course_sequences(course, kind, x, apart=0.36).tolist() == [0, 0, 0, 1, 1]
+    scene = Scene(wall=Wall(length=2.4, height=0.6), opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.45),))
+    joints, sequence = wall_geometry(scene).joints, joint_sequence(scene)
+    beside = (joints.course == 4) & (joints.kind == 0)
+    left, right = beside & (joints.x < 1.0), beside & (joints.x > 1.4)
+    assert len(set(sequence[left])) == len(set(sequence[right])) == 1
+    assert not set(sequence[left]) & set(sequence[right])
 
 
 def test_sequences_of_a_wall_are_its_beds_and_its_perpends():
     joints = wall_geometry(Scene(dpc=Dpc())).joints
-    sequence = course_sequences(joints.course, joints.kind)
+    sequence = course_sequences(joints.course, joints.kind, joints.x)
     for number in np.unique(sequence):
         mine = sequence == number
         assert len(set(joints.course[mine])) == 1
