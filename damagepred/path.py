@@ -187,6 +187,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         "deflection_ratio": progress * model.central_deflection / model.span,
         "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
         "cycles": np.array([s.increment.cycles for s in steps], dtype=np.int64),
+        "events": np.array([s.increment.events for s in steps], dtype=np.int64),
+        "factorisations": np.array([s.increment.factorisations for s in steps], dtype=np.int64),
         "base_reaction": np.array([s.increment.base_reaction for s in steps]),
         "opening_width_change": np.array([s.opening_width_change for s in steps]).reshape(len(steps), -1),
     }

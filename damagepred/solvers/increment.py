@@ -43,7 +43,9 @@ class Increment:
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
     cycles : int
-        Work done for this increment.
+        Work done for this increment: cycles of the explicit, Newton steps of the quasi-static solver.
+    events, factorisations : int
+        Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
     collapsed : bool
         Whether a part of the wall has come loose; then this increment is no equilibrium.
     """
@@ -60,3 +62,5 @@ class Increment:
     base_reaction: float
     cycles: int
     collapsed: bool = False
+    events: int = 0
+    factorisations: int = 0

@@ -14,7 +14,7 @@ overloaded first.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ LOOSE = (3.0, 1e-3, 1e-6)
 """How near (block weights) the minimum with frozen limits is sought before they are let go: ever nearer."""
 OVERLOAD = 1e-6
 """A bond breaks when its stress exceeds its strength by this share."""
+HALVINGS = 8
+"""Times a step is halved that finds no equilibrium."""
 NEAR = 0.01
 """The movement at which a bond breaks is found to this share of its strength."""
 
@@ -48,12 +50,12 @@ class Count:
 
     Attributes
     ----------
-    newton, bounds, events : int
-        Newton steps, updates of the friction limits, and times at which bonds broke.
+    newton, factorisations, events : int
+        Newton steps, changes of the stiffness that were factorised, and times at which bonds broke.
     """
 
     newton: int = 0
-    bounds: int = 0
+    factorisations: int = 0
     events: int = 0
 
 
@@ -116,6 +118,7 @@ class _Path:
         memory = JointMemory.fresh(self.model)
         bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
         memory.cracked[bare & (law.friction == law.residual_friction)] = True
+        self.unopened = memory.cracked.copy()
         return _State(
             0.0, 0.0, np.zeros(self.load.size), memory,
             np.full(memory.slip.shape, NO_LIMIT), np.zeros(memory.slip.shape),
@@ -258,7 +261,7 @@ class _Path:
         allowed = self.loose_at + 2.0 * state.progress * max(float(ground), float(held))
         return bool((np.hypot(moved[:, 0], moved[:, 1]) > allowed).any())
 
-    def report(self, state: _State, number: int, worst: float, newton: int, collapsed: bool) -> Increment:
+    def report(self, state: _State, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
         """Take a picture of a state."""
         f = self.fields(state)
         self.imbalance(state, state.displacement)
@@ -271,10 +274,12 @@ class _Path:
             slip=state.memory.slip.copy(),
             normal_stress=f.normal_stress,
             shear_stress=f.shear_stress,
-            state=contact_states(state.memory),
+            state=contact_states(state.memory._replace(cracked=state.memory.cracked & ~self.unopened)),
             unbalanced_force_ratio=worst,
             base_reaction=-float(self.force[held].sum()),
-            cycles=newton,
+            cycles=self.count.newton - before.newton,
+            events=self.count.events - before.events,
+            factorisations=self.count.factorisations - before.factorisations,
             collapsed=collapsed,
         )
 
@@ -294,6 +299,7 @@ class _Path:
         slid = f.shear - tau / k_s
         moved = np.abs(k_s * (f.shear - state.memory.slip)) > state.bound
         state.memory.slip[moved] = slid[moved]
+        self.unopened &= f.opening <= state.dilated
         state.memory.dilated[:] = state.dilated
 
     def overload(self, state: _State) -> FloatArray:
@@ -316,32 +322,44 @@ class _Path:
 
     def advance(self, state: _State, load: float, progress: float) -> tuple[_State, float]:
         """Follow the path to a load and a movement, bond by bond; return the state there and its unbalanced ratio."""
-        far: tuple[float, float] = (load, progress)
+        goal = far = (load, progress)
+        halvings = 0
         while True:
             trial, worst = self.moved(state, *far)
-            loaded = self.overload(trial)
-            if self.lost(trial):
+            if worst >= self.tolerance and halvings < HALVINGS:
+                # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
+                far, halvings = self.between(state, far, 0.5), halvings + 1
+                continue
+            if worst >= self.tolerance or self.lost(trial):
                 return trial, worst
+            loaded = self.overload(trial)
             if loaded.max(initial=0.0) <= 1.0 + OVERLOAD:
                 self.remember(trial)
-                if far == (load, progress):
+                if far == goal:
                     return trial, worst
-                state, far = trial, (load, progress)
+                state, far, halvings = trial, goal, max(halvings - 1, 0)
                 continue
             share = self.share_to_first_break(self.overload(state), loaded)
             if loaded.max() <= 1.0 + NEAR or share < 1e-6:
                 # close enough to where it breaks: this is the event
                 state, worst = self.cascade(trial if loaded.max() <= 1.0 + NEAR else state, loaded)
-                far = (load, progress)
-                if self.lost(state):
+                far, halvings = goal, 0
+                if worst >= self.tolerance or self.lost(state):
                     return state, worst
                 continue
-            far = (state.load + share * (far[0] - state.load), state.progress + share * (far[1] - state.progress))
+            far = self.between(state, far, share)
+
+    @staticmethod
+    def between(state: _State, far: tuple[float, float], share: float) -> tuple[float, float]:
+        """Return the load and movement at a share of the way from a state."""
+        return state.load + share * (far[0] - state.load), state.progress + share * (far[1] - state.progress)
 
     def moved(self, state: _State, load: float, progress: float) -> tuple[_State, float]:
         trial = state.copy()
         trial.load, trial.progress = load, progress
-        return trial, self.equilibrate(trial)
+        worst = self.equilibrate(trial)
+        self.count.factorisations = self.equations.factorisations
+        return trial, worst
 
     def share_to_first_break(self, before: FloatArray, after: FloatArray) -> float:
         """Return the share of a step at which the first bond reaches its strength, between linear loads."""
@@ -355,7 +373,9 @@ class _Path:
             self.break_bonds(state, loaded)
             worst = self.equilibrate(state)
             loaded = self.overload(state)
-            if self.lost(state) or loaded.max(initial=0.0) <= 1.0 + OVERLOAD:
+            if worst >= self.tolerance or self.lost(state):
+                return state, worst
+            if loaded.max(initial=0.0) <= 1.0 + OVERLOAD:
                 self.remember(state)
                 return state, worst
 
@@ -383,7 +403,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     path = _Path(model, settings)
     state = path.begin()
     for number in range(increments + 1):
-        before = path.count.newton
+        before = replace(path.count)
         with one_thread.limit(limits=1):
             state, worst = path.advance(state, 1.0, number / increments)
         collapsed = path.loose(state)
@@ -396,6 +416,6 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
                 increment=number,
                 block=block,
             )
-        yield path.report(state, number, worst, path.count.newton - before, collapsed)
+        yield path.report(state, number, worst, before, collapsed)
         if collapsed:
             return
