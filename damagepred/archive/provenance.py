@@ -7,6 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from damagepred.version import __version__
+
 
 @lru_cache(maxsize=1)
 def package_commit() -> str:
@@ -26,8 +28,6 @@ def package_commit() -> str:
 
 def provenance() -> dict[str, Any]:
     """Return the global attributes that say which program made a result."""
-    from damagepred import __version__
-
     return {
         "source": f"damagepred {__version__}",
         "damagepred_version": __version__,
