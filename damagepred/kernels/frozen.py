@@ -46,11 +46,15 @@ def shear_limit(properties, cracked, sigma, i):
 
 
 @kernel
-def joint_forces(interfaces, properties, ground, memory, bound, dilated, live, displacement, progress, force, pattern):
+def joint_forces(
+    active, interfaces, properties, ground, memory, bound, dilated, live, displacement, progress, force, pattern
+):
     """Add the forces of all contacts to ``force``, note which springs act in ``pattern``, and return the energy (J).
 
     Parameters
     ----------
+    active : array of int
+        Interfaces to look at; so for all functions here.
     interfaces, properties, ground, memory : NamedTuple of arrays
         Model and memory of its joints.
     bound, dilated : array (m, q)
@@ -67,7 +71,7 @@ def joint_forces(interfaces, properties, ground, memory, bound, dilated, live, d
     """
     energy = 0.0
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    for i in range(interfaces.block_a.size):
+    for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
         n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
@@ -113,7 +117,7 @@ def joint_forces(interfaces, properties, ground, memory, bound, dilated, live, d
 
 
 @kernel
-def friction_bounds(interfaces, properties, ground, memory, displacement, progress, bound, dilated):
+def friction_bounds(active, interfaces, properties, ground, memory, displacement, progress, bound, dilated):
     """Set each contact's largest shear stress (Pa) to what the present normal stress allows, and its dilation (m).
 
     Returns
@@ -123,7 +127,7 @@ def friction_bounds(interfaces, properties, ground, memory, displacement, progre
     """
     change = 0.0
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    for i in range(interfaces.block_a.size):
+    for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
         for k in range(interfaces.contact_area.shape[1]):
@@ -150,8 +154,9 @@ def gained(new, old, bit):
 
 @kernel
 def change_stiffness(
-    interfaces, properties, memory, pattern, old, place, level, diagonal, down, up, at_diagonal, at_coupling, size
-):
+    active, interfaces, properties, memory, pattern, old,
+    place, level, diagonal, down, up, at_diagonal, at_coupling, size,
+):  # fmt: skip
     """Bring the levels' stiffness from one pattern of acting springs to another; return the farthest level changed.
 
     Parameters
@@ -172,7 +177,7 @@ def change_stiffness(
     """
     farthest = -1
     row_n, row_s = np.empty(6), np.empty(6)
-    for i in range(interfaces.block_a.size):
+    for i in active:
         if pattern[i] == old[i]:
             continue
         a, b = interfaces.block_a[i], interfaces.block_b[i]

@@ -23,8 +23,12 @@ from damagepred.solvers.state import JointMemory
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-ANCHOR = 1e-9
+ANCHOR = 1e-7
 """Share of the elastic stiffness that holds every degree of freedom where it is, so that loose blocks do not vanish."""
+
+
+LOOSE = 1e-12
+"""Smallest pivot over the largest below which what is condensed counts as not held."""
 
 
 class LevelEquations:
@@ -66,9 +70,14 @@ class LevelEquations:
         self._reach: list[FloatArray] = [none] * levels
         self._condensed: list[FloatArray | None] = [None] * levels
         points = model.interfaces.contact_area.shape[1]
-        self._change(JointMemory.fresh(model), np.full_like(self.pattern, sum(3 << (4 * k) for k in range(points))))
+        self._elastic = np.full_like(self.pattern, sum(3 << (4 * k) for k in range(points)))
+        a, b = self.level[model.interfaces.block_a], self.level[model.interfaces.block_b]
+        self.interface_level = np.where(model.interfaces.block_a == n, b, np.maximum(a, b))
+        self._change(JointMemory.fresh(model), self._elastic, np.arange(len(self.pattern)))
         self._anchor = ANCHOR * np.concatenate([self._within(k).diagonal() for k in range(levels)])
-        self._fresh = False
+        self.in_play = levels
+        self._stale = levels - 1
+        self.active = np.arange(len(self.pattern))
 
     def _within(self, k: int) -> FloatArray:
         return self.diagonal[self.at_diagonal[k] : self.at_diagonal[k + 1]].reshape(self.size[k], self.size[k])
@@ -76,11 +85,79 @@ class LevelEquations:
     def _coupled(self, values: FloatArray, k: int, rows: int) -> FloatArray:
         return values[self.at_coupling[k] : self.at_coupling[k + 1]].reshape(rows, -1)
 
-    def _change(self, memory: JointMemory, pattern: IntArray) -> int:
+    def condense(self, in_play: int, load: FloatArray) -> bool:
+        """Take all levels from ``in_play`` on as elastic, and replace them by what they do to the level before.
+
+        Parameters
+        ----------
+        in_play : int
+            Number of levels, from the ground on, that are looked at joint by joint.
+        load : array (3 (n + 1),)
+            Dead load in full.
+
+        Returns
+        -------
+        bool
+            Whether it can be done: what is beyond must be held by the levels in play.
+        """
+        levels, was = len(self.size), self.in_play
+        if in_play >= levels:
+            self._put_in_play(levels)
+            return False
+        if was == levels:  # for the first time: without anchors, for these would hold what is condensed in space
+            for k in range(levels - 1, in_play - 1, -1):
+                if not self._eliminate(k, anchored=False):
+                    self._put_in_play(levels)
+                    return False
+        self._put_in_play(in_play)
+        self._hang: list[FloatArray] = [np.empty(0)] * levels
+        weight = load[self.dofs]
+        for k in range(levels - 1, in_play - 1, -1):
+            self._hang[k], _ = lapack.dgetrs(*self._factor[k], weight[self.start[k] : self.start[k + 1]])
+            weight[self.start[k - 1] : self.start[k]] -= self._coupled(self.up, k, self.size[k - 1]) @ self._hang[k]
+        edge = slice(self.start[in_play - 1], self.start[in_play])
+        self.edge_dofs = self.dofs[edge]
+        self._edge_load = weight[edge] - load[self.edge_dofs]
+        bridge = np.flatnonzero((self.interface_level == in_play) & (self._nearer_level() == in_play - 1))
+        condensed = self._condensed[in_play - 1]
+        assert condensed is not None
+        self._edge_stiffness = self._stiffness_within(in_play - 1, bridge) - condensed
+        return True
+
+    def _nearer_level(self) -> IntArray:
+        return np.minimum(self.level[self.model.interfaces.block_a], self.level[self.model.interfaces.block_b])
+
+    def _put_in_play(self, in_play: int) -> None:
+        self._stale = max(self._stale if self._stale < in_play else -1, in_play - 1)
+        self.in_play = in_play
+        self.active = np.flatnonzero(self.interface_level < in_play)
+
+    def _stiffness_within(self, k: int, interfaces: IntArray) -> FloatArray:
+        """Return what some interfaces, elastic, contribute to the stiffness within a level."""
+        diagonal, down, up = np.zeros_like(self.diagonal), np.zeros_like(self.down), np.zeros_like(self.up)
+        change_stiffness(
+            interfaces, self.model.interfaces, self.model.properties, JointMemory.fresh(self.model),
+            self._elastic, np.zeros_like(self.pattern), self.place, self.level,
+            diagonal, down, up, self.at_diagonal, self.at_coupling, self.size,
+        )  # fmt: skip
+        return diagonal[self.at_diagonal[k] : self.at_diagonal[k + 1]].reshape(self.size[k], self.size[k])
+
+    def edge_force(self, displacement: FloatArray, load: float) -> FloatArray:
+        """Return the force of the condensed levels on the last level in play, under a share of the dead load."""
+        return load * self._edge_load - self._edge_stiffness @ displacement[self.edge_dofs]
+
+    def recover(self, displacement: FloatArray, load: float) -> None:
+        """Fill in the displacements of the condensed levels, from the last level in play outwards."""
+        inner = displacement[self.dofs[self.start[self.in_play - 1] : self.start[self.in_play]]]
+        for k in range(self.in_play, len(self.size)):
+            inner = load * self._hang[k] - self._reach[k] @ inner
+            displacement[self.dofs[self.start[k] : self.start[k + 1]]] = inner
+
+    def _change(self, memory: JointMemory, pattern: IntArray, active: IntArray) -> int:
         return int(
             change_stiffness(
-                self.model.interfaces, self.model.properties, memory, pattern, self.pattern, self.place, self.level,
-                self.diagonal, self.down, self.up, self.at_diagonal, self.at_coupling, self.size,
+                active, self.model.interfaces, self.model.properties, memory, pattern, self.pattern, self.place,
+                self.level, self.diagonal, self.down, self.up, self.at_diagonal, self.at_coupling, self.size,
             )
         )  # fmt: skip
 
@@ -94,9 +171,8 @@ class LevelEquations:
         pattern : array of int (m,)
             As ``joint_forces`` notes it.
         """
-        farthest = self._change(memory, pattern)
-        if not self._fresh:
-            farthest, self._fresh = len(self.size) - 1, True
+        farthest = max(self._change(memory, pattern, self.active), self._stale)
+        self._stale = -1
         if farthest < 0:
             return
         self.factorisations += 1
@@ -104,33 +180,37 @@ class LevelEquations:
         for k in range(farthest, -1, -1):
             self._eliminate(k)
 
-    def _eliminate(self, k: int) -> None:
+    def _eliminate(self, k: int, anchored: bool = True) -> bool:
         stiffness = np.array(self._within(k), order="F")
-        stiffness[np.diag_indices_from(stiffness)] += self._anchor[self.start[k] : self.start[k + 1]]
+        if anchored:
+            stiffness.ravel(order="K")[:: len(stiffness) + 1] += self._anchor[self.start[k] : self.start[k + 1]]
         if (condensed := self._condensed[k]) is not None:
             stiffness -= condensed
-        lu, pivots, _ = lapack.dgetrf(stiffness, overwrite_a=1)
+        lu, pivots, singular = lapack.dgetrf(stiffness, overwrite_a=1)
+        if not anchored and (singular or np.abs(lu.diagonal()).min() < LOOSE * np.abs(lu.diagonal()).max()):
+            return False
         self._factor[k] = (lu, pivots)
         if k > 0:
             # displacement of this level for unit displacements of the next, and what that makes of the next's stiffness
             reach, _ = lapack.dgetrs(lu, pivots, self._coupled(self.down, k, self.size[k]))
             self._reach[k] = reach
             self._condensed[k - 1] = self._coupled(self.up, k, self.size[k - 1]) @ reach
+        return True
 
     def solve(self, force: FloatArray) -> FloatArray:
-        """Return the displacement of all degrees of freedom (3 (n + 1),) under a force, 0 where held."""
-        right = force[self.dofs]
-        levels = len(self.size)
-        for k in range(levels - 1, -1, -1):
+        """Return the displacement of all degrees of freedom (3 (n + 1),) under a force, 0 where held or condensed."""
+        end = self.start[self.in_play]
+        right = force[self.dofs[:end]]
+        for k in range(self.in_play - 1, -1, -1):
             here = slice(self.start[k], self.start[k + 1])
             right[here], _ = lapack.dgetrs(*self._factor[k], right[here])
             if k > 0:
                 right[self.start[k - 1] : self.start[k]] -= self._coupled(self.up, k, self.size[k - 1]) @ right[here]
-        for k in range(1, levels):
+        for k in range(1, self.in_play):
             here = slice(self.start[k], self.start[k + 1])
             right[here] -= self._reach[k] @ right[self.start[k - 1] : self.start[k]]
         displacement = np.zeros(len(force))
-        displacement[self.dofs] = right
+        displacement[self.dofs[:end]] = right
         return displacement
 
 

@@ -85,6 +85,7 @@ class _State:
 class _Path:
     model: Model
     settings: Solver
+    condense: bool = True
     count: Count = field(default_factory=Count)
 
     def __post_init__(self) -> None:
@@ -100,9 +101,10 @@ class _Path:
         arm[:-1, 2] = turning_length(model)
         self.arm = arm.ravel()
         self.weight = model.mean_block_weight
+        self.condensed = False
         self.free = np.ones(self.load.size, dtype=np.bool_)
         self.free[self.held] = False
-        self.pattern = np.zeros(len(model.interfaces.kind), dtype=np.int64)
+        self.pattern = self.equations.pattern.copy()
         self.force = np.zeros(self.load.size)
         # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
         self.no_strength = 1e-3 * self.weight / float(model.interfaces.contact_area.max())
@@ -119,6 +121,9 @@ class _Path:
         bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
         memory.cracked[bare & (law.friction == law.residual_friction)] = True
         self.unopened = memory.cracked.copy()
+        if self.condense:
+            bare_levels = self.equations.interface_level[memory.cracked.any(axis=1)]
+            self.open_up_to(int(bare_levels.max(initial=0)))
         return _State(
             0.0, 0.0, np.zeros(self.load.size), memory,
             np.full(memory.slip.shape, NO_LIMIT), np.zeros(memory.slip.shape),
@@ -139,9 +144,11 @@ class _Path:
         self.force[:] = state.load * self.load
         model = self.model
         joint_forces(
-            model.interfaces, model.properties, model.ground, state.memory, state.bound, state.dilated, live,
-            displacement, state.progress, self.force, self.pattern,
+            self.equations.active, model.interfaces, model.properties, model.ground, state.memory, state.bound,
+            state.dilated, live, displacement, state.progress, self.force, self.pattern,
         )  # fmt: skip
+        if self.condensed:
+            self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load)
         force = np.where(self.free, self.force, 0.0)
         return force, float(self.ratio(force).max(initial=0.0))
 
@@ -151,7 +158,37 @@ class _Path:
 
     # -- equilibrium --------------------------------------------------------------------------------------------
 
+    def open_up_to(self, level: int) -> None:
+        """Look at all joints up to a level one by one; what is beyond stays elastic and condensed."""
+        if level + 1 > self.equations.in_play or not self.condensed:
+            self.condensed = self.equations.condense(level + 1, self.load)
+            self.free[:] = False
+            self.free[self.equations.dofs[: self.equations.start[self.equations.in_play]]] = True
+
     def equilibrate(self, state: _State) -> float:
+        """Move the blocks to equilibrium under the joint law; what is condensed is opened where it would slide.
+
+        Returns
+        -------
+        float
+            Largest unbalanced force over the mean block weight.
+        """
+        while True:
+            worst = self.equilibrate_in_play(state)
+            if not self.condensed:
+                return worst
+            self.equations.recover(state.displacement, state.load)
+            if worst >= self.tolerance:
+                return worst
+            f, law = self.fields(state), self.model.properties
+            slides = (f.shear_stress != law.shear_stiffness[:, None] * f.shear).any(axis=1)
+            slides &= f.normal_stress.max(axis=1) <= law.tensile_strength
+            slides[self.equations.active] = False
+            if not slides.any():
+                return worst
+            self.open_up_to(int(self.equations.interface_level[slides].max()))
+
+    def equilibrate_in_play(self, state: _State) -> float:
         """Move the blocks to equilibrium under the joint law, memory being that of the last equilibrium.
 
         Returns
@@ -208,7 +245,7 @@ class _Path:
         model = self.model
         return float(
             friction_bounds(
-                model.interfaces, model.properties, model.ground, state.memory,
+                self.equations.active, model.interfaces, model.properties, model.ground, state.memory,
                 state.displacement, state.progress, state.bound, state.dilated,
             )
         )  # fmt: skip
@@ -315,7 +352,10 @@ class _Path:
 
     def break_bonds(self, state: _State, load: FloatArray) -> None:
         """Break the most loaded bond, and those that are loaded alike."""
-        state.memory.cracked[load >= load.max() * (1.0 - TOGETHER)] = True
+        broken = load >= load.max() * (1.0 - TOGETHER)
+        if self.condensed:
+            self.open_up_to(int(self.equations.interface_level[broken.any(axis=1)].max()))
+        state.memory.cracked[broken] = True
         self.count.events += 1
 
     # -- path ---------------------------------------------------------------------------------------------------
@@ -380,7 +420,7 @@ class _Path:
                 return state, worst
 
 
-def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
+def quasi_static_path(model: Model, settings: Solver, increments: int, *, condense: bool = True) -> Iterator[Increment]:
     """Follow the movement increment by increment.
 
     Parameters
@@ -391,6 +431,9 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         Tolerance.
     increments : int
         Number of equal steps of the movement.
+    condense : bool
+        Whether levels of blocks whose joints stay elastic are condensed to what they do to the level before, and
+        opened when one of their joints would slide or break. False looks at every joint in every step.
 
     Yields
     ------
@@ -400,7 +443,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     """
     # the matrices are small: threads would spend their time waiting for each other
     one_thread = ThreadpoolController().select(user_api="blas")
-    path = _Path(model, settings)
+    path = _Path(model, settings, condense)
     state = path.begin()
     for number in range(increments + 1):
         before = replace(path.count)
