@@ -363,15 +363,18 @@ class _Path:
     def advance(self, state: _State, load: float, progress: float) -> tuple[_State, float]:
         """Follow the path to a load and a movement, bond by bond; return the state there and its unbalanced ratio."""
         goal = far = (load, progress)
-        halvings = 0
+        halvings, fallen = 0, None
         while True:
             trial, worst = self.moved(state, *far)
+            if fallen is None and self.lost(trial):
+                fallen = trial
             if worst >= self.tolerance and halvings < HALVINGS:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = self.between(state, far, 0.5), halvings + 1
                 continue
             if worst >= self.tolerance or self.lost(trial):
-                return trial, worst
+                return fallen or trial, worst
+            fallen = None
             loaded = self.overload(trial)
             if loaded.max(initial=0.0) <= 1.0 + OVERLOAD:
                 self.remember(trial)
