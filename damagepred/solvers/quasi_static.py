@@ -36,10 +36,16 @@ TOGETHER = 1e-4
 """Bonds loaded within this share of the most loaded one break with it."""
 LOOSE = (3.0, 1e-3, 1e-6)
 """How near (block weights) the minimum with frozen limits is sought before they are let go: ever nearer."""
+ATTEMPTS, UNRELAXED, RELAXED = 120, 6, (0.5, 0.3, 0.15)
+"""Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 OVERLOAD = 1e-6
 """A bond breaks when its stress exceeds its strength by this share."""
 HALVINGS = 8
 """Times a step is halved that finds no equilibrium."""
+CUTS = 4
+"""Times a step is cut to where a bond should break by its linear load; after that it is halved."""
+SHORTEST = 1e-5
+"""Share of a step so short that what breaks within it breaks at its end."""
 NEAR = 0.01
 """The movement at which a bond breaks is found to this share of its strength."""
 
@@ -199,13 +205,14 @@ class _Path:
         supports = self.model.supports
         state.displacement[supports.prescribed] = state.progress * supports.prescribed_displacement
         worst, begun = np.inf, state.displacement.copy()
-        for attempt in range(60):
+        for attempt in range(ATTEMPTS):
             self.minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
             if attempt == 0 and self.lost(state):
                 # limits from before this step may hold nothing: begin where nothing slides
                 state.displacement[:] = begun
                 state.bound[:] = NO_LIMIT
                 self.minimise(state, LOOSE[0])
+            frozen = state.bound.copy()
             self.update_bounds(state)
             worst = self.follow_friction(state)
             if self.lost(state):
@@ -214,6 +221,11 @@ class _Path:
                 if not self.dilates or self.update_bounds(state) < self.tolerance * self.weight:
                     break
                 _, worst = self.imbalance(state, state.displacement, live=True)
+            elif attempt >= UNRELAXED:
+                # limits that overshoot from one minimum to the next: only part of the way
+                share = RELAXED[min((attempt - UNRELAXED) // 12, len(RELAXED) - 1)]
+                known = frozen < 0.5 * NO_LIMIT
+                state.bound[known] = frozen[known] + share * (state.bound[known] - frozen[known])
         return worst
 
     def follow_friction(self, state: _State) -> float:
@@ -363,7 +375,10 @@ class _Path:
     def advance(self, state: _State, load: float, progress: float) -> tuple[_State, float]:
         """Follow the path to a load and a movement, bond by bond; return the state there and its unbalanced ratio."""
         goal = far = (load, progress)
-        halvings, fallen = 0, None
+        shortest = SHORTEST * self.distance(state, goal)
+        beyond: tuple[float, float] | None = None  # the nearest point at which a bond is known to be overloaded
+        fallen: _State | None = None
+        halvings = cuts = 0
         while True:
             trial, worst = self.moved(state, *far)
             if fallen is None and self.lost(trial):
@@ -380,17 +395,24 @@ class _Path:
                 self.remember(trial)
                 if far == goal:
                     return trial, worst
-                state, far, halvings = trial, goal, max(halvings - 1, 0)
+                # what was found to overload is kept in sight until it breaks, or is passed unbroken
+                state, halvings = trial, max(halvings - 1, 0)
+                far = goal if beyond is None or far == beyond or cuts < CUTS else beyond
                 continue
-            share = self.share_to_first_break(self.overload(state), loaded)
-            if loaded.max() <= 1.0 + NEAR or share < 1e-6:
-                # close enough to where it breaks: this is the event
-                state, worst = self.cascade(trial if loaded.max() <= 1.0 + NEAR else state, loaded)
-                far, halvings = goal, 0
+            if loaded.max() <= 1.0 + NEAR or self.distance(state, far) <= shortest:
+                state, worst = self.cascade(trial, loaded)
                 if worst >= self.tolerance or self.lost(state):
                     return state, worst
+                far, beyond, halvings, cuts = goal, None, 0, 0
                 continue
-            far = self.between(state, far, share)
+            beyond, cuts = far, cuts + 1
+            share = self.share_to_first_break(self.overload(state), loaded) if cuts < CUTS else 0.5
+            far = self.between(state, far, min(max(share, 1e-4), 0.95))
+
+    @staticmethod
+    def distance(state: _State, far: tuple[float, float]) -> float:
+        """Return how far load and movement are from a state."""
+        return abs(far[0] - state.load) + abs(far[1] - state.progress)
 
     @staticmethod
     def between(state: _State, far: tuple[float, float], share: float) -> tuple[float, float]:
