@@ -1,0 +1,125 @@
+"""Forces and joint law of the quasi-static solver's states, worked out anew from what it hands out."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Kind, Model, wall_model
+from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.solvers import ContactState, Increment, solve_path
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+TOLERANCE = 1e-6
+BREAKING = 1e-5
+"""By how much of its strength an intact bond may be overloaded: the solver breaks it beyond 1e-6."""
+
+
+def unbalanced(model: Model, step: Increment) -> np.ndarray:
+    """Force on each block (n, 3) over the mean block weight: loads, and contact stresses times areas and arms."""
+    face, n = model.interfaces, model.n_blocks
+    normal = np.column_stack((face.normal_x, face.normal_y))
+    tangent = np.column_stack((face.normal_y, -face.normal_x))
+    where = np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
+    # tension pulls block a along the normal; where b is sheared along the tangent, it drags a with it
+    pull = step.normal_stress[..., None] * normal[:, None] + step.shear_stress[..., None] * tangent[:, None]
+    pull = pull * face.contact_area[..., None]
+    centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
+    force = np.zeros((n + 1, 3))
+    force[:n] = model.supports.load.reshape(n, 3)
+    for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):
+        arm = where - centre[block][:, None]
+        turn = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
+        np.add.at(force, block, sign * np.column_stack((pull.sum(axis=1), turn.sum(axis=1))))
+    force[:n, 2] /= np.sqrt(model.blocks.polar / model.blocks.area)
+    return force[:n] / model.mean_block_weight
+
+
+def check_joint_law(model: Model, step: Increment) -> None:
+    """No contact is stressed beyond its law; no dilation."""
+    law = model.properties
+    sigma, tau, cracked = step.normal_stress, step.shear_stress, step.state == ContactState.CRACKED
+    # what a block's weight makes on one contact: stresses below the millionth of it are nothing
+    small = 1e-6 * model.mean_block_weight / model.interfaces.contact_area.max()
+    strength = law.tensile_strength[:, None]
+    # a joint without strength that never opened counts as intact, and carries what a broken one does
+    bare = strength <= 0
+    # a bond without strength breaks at a thousandth of a block's weight
+    slack = np.where(bare, 1e3 * small, 0.0)
+    assert (sigma <= np.where(cracked, 0.0, strength * (1 + BREAKING)) + small + slack).all(), "tension"
+    cohesion = np.where(cracked, law.residual_cohesion[:, None], law.cohesion[:, None])
+    friction = np.where(cracked, law.residual_friction[:, None], law.friction[:, None])
+    limit = np.maximum(cohesion - sigma * friction, 0.0)
+    assert (np.abs(tau) <= limit * (1 + 1e-9) + small).all(), "shear"
+    # cracked: open without stress, or closed and pressed
+    broken_open = cracked & (step.opening > 0)
+    assert (sigma[broken_open] == 0.0).all()
+    assert (tau[broken_open & (law.residual_cohesion[:, None] == 0)] == 0.0).all()
+    pressed = cracked & (step.opening <= 0)
+    np.testing.assert_allclose(
+        sigma[pressed], (law.normal_stiffness[:, None] * step.opening)[pressed], rtol=1e-9, atol=1e-6
+    )
+
+
+def walls() -> dict[str, Scene]:
+    bryant = Scene.from_toml(DATA / "bryant_dishing.toml")
+    small = Scene(
+        wall=Wall(length=2.4, height=0.9),
+        joint=Joint(tensile_strength=0.1e6, cohesion=0.1e6),
+        movement=Movement(central_deflection=4e-3, increments=4),
+        loads=Loads(roof=1000.0),
+        solver=Solver(method="quasi_static"),
+    )
+    window = (Opening(x=1.44, y=0.3, width=0.48, height=0.3),)
+    return {
+        "bryant": replace(bryant, movement=replace(bryant.movement, increments=5), solver=small.solver),
+        "cracks": small,
+        "cracks, doming": replace(small, movement=replace(small.movement, kind="doming")),
+        "window on a dpc": replace(small, opening=window, dpc=Dpc(friction=0.4)),
+        "door": replace(small, opening=(Opening(kind="door", x=0.72, width=0.48, height=0.6),)),
+        "four midpoints": replace(
+            small, solver=Solver(method="quasi_static", quadrature="midpoint", contacts_per_interface=4)
+        ),
+        "no strength": replace(small, joint=Joint(tensile_strength=0.0, cohesion=0.0)),
+    }
+
+
+@pytest.mark.parametrize("name", walls())
+def test_blocks_balance_and_joints_obey_their_law(name: str) -> None:
+    scene = walls()[name]
+    model = wall_model(scene)
+    weight = -model.supports.load.reshape(-1, 3)[:, 1].sum()
+    steps = list(solve_path(model, scene.solver, scene.movement.increments))
+    assert len(steps) == scene.movement.increments + 1
+    for step in steps:
+        assert not step.collapsed
+        assert np.abs(unbalanced(model, step)).max() <= 1.01 * TOLERANCE
+        assert step.unbalanced_force_ratio <= TOLERANCE
+        assert step.base_reaction == pytest.approx(weight, rel=1e-6)
+        check_joint_law(model, step)
+    if name not in ("bryant",):
+        assert (steps[-1].state == ContactState.CRACKED).sum() > 10, "nothing to check"
+
+
+def test_openings_belong_to_the_displacements() -> None:
+    scene = walls()["window on a dpc"]
+    model = wall_model(scene)
+    *_, step = solve_path(model, scene.solver, scene.movement.increments)
+    face, n = model.interfaces, model.n_blocks
+    normal = np.column_stack((face.normal_x, face.normal_y))
+    tangent = np.column_stack((face.normal_y, -face.normal_x))
+    where = np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
+
+    def moved(block: np.ndarray) -> np.ndarray:
+        centre = np.column_stack((model.blocks.x, model.blocks.y))[block]
+        x, y, turn = step.displacement[block].T
+        arm = where[face.block_b < n][: len(block)] - centre[:, None]
+        return np.stack((x[:, None] - turn[:, None] * arm[..., 1], y[:, None] + turn[:, None] * arm[..., 0]), -1)
+
+    inner = face.kind != Kind.FOOTING_INTERFACE
+    assert inner[: inner.sum()].all()
+    count = int(inner.sum())
+    jump = moved(face.block_b[:count]) - moved(face.block_a[:count])
+    opening = np.einsum("mqc,mc->mq", jump, normal[:count])
+    np.testing.assert_allclose(step.opening[:count], opening, atol=1e-12)
