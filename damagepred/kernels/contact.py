@@ -34,6 +34,22 @@ def middle_of(normal, arm_a, arm_b, drift, turn_a, turn_b):
 
 
 @law
+def relative(interfaces, displacement, i):
+    """Return opening and shear in the middle of interface i, and its relative rotation."""
+    a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
+    turn_a, turn_b = displacement[a + 2], displacement[b + 2]
+    opening, shear = middle_of(
+        (interfaces.normal_x[i], interfaces.normal_y[i]),
+        (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
+        (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
+        (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
+        turn_a,
+        turn_b,
+    )
+    return opening, shear, turn_b - turn_a
+
+
+@law
 def gather(tile, displacement):
     """Bring the displacements of the blocks to the interfaces that join them."""
     for i in range(LANES):
@@ -122,16 +138,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
-        a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
-        turn_a, turn_b = displacement[a + 2], displacement[b + 2]
-        middle, along = middle_of(
-            (interfaces.normal_x[i], interfaces.normal_y[i]),
-            (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
-            (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
-            (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
-            turn_a,
-            turn_b,
-        )
+        middle, along, turn = relative(interfaces, displacement, i)
         k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
         friction, friction_left = properties.friction[i], properties.residual_friction[i]
         strength = (
@@ -147,7 +154,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             slip_compliance(k_n, k_s, friction_left, psi),
         )
         for k in range(interfaces.contact_area.shape[1]):
-            u_n = middle + interfaces.contact_offset[i, k] * (turn_b - turn_a)
+            u_n = middle + interfaces.contact_offset[i, k] * turn
             u_s = along
             if i >= first_ground:
                 u_n -= progress * ground.normal[i - first_ground, k]

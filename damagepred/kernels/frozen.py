@@ -10,27 +10,11 @@ so its equilibrium is the minimum of an energy. Where the bounds agree with C - 
 
 import numpy as np
 
-from damagepred.kernels.contact import middle_of
+from damagepred.kernels.contact import relative
 from damagepred.kernels.jit import kernel, law
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
-
-
-@law
-def relative(interfaces, displacement, i):
-    """Return opening and shear in the middle of interface i, and its relative rotation."""
-    a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
-    turn_a, turn_b = displacement[a + 2], displacement[b + 2]
-    opening, shear = middle_of(
-        (interfaces.normal_x[i], interfaces.normal_y[i]),
-        (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
-        (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
-        (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
-        turn_a,
-        turn_b,
-    )
-    return opening, shear, turn_b - turn_a
 
 
 @law
@@ -49,7 +33,7 @@ def shear_limit(properties, cracked, sigma, i):
 def joint_forces(
     active, interfaces, properties, ground, memory, bound, dilated, live, displacement, progress, force, pattern
 ):
-    """Add the forces of all contacts to ``force``, note which springs act in ``pattern``, and return the energy (J).
+    """Add the forces of all contacts to ``force`` and note which springs act in ``pattern``.
 
     Parameters
     ----------
@@ -60,7 +44,7 @@ def joint_forces(
     bound, dilated : array (m, q)
         Largest shear stress of each contact (Pa), and its opening by dilation (m), where frozen.
     live : bool
-        Whether the limits follow the normal stress instead; there is then no energy, and it returns nonsense.
+        Whether the limits follow the normal stress instead.
     displacement, force : array (3 (n + 1),)
         Of the blocks and the ground.
     progress : float
@@ -69,7 +53,6 @@ def joint_forces(
         Four bits a contact: 1 the normal spring acts, 2 the shear spring acts, 4 or 8 it slips forwards or backwards
         at a limit that follows the normal stress.
     """
-    energy = 0.0
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
@@ -89,19 +72,16 @@ def joint_forces(
                 bits |= 1 << (4 * k)
                 total_n += area * k_n * u_n
                 total_m += area * at * k_n * u_n
-                energy += 0.5 * area * k_n * u_n * u_n
             tau, limit = k_s * u_s, bound[i, k]
             if live:
                 limit = shear_limit(properties, memory.cracked[i, k], k_n * u_n, i)
             if abs(tau) <= limit:
                 if limit > 0.0:
                     bits |= 2 << (4 * k)
-                energy += 0.5 * area * tau * u_s
             else:
                 if live and pressed and limit > 0.0:
                     bits |= (4 if tau > 0.0 else 8) << (4 * k)
                 tau = np.copysign(limit, tau)
-                energy += area * limit * (abs(u_s) - 0.5 * limit / k_s)
             total_s += area * tau
         pattern[i] = bits
         pull_x = total_n * n_x + total_s * n_y
@@ -113,7 +93,6 @@ def joint_forces(
         force[b] -= pull_x
         force[b + 1] -= pull_y
         force[b + 2] -= total_n * interfaces.arm_normal_b[i] + total_s * interfaces.arm_shear_b[i] + total_m
-    return energy
 
 
 @kernel
