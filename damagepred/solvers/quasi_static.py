@@ -236,14 +236,19 @@ class _Path:
         u = state.displacement.copy()
         force, worst = self.imbalance(state, u, live=True)
         start = worst
-        for _ in range(12):
+        for taken in range(16):
             if worst < self.tolerance:
                 break
             self.equations.update(state.memory, self.pattern)
             self.count.newton += 1
             step = self.equations.solve(force)
-            u = u + step
-            force, worst = self.imbalance(state, u, live=True)
+            before, share = worst, 1.0
+            force, worst = self.imbalance(state, u + step, live=True)
+            while worst > before and share > 0.1 and taken >= 4:
+                # contacts that change to and fro: part of the step
+                share *= 0.5
+                force, worst = self.imbalance(state, u + share * step, live=True)
+            u = u + share * step
             if not np.isfinite(worst) or worst > 1e3 * max(start, 1.0):
                 break
         if worst < self.tolerance:
