@@ -63,7 +63,7 @@ def solve(
     plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
 ) -> None:
     """Solve one wall."""
-    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.archive.files import check_writable
     from damagepred.path import solve as solve_wall
     from damagepred.scene import Scene
 
@@ -72,12 +72,7 @@ def solve(
     with screen.Bar("solving", described.movement.increments + 1) as bar:
         ds = solve_wall(described, on_failure="return", on_step=bar.step)
     screen.wall_table(ds)
-    if output is not None:
-        write_dataset(ds, output)
-        screen.say(f"wrote {output}")
-    if plot is not None:
-        _draw_wall(ds, plot)
-    raise typer.Exit(_exit_code(ds))
+    raise typer.Exit(_keep_wall(ds, output, plot))
 
 
 @app.command()
@@ -163,7 +158,7 @@ def replay(
     plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
-    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.archive.files import check_writable
     from damagepred.study.replay import replay as replay_sample
 
     check_writable(output, plot)
@@ -171,12 +166,7 @@ def replay(
         ds, comparison = replay_sample(folder, sample, on_step=bar.step)
     screen.wall_table(ds)
     screen.say(comparison)
-    if output is not None:
-        write_dataset(ds, output)
-        screen.say(f"wrote {output}")
-    if plot is not None:
-        _draw_wall(ds, plot)
-    raise typer.Exit(_exit_code(ds))
+    raise typer.Exit(_keep_wall(ds, output, plot))
 
 
 @app.command()
@@ -228,8 +218,15 @@ def _draw_wall(ds: xr.Dataset, folder: Path) -> None:
         screen.say(f"drew {file}")
 
 
-def _exit_code(ds: xr.Dataset) -> int:
-    """Say how the path of a wall ended, if not at its last increment."""
+def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> int:
+    """Write and draw a wall where asked, say how its path ended if early, and return the exit code."""
+    from damagepred.archive.files import write_dataset
+
+    if output is not None:
+        write_dataset(ds, output)
+        screen.say(f"wrote {output}")
+    if plot is not None:
+        _draw_wall(ds, plot)
     ending = ds.attrs["status"]
     if ending != "complete":
         screen.say(f"{ending}: {ds.attrs['status_message']}", error=True)

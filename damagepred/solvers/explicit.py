@@ -18,8 +18,8 @@ from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.packed import memory_of, needs_all_of_the_law, pack
-from damagepred.solvers.state import JointMemory, contact_states, fields_of
-from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness, held_dofs, turning_length
+from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
+from damagepred.solvers.stiffness import dof_arms, elastic_displacement, elastic_stiffness, held_dofs
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,9 +69,7 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
     array (3 (n + 1),)
         Mass of each degree of freedom (kg, kg m2); infinite where it is held, and where nothing joins it.
     """
-    arm = np.ones((model.n_blocks + 1, 3))
-    arm[:-1, 2] = turning_length(model)
-    scale = arm.ravel()
+    scale = dof_arms(model)
     stiffness = abs(elastic_stiffness(model))
     row_sum = (stiffness @ (1.0 / scale)) / scale
     mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
@@ -102,13 +100,9 @@ class _Run:
             prescribed_displacement=model.supports.prescribed_displacement,
         )
         self.free = np.setdiff1d(np.arange(size), held)
-        arm = np.ones((model.n_blocks + 1, 3))
-        arm[:-1, 2] = turning_length(model)
-        self.arm = arm.ravel()
+        self.arm = dof_arms(model)
         self.load_share = self.progress = 0.0
         self.cycles = 0
-        # a block this far from where ground and supports take it is no longer part of the wall
-        self.loose_at = 0.5 * float(np.sqrt(model.blocks.area.max()))
         self.absurd_at = ABSURD * float(np.ptp(model.blocks.vertices, axis=0).max())
 
     def start_elastic(self) -> bool:
@@ -198,7 +192,7 @@ class _Run:
         path = np.abs(self.motion.displacement[:-3])
         if not (path < self.absurd_at).all():
             reason = "a displacement is beyond all bounds or no longer a number"
-        elif not self.come_loose().any():
+        elif not come_loose(self.model, self.motion.displacement, self.progress).any():
             return False
         elif self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
             reason = "blocks fly off with more energy than the loads can have given them"
@@ -221,16 +215,6 @@ class _Run:
     def work_of_loads(self) -> float:
         """Return a bound of the dead load's work so far (J)."""
         return float(np.abs(self.motion.load * self.motion.displacement).sum())
-
-    def come_loose(self) -> NDArray[np.bool_]:
-        """Tell which blocks have left the wall: further from home than the movement explains."""
-        moved = self.motion.displacement[:-3].reshape(-1, 3)
-        allowed = self.loose_at + 2.0 * self.progress * self._largest_movement()
-        return np.hypot(moved[:, 0], moved[:, 1]) > allowed
-
-    def _largest_movement(self) -> float:
-        ground = np.hypot(self.model.ground.normal, self.model.ground.shear).max(initial=0.0)
-        return max(float(ground), float(np.abs(self.model.supports.prescribed_displacement).max(initial=0.0)))
 
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""

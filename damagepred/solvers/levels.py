@@ -63,7 +63,7 @@ class LevelEquations:
         self.down = np.zeros(self.at_coupling[-1])
         self.up = np.zeros(self.at_coupling[-1])
         self.pattern = np.zeros(len(model.interfaces.kind), dtype=np.int64)
-        self.factorisations = self.levels_eliminated = 0
+        self.factorisations = 0
         levels = len(self.size)
         none = np.empty((0, 0))
         self._factor: list[tuple[FloatArray, Any]] = [(none, none)] * levels
@@ -176,7 +176,6 @@ class LevelEquations:
         if farthest < 0:
             return
         self.factorisations += 1
-        self.levels_eliminated += farthest + 1
         for k in range(farthest, -1, -1):
             self._eliminate(k)
 

@@ -27,8 +27,8 @@ from damagepred.scene import Solver
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.levels import LevelEquations
-from damagepred.solvers.state import ContactFields, JointMemory, contact_states, fields_of
-from damagepred.solvers.stiffness import held_dofs, turning_length
+from damagepred.solvers.state import ContactFields, JointMemory, come_loose, contact_states, fields_of
+from damagepred.solvers.stiffness import dof_arms, held_dofs
 
 FloatArray = NDArray[np.float64]
 
@@ -103,9 +103,7 @@ class _Path:
         self.held = held_dofs(model)
         self.equations = LevelEquations(model, self.held)
         self.load = np.append(model.supports.load, np.zeros(3))
-        arm = np.ones((model.n_blocks + 1, 3))
-        arm[:-1, 2] = turning_length(model)
-        self.arm = arm.ravel()
+        self.arm = dof_arms(model)
         self.weight = model.mean_block_weight
         self.condensed = False
         self.free = np.ones(self.load.size, dtype=np.bool_)
@@ -115,7 +113,6 @@ class _Path:
         # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
         self.no_strength = 1e-3 * self.weight / float(model.interfaces.contact_area.max())
         size = float(np.ptp(model.blocks.vertices, axis=0).max())
-        self.loose_at = 0.5 * float(np.sqrt(model.blocks.area.max()))
         self.lost_at = 10.0 * size
 
     # -- forces -------------------------------------------------------------------------------------------------
@@ -307,14 +304,6 @@ class _Path:
             share = low + (high - low) * min(max(slope_low / (slope_low - slope_high), 0.05), 0.95)
         return share, force, worst
 
-    def loose(self, state: _State) -> bool:
-        """Tell whether a block has left the wall: further from home than the movement explains."""
-        moved = state.displacement[:-3].reshape(-1, 3)
-        ground = np.hypot(self.model.ground.normal, self.model.ground.shear).max(initial=0.0)
-        held = np.abs(self.model.supports.prescribed_displacement).max(initial=0.0)
-        allowed = self.loose_at + 2.0 * state.progress * max(float(ground), float(held))
-        return bool((np.hypot(moved[:, 0], moved[:, 1]) > allowed).any())
-
     def report(self, state: _State, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
         """Take a picture of a state."""
         f = self.fields(state)
@@ -479,7 +468,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int, *, conden
         before = replace(path.count)
         with one_thread.limit(limits=1):
             state, worst = path.advance(state, 1.0, number / increments)
-        collapsed = path.loose(state)
+        collapsed = bool(come_loose(model, state.displacement, state.progress).any())
         if worst >= path.tolerance and not collapsed:
             force, _ = path.imbalance(state, state.displacement)
             block = int(path.ratio(force).argmax()) // 3

@@ -71,3 +71,23 @@ def contact_states(memory: JointMemory) -> NDArray[np.int8]:
         ContactState.CRACKED,
         np.where(memory.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
     ).astype(np.int8)
+
+
+def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArray[np.bool_]:
+    """Tell which blocks (n,) have left the wall: further from home than the movement explains.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    displacement : array (3 (n + 1),)
+        Of the blocks and the ground.
+    progress : float
+        Share of the full movement.
+    """
+    moved = displacement[:-3].reshape(-1, 3)
+    ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
+    supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
+    # half a block beyond twice what ground and supports have moved
+    allowed = 0.5 * float(np.sqrt(model.blocks.area.max())) + 2.0 * progress * max(ground, supports)
+    return np.asarray(np.hypot(moved[:, 0], moved[:, 1]) > allowed)

@@ -84,6 +84,13 @@ def turning_length(model: Model) -> FloatArray:
     return np.sqrt(model.blocks.polar / model.blocks.area)
 
 
+def dof_arms(model: Model) -> FloatArray:
+    """Return the arm that makes each degree of freedom a displacement (m), array (3 (n + 1),): 1 where it is one."""
+    arms = np.ones((model.n_blocks + 1, 3))
+    arms[:-1, 2] = turning_length(model)
+    return arms.ravel()
+
+
 def held_dofs(model: Model) -> NDArray[np.int64]:
     """Return the degrees of freedom that do not move freely: supports and the ground."""
     ground = 3 * model.n_blocks + np.arange(3)
