@@ -20,7 +20,7 @@ from damagepred.assembly.model import (
     Model,
     Supports,
 )
-from damagepred.assembly.properties import Fields, joint_properties, lump_block_elasticity
+from damagepred.assembly.properties import Fields, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.assembly.quadrature import quadrature
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
@@ -291,6 +291,7 @@ class Assembly:
             properties = lump_block_elasticity(
                 properties, geometry.interfaces, blocks, self._block_materials, block_material
             )
+        properties = brittle_where_soft(properties)
         density = np.array([m.density for m in self._block_materials])[block_material]
         load = np.zeros((len(density), 3))
         load[:, :2] = (density * blocks.area * self.thickness)[:, None] * np.array(self.gravity)

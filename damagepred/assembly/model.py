@@ -114,7 +114,11 @@ class Joints(NamedTuple):
 
 
 class JointProperties(NamedTuple):
-    """Law of each interface (m,): the fields of ``damagepred.scene.Joint``, with stiffness as the solver uses it."""
+    """Law of each interface (m,): the fields of ``damagepred.scene.Joint``, with stiffness as the solver uses it.
+
+    Instead of the fracture energy there is ``critical_opening`` (m): where tension has fallen to nothing,
+    w_c = 2 G_f / f_t, elastic opening included. It is 0 where the bond breaks at once.
+    """
 
     normal_stiffness: FloatArray
     shear_stiffness: FloatArray
@@ -126,6 +130,7 @@ class JointProperties(NamedTuple):
     residual_cohesion: FloatArray
     residual_friction: FloatArray
     brittle_shear: BoolArray
+    critical_opening: FloatArray
 
 
 class Ground(NamedTuple):

@@ -24,7 +24,8 @@ def joint_properties(
 
     Tension in a Mohr-Coulomb joint cannot pass the apex of the cone, so in effect
     tensile_strength <= cohesion / friction; the same holds for the residual values. Residual values are at most the
-    intact ones, and the dilation at most the friction, also where they are drawn apart.
+    intact ones, and the dilation at most the friction, also where they are drawn apart. Whether a joint is too soft
+    for its fracture energy is left to ``brittle_where_soft``, as its stiffness may change yet.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def joint_properties(
         Values that vary from joint to joint, by material and field name.
     """
     columns: dict[str, FloatArray] = {}
-    for name in JointProperties._fields:
+    for name in (*JointProperties._fields[:-1], "fracture_energy"):
         values = np.array([_value(m, name) for m in materials])[material]
         for number, varied in fields.items():
             if name in varied:
@@ -53,12 +54,16 @@ def joint_properties(
     limited = _cut_at_apex(columns, "tensile_strength", "cohesion", "friction")
     _cut_at_apex(columns, "residual_tensile_strength", "residual_cohesion", "residual_friction")
     columns["brittle_shear"] = columns["brittle_shear"].astype(np.bool_)
+    energy, strength = columns.pop("fracture_energy"), columns["tensile_strength"]
+    columns["critical_opening"] = np.divide(2.0 * energy, strength, out=np.zeros_like(energy), where=strength > 0)
     return JointProperties(**columns), len(np.unique(joint[limited]))  # type: ignore[arg-type]
 
 
 def _value(material: Joint, name: str) -> float:
     value = getattr(material, name)
-    return float(material.friction if value is None else value)
+    if value is None:
+        value = material.friction if name == "residual_friction" else 0.0
+    return float(value)
 
 
 def _cut_at_apex(columns: dict[str, FloatArray], tension: str, cohesion: str, friction: str) -> NDArray[np.bool_]:
@@ -107,3 +112,19 @@ def lump_block_elasticity(
         soft_n = soft_n + np.where(is_block, depth / modulus[material[number]], 0.0)
         soft_s = soft_s + np.where(is_block, depth / shear[material[number]], 0.0)
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
+
+
+def brittle_where_soft(properties: JointProperties) -> JointProperties:
+    """Let joints break at once whose fracture energy is less than what they hold elastically as they crack.
+
+    Their tension would have to fall to nothing at an opening, w_c, that is not beyond the one at which they crack,
+    f_t / k_n. To be called when the stiffness is final.
+
+    Parameters
+    ----------
+    properties : JointProperties
+        With critical_opening = 2 G_f / f_t.
+    """
+    elastic = properties.tensile_strength / properties.normal_stiffness
+    opening = properties.critical_opening
+    return properties._replace(critical_opening=np.where(opening > elastic, opening, 0.0))

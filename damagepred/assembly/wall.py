@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from damagepred.assembly.assembly import GRAVITY, Assembly, Geometry, ground_movement, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks
 from damagepred.assembly.model import Jambs, Kind, Model, Supports
-from damagepred.assembly.properties import joint_properties, lump_block_elasticity
+from damagepred.assembly.properties import brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Joint, Opening, Scene, Solver, Wall
 
@@ -84,6 +84,7 @@ def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> 
     every = np.zeros(len(bricks), dtype=np.int64)
     if scene.solver.lump_block_elasticity:
         properties = lump_block_elasticity(properties, interfaces, blocks, [scene.block], every)
+    properties = brittle_where_soft(properties)
     density = np.full(len(bricks), scene.block.density)
     load = np.zeros((len(bricks), 3))
     load[:, 1] = -GRAVITY * density * blocks.area * scene.wall.thickness - _roof(scene, bricks)

@@ -22,8 +22,9 @@ def tile_type(points):
     -------
     dtype
         ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. ``strength``, ``weakened``: (f_t, C, tan phi,
-        slip compliance) by rows. ``slip``, ``dilated``, ``cracked``: memory of the contacts. ``drift_x`` to ``turn_b``:
-        how the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks.
+        slip compliance) by rows. ``slip``, ``dilated``, ``cracked``, ``opened``: memory of the contacts. ``drift_x``
+        to ``turn_b``: how the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the
+        blocks.
     """
     lane, contact = (LANES,), (points, LANES)
     return np.dtype(
@@ -37,6 +38,7 @@ def tile_type(points):
             ("strength", "f8", (4, LANES)), ("weakened", "f8", (4, LANES)),
             ("dilation", "f8", lane), ("brittle_shear", "f8", lane),
             ("slip", "f8", contact), ("dilated", "f8", contact), ("cracked", "f8", contact),
+            ("opened", "f8", contact),
             ("drift_x", "f8", lane), ("drift_y", "f8", lane), ("turn_a", "f8", lane), ("turn_b", "f8", lane),
             ("on_a", "f8", (3, LANES)), ("on_b", "f8", (3, LANES)),
         ]

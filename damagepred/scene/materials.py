@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Count, Density, Force, Length, Pressure, Pure, Stiffness
+from damagepred.scene.quantity import Count, Density, Force, FractureEnergy, Length, Pressure, Pure, Stiffness
 
 
 @described
@@ -57,6 +57,11 @@ class Joint:
     brittle_shear : bool
         If True the first slip, too, leaves only the residual values. False is the paper's Eq. 4 as printed:
         slip leaves cohesion and tensile strength as they are.
+    fracture_energy : float or None
+        G_f (N/m, the same as J/m2): the work of opening a crack of unit area, mode I. Tension then falls linearly with
+        the opening, from f_t to nothing at 2 G_f / f_t, and cohesion and friction fall to their residual values with
+        it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
+        Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, from memory).
     """
 
     normal_stiffness: Stiffness = Field(default=82e9, gt=0)
@@ -69,6 +74,7 @@ class Joint:
     residual_cohesion: Pressure = Field(default=0.0, ge=0)
     residual_friction: Pure | None = Field(default=None, ge=0)
     brittle_shear: bool = False
+    fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> Joint:
@@ -82,6 +88,11 @@ class Joint:
                 raise ValueError(
                     f"{residual} = {getattr(self, residual):g}: must not exceed {intact} = {getattr(self, intact):g}"
                 )
+        if self.fracture_energy is not None and self.residual_tensile_strength > 0:
+            raise ValueError(
+                f"residual_tensile_strength = {self.residual_tensile_strength:g}: must be 0 with fracture_energy = "
+                f"{self.fracture_energy:g}, which lets tension fall to nothing; leave out one of the two"
+            )
         return self
 
 

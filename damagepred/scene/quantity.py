@@ -88,6 +88,7 @@ def _example(unit: str) -> str:
         "Pa/m": "'82 N/mm3'",
         "kg/m**3": "'2000 kg/m3'",
         "N": "'6 kN'",
+        "N/m": "'10 N/m'",
     }
     return examples.get(unit, "0.5 or '50 %'" if unit == "1" else f"a number in {unit}")
 
@@ -121,4 +122,5 @@ Pressure = Annotated[float, Quantity("Pa")]
 Stiffness = Annotated[float, Quantity("Pa/m")]
 Density = Annotated[float, Quantity("kg/m**3")]
 Force = Annotated[float, Quantity("N")]
+FractureEnergy = Annotated[float, Quantity("N/m")]
 Pure = Annotated[float, Quantity("1")]

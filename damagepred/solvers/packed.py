@@ -88,8 +88,8 @@ def needs_all_of_the_law(model: Model) -> bool:
 
 def memory_of(joints: PackedJoints) -> JointMemory:
     """Return a copy of what the contacts remember."""
-    slip, dilated, cracked = (take(joints.tiles[name], joints.lane) for name in JointMemory._fields)
-    return JointMemory(slip, dilated, cracked != 0.0)
+    slip, dilated, cracked, opened = (take(joints.tiles[name], joints.lane) for name in JointMemory._fields)
+    return JointMemory(slip, dilated, cracked != 0.0, opened)
 
 
 def aligned(count: int, record: np.dtype[Any]) -> NDArray[Any]:

@@ -81,7 +81,12 @@ class _State:
             self.load,
             self.progress,
             self.displacement.copy(),
-            JointMemory(self.memory.slip.copy(), self.memory.dilated.copy(), self.memory.cracked.copy()),
+            JointMemory(
+                self.memory.slip.copy(),
+                self.memory.dilated.copy(),
+                self.memory.cracked.copy(),
+                self.memory.opened.copy(),
+            ),
             self.bound.copy(),
             self.dilated.copy(),
         )

@@ -22,18 +22,22 @@ class JointMemory(NamedTuple):
     slip, dilated : array (m, q)
         Plastic slip and opening by dilation (m).
     cracked : array of bool (m, q)
-        Whether the bond is broken.
+        Whether tensile strength was passed, or the bond broken by slip.
+    opened : array (m, q)
+        In joints that soften, the largest opening less dilation (m) that a cracked contact has reached; at least
+        the critical one where slip has broken the bond. 0 while intact, and in joints whose bond breaks at once.
     """
 
     slip: FloatArray
     dilated: FloatArray
     cracked: NDArray[np.bool_]
+    opened: FloatArray
 
     @classmethod
     def fresh(cls, model: Model) -> JointMemory:
         """Return the memory of joints that have seen nothing yet."""
         shape = model.interfaces.contact_area.shape
-        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.bool_))
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.bool_), np.zeros(shape))
 
 
 class ContactFields(NamedTuple):

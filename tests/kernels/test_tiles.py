@@ -35,7 +35,9 @@ def brick_wall(joint, columns=7, rows=5, contacts=3):
 def random_state(model, rng):
     shape = model.interfaces.contact_area.shape
     cracked = rng.random(shape) < 0.4
-    memory = JointMemory(rng.normal(scale=1e-5, size=shape), np.abs(rng.normal(scale=1e-6, size=shape)), cracked)
+    memory = JointMemory(
+        rng.normal(scale=1e-5, size=shape), np.abs(rng.normal(scale=1e-6, size=shape)), cracked, np.zeros(shape)
+    )
     displacement = rng.normal(scale=1e-5, size=3 * (model.n_blocks + 1))
     displacement[-3:] = 0.0
     return memory, displacement
