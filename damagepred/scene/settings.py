@@ -40,6 +40,9 @@ class Solver:
         Cycles after which an increment that has not settled is given up.
     time_step_safety : float
         Fraction of the largest stable time step, which is known from the stiffness and the damping.
+    symmetric_half : bool
+        Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
+        movement; False solves it in full.
     """
 
     method: Literal["explicit", "quasi_static"] = "explicit"
@@ -52,6 +55,7 @@ class Solver:
     ramp_cycles: Count = Field(default=3000, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
+    symmetric_half: bool = True
 
     @property
     def tolerance_used(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from damagepred.assembly import Model
+from damagepred.errors import SolverError
 from damagepred.scene import Solver
 from damagepred.solvers.increment import ContactState, Increment
 
@@ -19,7 +20,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     model : Model
         The wall.
     settings : Solver
-        Method and its parameters.
+        Method and its parameters, and whether the second half of a symmetric wall is skipped.
     increments : int
         Number of equal steps of the movement.
 
@@ -28,11 +29,24 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     Increment
         First the state under dead load, then one each step; whoever takes them may stop at any.
     """
+    from damagepred.solvers.half import symmetric_half
+
+    half = symmetric_half(model) if settings.symmetric_half else None
+    if half is None:
+        yield from _path(model, settings, increments)
+        return
+    try:
+        for increment in _path(half.model, settings, increments):
+            yield half.unfold(increment)
+    except SolverError as error:
+        raise half.explain(error) from None
+
+
+def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     if settings.method == "quasi_static":
         from damagepred.solvers.quasi_static import quasi_static_path
 
-        yield from quasi_static_path(model, settings, increments)
-        return
+        return quasi_static_path(model, settings, increments)
     from damagepred.solvers.explicit import explicit_path
 
-    yield from explicit_path(model, settings, increments)
+    return explicit_path(model, settings, increments)
