@@ -7,7 +7,7 @@ numbers (opening and shear at its middle, relative rotation). The contacts, its 
 import numpy as np
 
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint import joint_law, slip_compliance
+from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance
 from damagepred.kernels.tiles import LANES
 
 Y, TURN = np.uint64(1), np.uint64(2)
@@ -61,7 +61,7 @@ def gather(tile, displacement):
 
 
 @law
-def contact_forces(tile, ground, special, progress):
+def contact_forces(tile, ground, special, softening, progress):
     """Apply the law to all contacts of a tile: its memory and its forces on the blocks are brought up to date.
 
     Parameters
@@ -72,6 +72,8 @@ def contact_forces(tile, ground, special, progress):
         Full movement of the ground under the tile, None if it does not touch the ground.
     special : bool or None
         None if no joint dilates or breaks in shear: what they need is then left out when compiling.
+    softening : bool or None
+        None if no bond softens.
     progress : float
         Share of the full movement reached.
     """
@@ -88,6 +90,9 @@ def contact_forces(tile, ground, special, progress):
         psi, brittle_shear = 0.0, False
         if special is not None:
             psi, brittle_shear = tile.dilation[i], tile.brittle_shear[i] != 0.0
+        softened = None
+        if softening is not None:
+            softened = (tile.critical_opening[i], tile.bond_slope[i])
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
             at = tile.contact_offset[k, i]
@@ -96,17 +101,21 @@ def contact_forces(tile, ground, special, progress):
             if ground is not None:
                 u_n -= progress * ground.normal[k, i]
                 u_s -= progress * ground.shear[k, i]
-            dilated = 0.0
+            dilated, opened = 0.0, 0.0
             if special is not None:
                 dilated = tile.dilated[k, i]
-            sigma, tau, slip, dilated, cracked = joint_law(
-                u_n, u_s, tile.slip[k, i], dilated, tile.cracked[k, i] != 0.0,
-                stiffness, strength, weakened, psi, brittle_shear,
+            if softening is not None:
+                opened = tile.opened[k, i]
+            sigma, tau, slip, dilated, cracked, opened = joint_law(
+                u_n, u_s, tile.slip[k, i], dilated, tile.cracked[k, i] != 0.0, opened,
+                stiffness, strength, weakened, softened, psi, brittle_shear,
             )  # fmt: skip
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
             if special is not None:
                 tile.dilated[k, i] = dilated
+            if softening is not None:
+                tile.opened[k, i] = opened
             area = tile.contact_area[k, i]
             total_n += area * sigma
             total_s += area * tau
@@ -153,6 +162,8 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             friction_left,
             slip_compliance(k_n, k_s, friction_left, psi),
         )
+        critical = properties.critical_opening[i]
+        softening = (critical, bond_slope(k_n, properties.tensile_strength[i], critical))
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * turn
             u_s = along
@@ -161,7 +172,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
                 u_s -= progress * ground.shear[i - first_ground, k]
             opening[i, k] = u_n
             shear[i, k] = u_s
-            sigma[i, k], tau[i, k], _, _, _ = joint_law(
-                u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k],
-                (k_n, k_s, 1.0 / k_s), strength, weakened, psi, properties.brittle_shear[i],
+            sigma[i, k], tau[i, k], _, _, _, _ = joint_law(
+                u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k], state.opened[i, k],
+                (k_n, k_s, 1.0 / k_s), strength, weakened, softening, psi, properties.brittle_shear[i],
             )  # fmt: skip

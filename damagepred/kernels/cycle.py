@@ -6,7 +6,7 @@ from damagepred.kernels.motion import move, sum_forces
 
 
 @kernel
-def run_cycles(joints, special, motion, damping, load_share, progress, progress_step, cycles):
+def run_cycles(joints, special, softening, motion, damping, load_share, progress, progress_step, cycles):
     """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
 
     Parameters
@@ -15,6 +15,8 @@ def run_cycles(joints, special, motion, damping, load_share, progress, progress_
         The interfaces in tiles; see ``damagepred.solvers.packed.PackedJoints``.
     special : bool or None
         None if no joint dilates or breaks in shear.
+    softening : bool or None
+        None if no bond softens.
     motion : NamedTuple of arrays
         Load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with their
         displacement at full movement.
@@ -37,8 +39,8 @@ def run_cycles(joints, special, motion, damping, load_share, progress, progress_
         for t in range(tiles.size):
             gather(tiles[t], displacement)
         for t in range(first_ground):
-            contact_forces(tiles[t], None, special, progress_now)
+            contact_forces(tiles[t], None, special, softening, progress_now)
         for t in range(ground.size):
-            contact_forces(tiles[first_ground + t], ground[t], special, progress_now)
+            contact_forces(tiles[first_ground + t], ground[t], special, softening, progress_now)
         sum_forces(joints.contributions, joints.first, joints.position, motion.load, load_share, force)
         move(force, motion.inverse_mass, damping, motion.velocity, displacement)

@@ -1,23 +1,40 @@
-"""The law of one contact of a mortar joint: elastic, brittle in tension, Coulomb with cohesion in shear.
+"""The law of one contact of a mortar joint: elastic, cracks in tension, Coulomb with cohesion in shear.
 
 Equations 1-4 of the paper (Zhuge et al.), with tension and opening positive:
 
-    sigma = k_n (u_n - d),   sigma <= f_t,   tau = k_s (u_s - s),   |tau| <= C - sigma tan(phi)
+    sigma = k_n u,   u = u_n - d,   sigma <= f_t,   tau = k_s (u_s - s),   |tau| <= C - sigma tan(phi)
 
 where s is the plastic slip and d = tan(psi) times the slip travelled is the opening by dilation. The law is written
 in total displacement with s and d as memory, which is the paper's incremental law without its rounding drift.
 
+A bond that passes f_t breaks at once, as the paper has it, or softens: its tension falls with the opening, linearly
+from f_t at u_0 = f_t / k_n to nothing at w_c = 2 G_f / f_t, so that opening a crack takes the work G_f. What is left
+of the bond follows from the largest opening kappa that the cracked contact has reached,
+
+    b = (w_c - kappa) / (w_c - u_0),   sigma = u b f_t / kappa  for 0 < u <= kappa,   sigma = k_n u  for u <= 0
+
+so tension goes to and from the origin along the secant. Cohesion and tan(phi) go from their values to the residual
+ones with b.
+
 There is no branch in it, only choices between two values, so that the compiler can work on many contacts at a time.
+What no joint of a wall needs is left out when compiling.
 """
 
-from numpy import copysign
+from numpy import copysign, maximum
 
 from damagepred.kernels.jit import law
 
+THINNEST = 1e-100
+"""Keeps what divides by an opening from dividing by nothing (m)."""
+NO_LIMIT = 1e300
+"""Stress that no joint reaches (Pa)."""
+
 
 @law
-def joint_law(opening, shear, slip, dilated, cracked, stiffness, strength, weakened, psi, brittle_shear):
-    """Return (sigma, tau, slip, dilated, cracked) of one contact.
+def joint_law(
+    opening, shear, slip, dilated, cracked, opened, stiffness, strength, weakened, softening, psi, brittle_shear
+):
+    """Return (sigma, tau, slip, dilated, cracked, opened) of one contact.
 
     Parameters
     ----------
@@ -26,11 +43,17 @@ def joint_law(opening, shear, slip, dilated, cracked, stiffness, strength, weake
     slip, dilated : float
         Plastic slip and opening by dilation so far (m).
     cracked : bool
-        Whether the bond is broken.
+        Whether tensile strength was passed, or the bond broken by slip.
+    opened : float
+        kappa, if the joint softens: the largest u of the cracked contact so far (m), at least w_c once slip has
+        broken the bond. Otherwise 0.
     stiffness : tuple of float
         (k_n, k_s, 1 / k_s) (Pa/m, Pa/m, m/Pa).
     strength, weakened : tuple of float
-        (f_t, C, tan phi, slip compliance) of the intact and of the cracked joint (Pa, Pa, 1, m/Pa).
+        (f_t, C, tan phi, slip compliance) of the intact joint and of one without bond (Pa, Pa, 1, m/Pa).
+    softening : tuple of float or None
+        (w_c, what ``bond_slope`` makes of it) (m, 1/m), w_c = 0 if this bond breaks at once; None if all do: what
+        softening needs is then left out when compiling.
     psi : float
         tan(psi) (1).
     brittle_shear : bool
@@ -38,18 +61,42 @@ def joint_law(opening, shear, slip, dilated, cracked, stiffness, strength, weake
     """
     # the stresses if nothing gives way
     k_n, k_s, shear_compliance = stiffness
-    sigma = k_n * (opening - dilated)
+    u = opening - dilated
+    elastic = k_n * u
     tau = k_s * (shear - slip)
     size = abs(tau)
 
-    # does the bond break?
+    # does the bond break, or how much of it is left?
     f_t, cohesion, friction, slip_compliance = strength
-    sheared = brittle_shear & (size > cohesion - sigma * friction)
-    cracked = cracked | (sigma > f_t) | sheared
-    f_t = weakened[0] if cracked else f_t
-    cohesion = weakened[1] if cracked else cohesion
-    friction = weakened[2] if cracked else friction
-    slip_compliance = weakened[3] if cracked else slip_compliance
+    if softening is None:
+        pull, sigma = k_n, elastic
+        sheared = brittle_shear & (size > cohesion - sigma * friction)
+        cracked = cracked | (elastic > f_t) | sheared
+        carried = weakened[0] if cracked else f_t
+        cohesion = weakened[1] if cracked else cohesion
+        friction = weakened[2] if cracked else friction
+        slip_compliance = weakened[3] if cracked else slip_compliance
+    else:
+        w_c, slope = softening
+        cracked = cracked | (elastic > f_t)
+        opened = u if cracked & (u > opened) & (w_c > 0.0) else opened
+        bond = bond_left(opened, cracked, w_c, slope)
+        pull = f_t * bond / (opened if opened > THINNEST else THINNEST)
+        pull = pull if cracked & (w_c > 0.0) else k_n
+        sigma = (k_n if u < 0.0 else pull) * u
+        sheared = brittle_shear & (
+            size > mixed(bond, cohesion, weakened[1]) - sigma * mixed(bond, friction, weakened[2])
+        )
+        cracked = cracked | sheared
+        opened = w_c if sheared & (w_c > opened) else opened
+        bond = 0.0 if sheared else bond
+        # tension has no other limit than its secant while there is some bond
+        carried = weakened[0] if bond == 0.0 else NO_LIMIT
+        cohesion = mixed(bond, cohesion, weakened[1])
+        friction = mixed(bond, friction, weakened[2])
+        # in between, the smaller of the two: what is left to slide follows in the next cycle, and nothing overshoots
+        less = (bond < 1.0) & (weakened[3] < slip_compliance)
+        slip_compliance = weakened[3] if less | (bond == 0.0) else slip_compliance
 
     # plastic slip returns the stresses to the limit, at the apex of the cone to tau = 0; dilation presses the joint
     excess = size - (cohesion - sigma * friction)
@@ -58,12 +105,43 @@ def joint_law(opening, shear, slip, dilated, cracked, stiffness, strength, weake
     travelled = travelled if excess > 0.0 else 0.0
 
     # an open joint carries nothing and slides freely
-    is_open = sigma > f_t
-    sigma = 0.0 if is_open else sigma - k_n * psi * travelled
+    is_open = elastic > carried
+    u -= psi * travelled
+    sigma = 0.0 if is_open else (k_n if u < 0.0 else pull) * u
     slip = shear if is_open else slip + copysign(travelled, tau)
     tau = 0.0 if is_open else tau - copysign(k_s * travelled, tau)
     dilated = dilated if is_open else dilated + psi * travelled
-    return sigma, tau, slip, dilated, cracked
+    return sigma, tau, slip, dilated, cracked, opened
+
+
+@law
+def bond_left(opened, cracked, critical_opening, slope):
+    """Return b, the share of the bond that is left: 1 while intact, 0 where it broke at once.
+
+    Parameters
+    ----------
+    opened : float
+        kappa (m).
+    cracked : bool
+        As ``joint_law`` has it.
+    critical_opening, slope : float
+        w_c (m), and what ``bond_slope`` makes of it (1/m).
+    """
+    bond = (critical_opening - opened) * slope
+    bond = bond if bond > 0.0 else 0.0
+    return bond if cracked & (bond < 1.0) else 1.0
+
+
+@law
+def bond_slope(k_n, f_t, critical_opening):
+    """Return the share of the bond that is lost for each unit of opening beyond u_0 (1/m)."""
+    return 1.0 / maximum(critical_opening - f_t / k_n, THINNEST)
+
+
+@law
+def mixed(bond, whole, left):
+    """Return the value between that of the intact joint and that of one without bond."""
+    return bond * whole + (1.0 - bond) * left
 
 
 @law

@@ -17,7 +17,7 @@ from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.packed import memory_of, needs_all_of_the_law, pack
+from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack
 from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
 from damagepred.solvers.stiffness import dof_arms, elastic_displacement, elastic_stiffness, held_dofs
 
@@ -88,6 +88,7 @@ class _Run:
         self.model, self.settings = model, settings
         self.joints = pack(model)
         self.special = True if needs_all_of_the_law(model) else None
+        self.softening = True if needs_softening(model) else None
         size = 3 * (model.n_blocks + 1)
         held = held_dofs(model)
         self.motion = Motion(
@@ -143,7 +144,10 @@ class _Run:
         self.motion.velocity[:] = 0.0
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
-        run_cycles(self.joints, self.special, self.motion, self.settings.damping, load_share, progress, step, count)
+        run_cycles(
+            self.joints, self.special, self.softening, self.motion, self.settings.damping,
+            load_share, progress, step, count,
+        )  # fmt: skip
         self.cycles += count
 
     def unbalanced(self) -> FloatArray:

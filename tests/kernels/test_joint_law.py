@@ -22,7 +22,10 @@ def contact(
 ):
     """Return (sigma, tau) and the new memory."""
     with_compliance = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, weakened)]
-    sigma, tau, *new = joint_law(opening, shear, *memory, (K_N, K_S, 1.0 / K_S), *with_compliance, psi, brittle)
+    sigma, tau, *new, opened = joint_law(
+        opening, shear, *memory, 0.0, (K_N, K_S, 1.0 / K_S), *with_compliance, None, psi, brittle
+    )
+    assert opened == 0.0
     return (sigma, tau), tuple(new)
 
 
