@@ -41,6 +41,7 @@ shear_stiffness = "36 N/mm3"
 tensile_strength = "0.453 MPa"
 cohesion = "0.375 MPa"
 friction = 0.75           # tangent of the friction angle
+# fracture_energy = "10 N/m"   # tension falls off as a crack opens; left out, the bond breaks at once
 
 [scene.dpc]               # remove the table for a wall without damp-proof course
 course = 2                # lies on top of that many courses

@@ -1,5 +1,6 @@
 """From a scene to its model: weights, kinds, strengths, joints, jambs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -258,6 +259,60 @@ def test_residual_tension_obeys_the_apex_too():
     model = wall_model(Scene(joint=joint))
     np.testing.assert_allclose(model.properties.residual_tensile_strength, 0.2e6)
     assert model.apex_limited == 0  # counts intact joints
+
+
+# -- softening -------------------------------------------------------------------------------------------------------
+
+
+def test_no_fracture_energy_breaks_at_once(bryant: Scene):
+    assert (wall_model(bryant).properties.critical_opening == 0.0).all()
+
+
+def test_tension_falls_to_nothing_where_the_area_below_it_is_the_fracture_energy():
+    model = wall_model(Scene(joint=Joint(fracture_energy=20.0), dpc=Dpc()))
+    law, dpc = model.properties, model.interfaces.kind == Kind.DPC
+    np.testing.assert_allclose(law.critical_opening[~dpc], 2 * 20.0 / 0.453e6, rtol=1e-14)
+    assert (law.critical_opening[dpc] == 0.0).all()  # nothing to soften
+    assert (law.tensile_strength[dpc] == 0.0).all()
+
+
+def test_the_strength_in_effect_counts():
+    law = wall_model(Scene(joint=Joint(fracture_energy=20.0, cohesion=0.15e6))).properties
+    np.testing.assert_allclose(law.critical_opening, 2 * 20.0 / 0.2e6, rtol=1e-14)
+
+
+def test_where_the_elastic_joint_holds_more_the_bond_breaks_at_once():
+    """f_t^2 / (2 k_n) is 1.25 N/m of the joint alone, and up to 4 N/m with its blocks: so perpends are too soft."""
+    joint, strength = Joint(fracture_energy=2.5), 0.453e6
+    model = wall_model(Scene(joint=joint))
+    law = model.properties
+    held = strength**2 / (2 * law.normal_stiffness)
+    expected = np.where(held < 2.5, 2 * 2.5 / strength, 0.0)
+    np.testing.assert_allclose(law.critical_opening, expected, rtol=1e-14)
+    whole = (model.interfaces.kind == Kind.HEAD_JOINT) & (np.abs(model.interfaces.x - 3.0) < 2.0)
+    assert (law.critical_opening[whole] == 0.0).all()
+    assert (law.critical_opening[model.interfaces.kind == Kind.BED_JOINT] > 0.0).all()
+    alone = wall_model(Scene(joint=joint, solver=Solver(lump_block_elasticity=False))).properties
+    assert (alone.critical_opening > 0.0).all()
+    tough = wall_model(Scene(joint=Joint(fracture_energy=10.0))).properties
+    assert (tough.critical_opening > 0.0).all()
+
+
+def test_fields_of_fracture_energy_and_strength(house: Scene):
+    scene = replace(house, joint=Joint(fracture_energy=10.0))
+    joints = wall_geometry(scene).joints.kind
+    rng = np.random.default_rng(3)
+    energy, tension = rng.uniform(5.0, 20.0, len(joints)), rng.uniform(0.1e6, 0.4e6, len(joints))
+    tension[5] = 0.0
+    model = wall_model(scene, {"joint.fracture_energy": energy, "joint.tensile_strength": tension})
+    mortar = model.interfaces.kind != Kind.DPC
+    at = model.interfaces.joint[mortar]
+    found = model.properties.critical_opening[mortar]
+    np.testing.assert_allclose(found[at != 5], (2 * energy / np.maximum(tension, 1.0))[at[at != 5]], rtol=1e-14)
+    assert (found[at == 5] == 0.0).all()  # no strength, nothing to soften
+    # a field makes joints soften that otherwise would not
+    law = wall_model(house, {"joint.fracture_energy": energy}).properties
+    np.testing.assert_allclose(law.critical_opening[mortar], 2 * energy[at] / 0.453e6, rtol=1e-14)
 
 
 # -- fields -----------------------------------------------------------------------------------------------------------

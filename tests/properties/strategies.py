@@ -67,6 +67,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
             "residual_cohesion": draw(number(0, cohesion)),
             "residual_friction": draw(st.none() | number(0, 2)),
             "brittle_shear": draw(st.booleans()),
+            "fracture_energy": draw(st.none() | number(1e-3, 1e4)),
         },
         "movement": {
             "kind": draw(st.sampled_from(["dishing", "doming"])),

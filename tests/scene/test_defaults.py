@@ -33,6 +33,7 @@ def test_eq_4_as_printed_keeps_the_cohesion_after_slip_and_loses_tension_when_cr
     joint = Joint()
     assert joint.brittle_shear is False
     assert (joint.residual_tensile_strength, joint.residual_cohesion, joint.residual_friction) == (0.0, 0.0, None)
+    assert joint.fracture_energy is None
 
 
 def test_the_wall_of_the_test():

@@ -82,6 +82,19 @@ BAD = {
         {"joint": {"residual_cohesion": "1 MPa"}},
         ["residual_cohesion = 1e+06", "must not exceed cohesion = 375000"],
     ),
+    "no fracture energy": ({"joint": {"fracture_energy": 0}}, ["[joint] fracture_energy = 0", "greater than 0 N/m"]),
+    "negative fracture energy": (
+        {"joint": {"fracture_energy": "-5 N/m"}},
+        ["[joint] fracture_energy = '-5 N/m'", "greater than 0 N/m"],
+    ),
+    "a strength for a fracture energy": (
+        {"joint": {"fracture_energy": "0.1 MPa"}},
+        ["[joint] fracture_energy = '0.1 MPa'", "wrong kind of unit", "'10 N/m'"],
+    ),
+    "tension left after softening": (
+        {"joint": {"fracture_energy": "10 N/m", "residual_tensile_strength": "0.1 MPa"}},
+        ["joint", "residual_tensile_strength = 100000", "must be 0", "fracture_energy = 10", "leave out one"],
+    ),
     "lobatto of one": (
         {"solver": {"contacts_per_interface": 1}},
         ["contacts_per_interface = 1", "2 or more", "midpoint"],

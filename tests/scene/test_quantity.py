@@ -33,6 +33,11 @@ from damagepred.scene.quantity import to_si
         ("9e9 Pa", "Pa", 9e9),
         ("9E3MPa", "Pa", 9e9),
         ("6 kN", "N", 6000.0),
+        ("10 N/m", "N/m", 10.0),
+        ("0.01 N/mm", "N/m", 10.0),
+        ("10 J/m2", "N/m", 10.0),
+        ("10 J/m^2", "N/m", 10.0),
+        ("0.01 kJ/m²", "N/m", 10.0),
         ("30 %", "1", 0.3),
         ("30%", "1", 0.3),
         ("2000 kg/m3", "kg/m**3", 2000.0),
@@ -60,6 +65,8 @@ def test_value_in_si(text: str, unit: str, value: float):
         ("6 kg", "N", "6 kN"),
         ("8 mm", "1", "50 %"),
         ("1 N", "kg/m**3", "2000 kg/m3"),
+        ("10 N/m2", "N/m", "10 N/m"),
+        ("10 J", "N/m", "10 N/m"),
     ],
 )
 def test_wrong_dimension_names_a_right_one(text: str, unit: str, example: str):
@@ -143,6 +150,7 @@ def test_any_float_as_python_writes_it_may_carry_a_unit(value: float, unit: tupl
         ("joint.cohesion", "Pa"),
         ("joint.residual_friction", "1"),
         ("joint.normal_stiffness", "Pa/m"),
+        ("joint.fracture_energy", "N/m"),
         ("dpc.normal_stiffness", "Pa/m"),
         ("dpc.friction", "1"),
         ("block.density", "kg/m**3"),

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import Kind, wall_model
-from damagepred.scene import Movement, Solver
+from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers import ContactState
-from damagepred.solvers.explicit import explicit_path
+from damagepred.solvers.explicit import _Run, explicit_path
+from damagepred.solvers.packed import memory_of
+from damagepred.solvers.state import fields_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 
@@ -96,3 +98,39 @@ def test_the_weight_of_the_wall_reaches_the_ground_at_every_increment():
     for increment in explicit_path(model, small_scene().solver, 4):
         assert increment.base_reaction == pytest.approx(weight, rel=5e-3)
         assert increment.unbalanced_force_ratio < 1e-2
+
+
+@pytest.mark.parametrize("residual_cohesion", [0.0, 0.5e5])
+def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
+    joint = Joint(tensile_strength=1e5, cohesion=1.5e5, fracture_energy=5.0, residual_cohesion=residual_cohesion)
+    movement = Movement(kind="doming", central_deflection=4e-3, increments=4)
+    scene = dataclasses.replace(small_scene(0.48, movement), joint=joint)
+    model, law = wall_model(scene), wall_model(scene).properties
+    run, opened = _Run(model, scene.solver), 0.0
+    strength, critical = law.tensile_strength[:, None], law.critical_opening[:, None]
+    elastic = strength / law.normal_stiffness[:, None]
+    for number in range(5):
+        run.ramp(number / 4)
+        assert not run.settle(number)[1]
+        memory = memory_of(run.joints)
+        field = fields_of(model, memory, run.motion.displacement, run.progress)
+        bond = np.where(
+            memory.cracked & (critical > 0),
+            np.clip((critical - memory.opened) / np.where(critical > 0, critical - elastic, 1.0), 0.0, 1.0),
+            1.0 - memory.cracked,
+        )
+        u, sigma, tau = field.opening - memory.dilated, field.normal_stress, field.shear_stress
+        pulled = strength * bond * np.minimum(u / np.where(memory.opened > 0, memory.opened, 1.0), 1.0)
+        expected = np.where((u > 0) & memory.cracked, pulled, law.normal_stiffness[:, None] * u)
+        # the blocks have moved once more since the joints last looked
+        np.testing.assert_allclose(sigma, expected, atol=1e-4 * 1e5)
+        left = law.residual_cohesion[:, None]
+        limit = left + bond * (law.cohesion[:, None] - left) - sigma * law.friction[:, None]
+        assert (np.abs(tau) <= np.maximum(limit, 0.0) * (1 + 1e-9) + 1e-4 * 1e5).all()
+        assert (memory.opened >= np.where(memory.cracked & (critical > 0), u, 0.0) * (1 - 1e-3)).all()
+        assert (memory.opened >= opened).all()  # what has opened stays in memory
+        opened = memory.opened
+    partly = memory.cracked & (bond > 0.0)
+    whole = memory.cracked & (bond == 0.0) & (critical > 0)
+    assert partly.sum() > 10
+    assert whole.sum() > 10

@@ -10,9 +10,11 @@ import xarray as xr
 import damagepred
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
+from damagepred.assembly import wall_geometry, wall_model
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
 from damagepred.study.replay import replay
+from damagepred.study.sample import sampled_wall
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
@@ -214,3 +216,25 @@ def test_threads_may_write_and_read_at_once(tmp_path: Path) -> None:
 
     with ThreadPoolExecutor(4) as executor:
         assert list(executor.map(write_and_read, range(8))) == list(range(8))
+
+
+@pytest.mark.parametrize("field", ["", "field = { course_correlation = 0.3 }"])
+def test_the_fracture_energy_may_be_uncertain(field: str) -> None:
+    text = SMALL_STUDY.replace("[scene.joint]", '[scene.joint]\nfracture_energy = "10 N/m"')
+    table = f'[variables."joint.fracture_energy"]\ndistribution = "lognormal"\nmean = "10 J/m2"\ncov = 0.3\n{field}\n'
+    study = settings(text.replace("[correlation]", f"{table}\n[correlation]"))
+    design = study.design()
+    values = {place: column[2] for place, column in design.wall_values(6).items()}
+    scene, fields = sampled_wall(study, design, 2, values)
+    law, joint = wall_model(scene, fields).properties, wall_geometry(scene).interfaces.joint
+    energy = fields["joint.fracture_energy"][joint] if field else values["joint.fracture_energy"]
+    assert (len(set(np.ravel(energy))) > 50) == bool(field)
+    np.testing.assert_allclose(law.critical_opening, 2 * energy / law.tensile_strength, rtol=1e-12)
+
+
+def test_a_fracture_energy_that_the_scene_leaves_out_cannot_be_sampled() -> None:
+    table = '[variables."joint.fracture_energy"]\ndistribution = "uniform"\nlower = 5\nupper = 20\n'
+    with pytest.raises(
+        InputError, match=r"joint\.fracture_energy.*leaves this number out; give it a value there first"
+    ):
+        settings(SMALL_STUDY.replace("[correlation]", f"{table}\n[correlation]"))
