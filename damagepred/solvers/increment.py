@@ -36,8 +36,8 @@ class Increment:
     normal_stress, shear_stress : array (m, q)
         Tension positive (Pa).
     state : array of int8 (m, q)
-        ``ContactState``: cracked once the bond is broken in tension (or by brittle shear), else slipping once it
-        has slid.
+        ``ContactState``: cracked once tension has passed its strength, also while the bond still softens (or brittle
+        shear has broken it), else slipping once it has slid.
     unbalanced_force_ratio : float
         Largest unbalanced force over the mean weight of a block.
     base_reaction : float
