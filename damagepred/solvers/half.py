@@ -25,7 +25,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Blocks, Ground, Interfaces, Jambs, JointProperties, Supports
 from damagepred.errors import SolverError
 from damagepred.solvers.explicit import describe_block
-from damagepred.solvers.increment import ContactState, Increment
+from damagepred.solvers.increment import Increment
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -473,13 +473,6 @@ def _opening(fold: Fold, values: FloatArray) -> FloatArray:
     return np.where(fold.shear_sign == 0.0, 2.0, 1.0) * _even(fold, values)
 
 
-def _state(fold: Fold, values: NDArray[np.int8]) -> NDArray[np.int8]:
-    """Nothing slips on the axis."""
-    state = _even(fold, values)
-    state[(fold.shear_sign == 0.0) & (state == ContactState.SLIPPING)] = ContactState.INTACT
-    return state
-
-
 def _displacement(fold: Fold, values: FloatArray) -> FloatArray:
     return fold.block_sign * values[fold.block_source]
 
@@ -490,7 +483,7 @@ UNFOLD: Mapping[str, Callable[[Fold, NDArray], NDArray]] = {
     "slip": _odd,
     "normal_stress": _even,
     "shear_stress": _odd,
-    "state": _state,
+    "state": _even,
 }
 """How each array of an ``Increment`` is made that of the whole wall."""
 

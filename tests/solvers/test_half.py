@@ -1,0 +1,511 @@
+"""The half of a symmetric wall, unfolded, is the whole wall; and nothing that is not symmetric is halved."""
+
+import dataclasses
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly, Kind, Model, wall_model
+from damagepred.assembly.assembly import rectangle
+from damagepred.errors import ConvergenceError
+from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.solvers import ContactState, Increment, explicit, half, quasi_static, solve_path
+from damagepred.solvers.half import Half, symmetric_half
+from tests.solvers.walls import stack
+from tests.validation.test_quasi_static_balance import unbalanced
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+QUASI_STATIC = Solver(method="quasi_static")
+WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
+EVEN, ODD = 2.4, 2.64
+"""Lengths (m) with a perpend on the axis in the first course and a brick across it in the second, and the reverse."""
+MIDDLE = Opening(x=0.96, y=0.3, width=0.48, height=0.3)
+DOOR = Opening(kind="door", x=0.96, width=0.48, height=0.6)
+SIDES = (Opening(x=0.36, y=0.3, width=0.48, height=0.3), Opening(x=1.56, y=0.3, width=0.48, height=0.3))
+
+
+def scene(length: float = EVEN, bond: str = "running", kind: str = "dishing", **other: object) -> Scene:
+    return Scene(
+        wall=Wall(length=length, height=0.9, bond=bond),  # type: ignore[arg-type]
+        movement=Movement(kind=kind, central_deflection=4e-3, increments=4),  # type: ignore[arg-type]
+        **{"joint": WEAK, "loads": Loads(roof=1000.0), "solver": QUASI_STATIC, **other},  # type: ignore[arg-type]
+    )
+
+
+def model_of(length: float = EVEN, **other: object) -> Model:
+    return wall_model(scene(length, **other))  # type: ignore[arg-type]
+
+
+def halved(model: Model) -> Half:
+    found = symmetric_half(model)
+    assert found is not None
+    return found
+
+
+# -- the mirror, found anew by looking for the nearest ----------------------------------------------------------------
+
+
+def positions(model: Model) -> np.ndarray:
+    """Return where the contacts are, (m, q, 2)."""
+    face = model.interfaces
+    tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
+    return np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
+
+
+def nearest(points: np.ndarray, axis: float) -> np.ndarray:
+    image = points * (-1.0, 1.0) + (2 * axis, 0.0)
+    distance = np.hypot(*(points[:, None] - image[None]).T)
+    assert distance.min(axis=1).max() < 1e-9
+    return distance.argmin(axis=1)
+
+
+def mirrored(model: Model, step: Increment) -> Increment:
+    """Return an increment as it looks in a mirror, contact by contact."""
+    axis = (model.blocks.vertices[:, 0].min() + model.blocks.vertices[:, 0].max()) / 2
+    block = nearest(np.column_stack((model.blocks.x, model.blocks.y)), axis)
+    face = nearest(np.column_stack((model.interfaces.x, model.interfaces.y)), axis)
+    here = positions(model)
+    there = here * (-1.0, 1.0) + (2 * axis, 0.0)
+    point = np.abs(there[:, None] - here[face][:, :, None]).sum(axis=-1).argmin(axis=1)  # of i, as it is in its image
+    rows = np.repeat(face[:, None], point.shape[1], axis=1)
+    return replace(
+        step,
+        displacement=step.displacement[block] * (-1.0, 1.0, -1.0),
+        **{name: getattr(step, name)[rows, point] for name in ("opening", "normal_stress", "state")},
+        **{name: -getattr(step, name)[rows, point] for name in ("slip", "shear_stress")},
+    )
+
+
+def symmetric_part(model: Model, step: Increment) -> Increment:
+    """Return what an increment has in common with its mirror image.
+
+    A wall that slides at both its ends, or a row of bricks that hangs on nothing, may lie anywhere between; then it
+    need not lie in the middle. The mean of such a state and its image is one just as well, and symmetric.
+    """
+    image = mirrored(model, step)
+    names = ("displacement", "opening", "slip", "normal_stress", "shear_stress")
+    return replace(step, **{name: (getattr(step, name) + getattr(image, name)) / 2 for name in names})
+
+
+def assert_near(one: np.ndarray, other: np.ndarray, share: float, least: float = 0.0) -> None:
+    np.testing.assert_allclose(one, other, rtol=0, atol=max(share * float(np.abs(other).max()), least))
+
+
+def compare(
+    model: Model, settings: Solver, increments: int, displacement: float, stress: float
+) -> list[tuple[Increment, Increment]]:
+    """Follow both ways; they agree up to those shares of the largest values."""
+    halved(model)
+    pairs = list(
+        zip(
+            solve_path(model, settings, increments),
+            solve_path(model, replace(settings, symmetric_half=False), increments),
+            strict=True,
+        )
+    )
+    weight = -model.supports.load.reshape(-1, 3)[:, 1].sum()
+    # stresses and what they make of the joints, that count as nothing
+    nothing = stress * model.mean_block_weight / float(model.interfaces.contact_area.max())
+    for one, whole in pairs:
+        other = symmetric_part(model, whole)
+        for name in ("displacement", "opening", "slip"):
+            assert_near(getattr(one, name), getattr(other, name), displacement, 1e-12)
+        for name in ("normal_stress", "shear_stress"):
+            assert_near(getattr(one, name), getattr(whole, name), stress, nothing)
+        # a joint without strength breaks by rounding where it carries nothing, which shows only where it opens
+        bare = (model.properties.tensile_strength == 0.0)[:, None] & (whole.opening < 1e-8)
+        np.testing.assert_array_equal(*((step.state == ContactState.CRACKED) & ~bare for step in (one, whole)))
+        assert one.base_reaction == pytest.approx(weight, rel=10 * settings.tolerance_used)
+        assert (one.number, one.progress, one.collapsed) == (whole.number, whole.progress, whole.collapsed)
+    return pairs
+
+
+# -- the same path ----------------------------------------------------------------------------------------------------
+
+NO_STRENGTH = Joint(tensile_strength=0.0, cohesion=0.0)
+LITTLE = {kind: Movement(kind=kind, central_deflection=0.5e-3, increments=1) for kind in ("dishing", "doming")}
+"""On a dpc bricks come to hang loose, and then lie now here, now there: before that."""
+WALLS = {
+    "even, dishing": scene(),
+    "even, doming": scene(kind="doming"),
+    "odd, dishing": scene(ODD),
+    "odd, doming": scene(ODD, kind="doming"),
+    "odd, doming on a dpc": replace(scene(ODD, dpc=Dpc(friction=0.4)), movement=LITTLE["doming"]),
+    "stack bond, joints on the axis": scene(EVEN, "stack"),
+    "stack bond, blocks on the axis": scene(ODD, "stack", "doming"),
+    "window on a dpc": replace(scene(opening=(MIDDLE,), dpc=Dpc(friction=0.4)), movement=LITTLE["dishing"]),
+    "window, doming": scene(kind="doming", opening=(MIDDLE,)),
+    "door": scene(opening=(DOOR,)),
+    "two windows on a dpc": replace(scene(opening=SIDES, dpc=Dpc()), movement=LITTLE["dishing"]),
+    "two windows, doming": scene(kind="doming", opening=SIDES),
+    "four midpoints": scene(solver=replace(QUASI_STATIC, quadrature="midpoint", contacts_per_interface=4)),
+    "no strength": scene(joint=NO_STRENGTH),
+    "strength left": scene(joint=replace(WEAK, residual_cohesion=0.02e6)),
+    "dilation": scene(kind="doming", joint=replace(WEAK, dilation=0.1)),
+    "brittle shear": scene(kind="doming", joint=replace(WEAK, brittle_shear=True)),
+}
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_small_walls_follow_the_same_path(name: str) -> None:
+    model, wall = wall_model(WALLS[name]), WALLS[name]
+    pairs = compare(model, wall.solver, wall.movement.increments, displacement=1e-5, stress=1e-4)
+    for one, _ in pairs:
+        assert np.abs(unbalanced(model, one)).max() <= 1.001 * one.unbalanced_force_ratio + 1e-8
+        assert one.unbalanced_force_ratio < QUASI_STATIC.tolerance_used
+    end = pairs[-1][0]
+    assert (end.state == ContactState.CRACKED).sum() > 10, "nothing happened"
+    assert np.abs(end.shear_stress).max() > 1e3
+
+
+@pytest.mark.parametrize(
+    ("name", "deflection"),
+    [
+        ("bryant_dishing", 8e-3),
+        ("bryant_doming", 7e-3),
+        # later bricks come to hang loose
+        ("bryant_window_dishing", 3e-3),
+        ("bryant_window_doming", 3e-3),
+    ],
+)
+def test_the_walls_of_the_test_follow_the_same_path(name: str, deflection: float) -> None:
+    tested = Scene.from_toml(DATA / f"{name}.toml").with_values({"movement.central_deflection": deflection})
+    pairs = compare(wall_model(tested), QUASI_STATIC, 2, displacement=1e-5, stress=1e-4)
+    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 100
+
+
+@pytest.mark.parametrize("length", [EVEN, ODD])
+@pytest.mark.parametrize("deflection", [5e-6, 2e-3])
+def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
+    """Elastic, and open along the dpc. Where more bonds break, a jolt or rounding decides which of them."""
+    settings = Solver(tolerance=1e-4)
+    strong = Joint(tensile_strength=1e6, cohesion=1e6)
+    wall = scene(length, joint=strong, dpc=Dpc() if deflection > 1e-3 else None)
+    model = wall_model(replace(wall, movement=Movement(central_deflection=deflection, increments=1)))
+    end = compare(model, settings, 1, displacement=2e-3, stress=2e-2)[-1][0]
+    assert (end.state == ContactState.CRACKED).any() == (deflection > 1e-3)
+    assert np.abs(end.normal_stress).max() > 1e4
+
+
+def two_piers(kink: float, fracture_energy: float | None = None) -> Model:
+    """Two piers side by side, bonded weakly, on a ground that rises to their joint and holds them fast."""
+    wall = Assembly(joint=Joint(tensile_strength=50e6, cohesion=50e6))
+    for course in range(2):
+        for left in (0.0, 0.5):
+            wall.add_block(rectangle(left, 0.5 * course, left + 0.5, 0.5 * (course + 1)), course=course)
+    for left in (0, 2):
+        joint = Joint(tensile_strength=0.05e6, cohesion=0.1e6, fracture_energy=fracture_energy)
+        wall.set_joint(left, left + 1, joint)
+    wall.rest_on_ground([0, 1], lambda x: kink * (0.5 - np.abs(x - 0.5)))
+    return wall.build()
+
+
+@pytest.mark.parametrize("solver", [QUASI_STATIC, Solver(tolerance=1e-5)], ids=["quasi-static", "explicit"])
+def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
+    """The half has only half of the opening, at the stress of the whole: pulled elastically, then open."""
+    accuracy = {"displacement": 1e-3, "stress": 1e-2} if solver.method == "explicit" else {}
+    accuracy = accuracy or {"displacement": 1e-6, "stress": 1e-6}
+    pulled, open_ = two_piers(1e-5), two_piers(4e-3)
+    axis = (pulled.interfaces.x == 0.5) & (pulled.interfaces.kind == Kind.HEAD_JOINT)
+    assert axis.sum() == 2
+    _, (one, whole) = compare(pulled, solver, 1, **accuracy)
+    assert whole.normal_stress[axis].max() > 1e4
+    assert one.opening[axis] * 2 * pulled.properties.normal_stiffness[axis][0] == pytest.approx(
+        2 * one.normal_stress[axis]
+    )
+    _, (one, whole) = compare(open_, solver, 1, **accuracy)
+    assert whole.opening[axis].max() == pytest.approx(2 * 4e-3 * 1.0, rel=0.02)  # both tilt about the foot
+    assert not one.slip[axis].any()
+    assert not one.shear_stress[axis].any()
+    assert (one.state[axis] == ContactState.CRACKED).any()
+    assert not (one.state[axis] == ContactState.SLIPPING).any()
+
+
+def test_a_joint_on_the_axis_softens_as_in_the_whole_wall() -> None:
+    """Its tension falls to nothing over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
+    model = two_piers(0.25e-3, fracture_energy=10.0)
+    axis = (model.interfaces.x == 0.5) & (model.interfaces.kind == Kind.HEAD_JOINT)
+    _, (one, whole) = compare(model, Solver(tolerance=1e-5), 1, displacement=1e-3, stress=1e-2)
+    softening = (whole.state[axis] == ContactState.CRACKED) & (whole.normal_stress[axis] > 5e3)
+    assert softening.any()
+    np.testing.assert_allclose(one.normal_stress[axis][softening], whole.normal_stress[axis][softening], rtol=1e-2)
+
+
+def test_signs_on_the_left_are_those_of_the_whole_wall() -> None:
+    model = model_of(kind="doming")
+    *_, one = solve_path(model, QUASI_STATIC, 4)
+    *_, whole = solve_path(model, replace(QUASI_STATIC, symmetric_half=False), 4)
+    left = model.interfaces.x < EVEN / 2 - 1e-6
+    for name in ("slip", "shear_stress"):
+        there = getattr(whole, name)[left]
+        told = np.abs(there) > 0.01 * np.abs(there).max()
+        assert told.sum() > 20
+        assert (np.sign(getattr(one, name)[left]) == np.sign(there))[told].all(), name
+    turn = whole.displacement[model.blocks.x < EVEN / 2 - 1e-6, 2]
+    told = np.abs(turn) > 0.01 * np.abs(turn).max()
+    assert (np.sign(one.displacement[model.blocks.x < EVEN / 2 - 1e-6, 2]) == np.sign(turn))[told].all()
+
+
+# -- by hand ----------------------------------------------------------------------------------------------------------
+
+
+def arch(stones: int, spread: float = 2e-3) -> Assembly:
+    """Ring of wedges from 10 to 170 degrees; the springers are pushed apart. Its joints lean every way."""
+    wall = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.2e6))
+    angles = np.deg2rad(np.linspace(10, 170, stones + 1))
+    inner, outer = (3.0 + r * np.column_stack((np.cos(angles), np.sin(angles))) for r in (1.0, 1.2))
+    for i in range(stones):
+        wall.add_block([inner[i], outer[i], outer[i + 1], inner[i + 1]])
+    for stone, side in ((0, 1.0), (stones - 1, -1.0)):
+        wall.support(stone)
+        wall.move(stone, x=side * spread, rotation=side * 1e-3)
+    return wall
+
+
+@pytest.mark.parametrize("stones", [10, 11])
+def test_an_arch_on_moving_springers(stones: int) -> None:
+    """A joint on the crown, or a keystone; joints that lean, whose normals point up or to the right on either side."""
+    wall = arch(stones)
+    if stones % 2:
+        wall.load(stones // 2, y=-500.0)
+    model = wall.build()
+    assert halved(model).model.n_blocks == (stones + 1) // 2
+    assert 0 < halved(model).fold.mirror.turned.sum() < len(model.interfaces.x)
+    pairs = compare(model, QUASI_STATIC, 4, displacement=1e-5, stress=1e-4)
+    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 1
+    assert np.abs(pairs[-1][0].displacement[:, 0]).max() > 1e-3
+
+
+def wall_by_hand() -> Assembly:
+    wall = Assembly(joint=WEAK)
+    for course in range(4):
+        edges = [0.0, 0.24, 0.48, 0.72, 0.96] if course % 2 else [0.0, 0.12, 0.36, 0.6, 0.84, 0.96]
+        for left, right in itertools.pairwise(edges):
+            wall.add_block(rectangle(left, 0.1 * course, right, 0.1 * (course + 1)), course=course)
+    wall.rest_on_ground(range(5), lambda x: -2e-3 * (1 - ((x - 0.48) / 0.48) ** 2))
+    return wall
+
+
+def test_a_wall_by_hand() -> None:
+    wall = wall_by_hand()
+    wall.load(14, x=100.0, y=-700.0, at=(0.1, 0.4))
+    wall.load(17, x=-100.0, y=-700.0, at=(0.86, 0.4))
+    model = wall.build()
+    assert model.supports.load.reshape(-1, 3)[14, 2] != 0.0
+    pairs = compare(model, QUASI_STATIC, 4, displacement=1e-5, stress=1e-4)
+    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 10
+
+
+# -- what the half is -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_the_half_is_half_the_wall(name: str) -> None:
+    whole = wall_model(WALLS[name])
+    part = halved(whole).model
+    face, n = part.interfaces, part.n_blocks
+    across = np.isclose(part.blocks.x, WALLS[name].wall.length / 2)
+    assert whole.n_blocks == 2 * n - across.sum()
+    np.testing.assert_allclose(
+        part.supports.load.reshape(-1, 3).sum(axis=0)[1], whole.supports.load.reshape(-1, 3).sum(axis=0)[1] / 2
+    )
+    assert (np.sort(part.supports.prescribed) == np.sort(np.ravel(3 * np.flatnonzero(across)[:, None] + [0, 2]))).all()
+    # the ground comes last, and is block a
+    with_ground = face.block_a == n
+    assert (np.flatnonzero(with_ground) == np.arange(len(face.x))[-len(part.ground.normal) :]).all()
+    assert face.block_b.max() < n
+    assert len(part.ground.normal) == len(part.ground.shear) == with_ground.sum()
+    axis = with_ground & (face.kind == Kind.HEAD_JOINT)
+    inner = whole.interfaces.kind != Kind.FOOTING_INTERFACE
+    # a joint on the axis is there whole, and the bed joints that the axis cuts are there in half
+    area = face.contact_area.sum(axis=1)
+    kept = area[~axis & (face.kind != Kind.FOOTING_INTERFACE)].sum() + area[axis].sum() / 2
+    assert kept == pytest.approx(whole.interfaces.contact_area[inner].sum() / 2)
+    assert area[face.kind == Kind.FOOTING_INTERFACE].sum() == pytest.approx(
+        whole.interfaces.contact_area[~inner].sum() / 2
+    )
+
+
+def test_a_joint_on_the_axis_softens_over_half_the_opening() -> None:
+    joint = replace(WEAK, fracture_energy=20.0)
+    model = model_of(bond="stack", joint=joint)
+    part = halved(model)
+    axis, law = part.fold.on_axis, part.model.properties
+    assert axis.sum() == 12
+    assert law.critical_opening[~axis] == pytest.approx(2 * 20.0 / 0.1e6)
+    assert law.critical_opening[axis] == pytest.approx(20.0 / 0.1e6)
+    whole = model.properties.normal_stiffness[part.fold.faces]
+    assert law.normal_stiffness == pytest.approx(np.where(axis, 2.0, 1.0) * whole)
+
+
+def test_every_array_of_an_increment_is_unfolded() -> None:
+    arrays = {f.name for f in dataclasses.fields(Increment) if "Array" in str(f.type)}
+    assert set(half.UNFOLD) == arrays
+    assert {f.name for f in dataclasses.fields(Increment)} >= half.SUMS
+
+
+def test_energies_of_the_half_are_doubled() -> None:
+    with_energy = dataclasses.make_dataclass(
+        "with_energy", [("released_energy", float, 0.0), ("load_work", float, 0.0)], bases=(Increment,), frozen=True
+    )
+    part = halved(model_of())
+    first = next(quasi_static.quasi_static_path(part.model, QUASI_STATIC, 4))
+    values = {f.name: getattr(first, f.name) for f in dataclasses.fields(first)}
+    unfolded = part.unfold(with_energy(**values, released_energy=1.5, load_work=-2.0))
+    assert (unfolded.released_energy, unfolded.load_work) == (3.0, -4.0)
+    assert (unfolded.number, unfolded.cycles, unfolded.progress) == (first.number, first.cycles, first.progress)
+    assert unfolded.base_reaction == 2 * first.base_reaction
+
+
+def test_geometry_is_folded_once_for_walls_that_share_it() -> None:
+    half._known_fold.cache_clear()
+    for strength in (0.1e6, 0.12e6, 0.14e6):
+        halved(model_of(joint=replace(WEAK, tensile_strength=strength)))
+    assert half._known_fold.cache_info().misses == 1
+
+
+# -- what is not halved -----------------------------------------------------------------------------------------------
+
+
+def random_strengths() -> Model:
+    walls = scene()
+    joints = len(wall_model(walls).joints.x)
+    return wall_model(walls, {"joint.tensile_strength": np.random.default_rng(1).uniform(0.05e6, 0.1e6, joints)})
+
+
+def one_changed(name: str, factor: float = 0.99) -> Model:
+    model = model_of()
+    values = getattr(model.properties, name).copy()
+    values[np.argmin(model.interfaces.x)] *= factor
+    return replace(model, properties=model.properties._replace(**{name: values}))
+
+
+def pushed(**load: float) -> Model:
+    wall = wall_by_hand()
+    wall.load(9, **load)
+    return wall.build()
+
+
+def held(block: int) -> Model:
+    wall = wall_by_hand()
+    wall.support(block, y=False, rotation=False)
+    return wall.build()
+
+
+def lopsided_ground() -> Model:
+    wall = wall_by_hand()
+    wall.rest_on_ground(range(5), lambda x: -2e-3 * x)
+    return wall.build()
+
+
+def sheared_ground() -> Model:
+    model = model_of()
+    return replace(model, ground=model.ground._replace(shear=np.full_like(model.ground.shear, 1e-3)))
+
+
+def shifted_block() -> Model:
+    wall = wall_by_hand()
+    wall.add_block(rectangle(0.0, 0.4, 0.2, 0.5))
+    wall.add_block(rectangle(0.76 + 1e-6, 0.4, 0.96, 0.5))
+    return wall.build()
+
+
+def heavy_block() -> Model:
+    model = model_of()
+    load = model.supports.load.copy()
+    load[1] *= 1.001
+    return replace(model, supports=model.supports._replace(load=load))
+
+
+def opposite_moves(**move: float) -> Model:
+    wall = arch(10, spread=0.0)
+    for stone in (0, 9):
+        wall.move(stone, **move)
+    return wall.build()
+
+
+NOT_SYMMETRIC: dict[str, Callable[[], Model]] = {
+    "random strengths": random_strengths,
+    "one strength": lambda: one_changed("tensile_strength"),
+    "one strength by little": lambda: one_changed("tensile_strength", 1 - 1e-12),
+    "one stiffness": lambda: one_changed("normal_stiffness"),
+    "one friction": lambda: one_changed("residual_friction"),
+    "one bond that softens": lambda: replace(
+        model_of(),
+        properties=model_of().properties._replace(critical_opening=np.eye(1, len(model_of().interfaces.x))[0]),
+    ),
+    "window off the middle": lambda: model_of(opening=(replace(MIDDLE, x=0.72),)),
+    "window by a hair": lambda: model_of(opening=(replace(MIDDLE, x=0.96 + 1e-6),)),
+    "half bricks at one end": lambda: model_of(2.52),
+    "lopsided movement": lambda: wall_model(
+        replace(scene(), movement=Movement(shape="table", table=((0, 0), (0.3, 0.9), (0.5, 1), (1, 0))))
+    ),
+    "lopsided ground": lopsided_ground,
+    "ground that drags": sheared_ground,
+    "one load": lambda: pushed(y=-100.0),
+    "pushed aside": lambda: pushed(x=1.0),
+    "turned": lambda: pushed(moment=1.0),
+    "one heavy block": heavy_block,
+    "one support": lambda: held(5),
+    "one block aside": shifted_block,
+    "both springers to the right": lambda: opposite_moves(x=1e-3),
+    "both springers turned alike": lambda: opposite_moves(rotation=1e-3),
+    "leaning": lambda: leaning(),
+    "all blocks on the axis": lambda: stack(5, QUASI_STATIC),
+    "one dense block": lambda: replace(model_of(), density=np.where(np.arange(model_of().n_blocks) == 0, 1e3, 2e3)),
+}
+
+
+def leaning() -> Model:
+    wall = wall_by_hand()
+    wall.gravity = (0.5, -9.8)
+    return wall.build()
+
+
+@pytest.mark.parametrize("name", NOT_SYMMETRIC)
+def test_what_is_not_its_own_mirror_image_is_solved_in_full(name: str) -> None:
+    assert symmetric_half(NOT_SYMMETRIC[name]()) is None
+
+
+def test_supports_that_are_mirror_images_are_no_obstacle() -> None:
+    wall = wall_by_hand()
+    assert symmetric_half(wall.build()) is not None
+    for block in (5, 8):
+        wall.support(block, y=False, rotation=False)
+    part = halved(wall.build())
+    assert 3 * int(np.argmax(part.model.blocks.x)) not in part.model.supports.prescribed
+    assert len(part.model.supports.prescribed) == 2 * 2 + 1
+
+
+# -- the solvers' side ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("method", "module"), [("quasi_static", quasi_static), ("explicit", explicit)])
+def test_the_setting_tells_which_model_is_solved(method: str, module: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Model] = []
+    monkeypatch.setattr(module, f"{method}_path", lambda model, settings, increments: iter(seen.append(model) or ()))
+    model = model_of()
+    for symmetric in (True, False):
+        list(solve_path(model, Solver(method=method, symmetric_half=symmetric), 1))  # type: ignore[arg-type]
+    assert [m.n_blocks for m in seen] == [halved(model).model.n_blocks, model.n_blocks]
+    assert seen[1] is model
+    assert Solver().symmetric_half
+
+
+def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
+    model = model_of()
+    settings = Solver(maximum_cycles=50, ramp_cycles=50)
+    part = halved(model).model
+    with pytest.raises(ConvergenceError) as of_half:
+        list(explicit.explicit_path(part, settings, 1))
+    with pytest.raises(ConvergenceError) as caught:
+        list(solve_path(model, settings, 1))
+    there, here = caught.value.block, of_half.value.block
+    assert there != here
+    assert (model.blocks.x[there], model.blocks.y[there]) == (part.blocks.x[here], part.blocks.y[here])
+    assert caught.value.increment == of_half.value.increment
+    assert str(caught.value) == str(of_half.value).replace(f"block {here} (", f"block {there} (")
