@@ -91,7 +91,11 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     if draw(st.booleans()):
         tables["opening"] = draw(openings(1.0, 0.5))
     if draw(st.booleans()):
-        tables["solver"] = {"tolerance": draw(number(1e-9, 1.0)), "contacts_per_interface": draw(st.integers(2, 9))}
+        tables["solver"] = {
+            "tolerance": draw(number(1e-9, 1.0)),
+            "contacts_per_interface": draw(st.integers(2, 9)),
+            "symmetric_half": draw(st.booleans()),
+        }
     return {
         name: {k: v for k, v in table.items() if v is not None} if isinstance(table, dict) else table
         for name, table in tables.items()
