@@ -19,6 +19,12 @@ from damagepred.solvers import ContactState, Increment, solve_path
 
 FloatArray = NDArray[np.float64]
 
+QUALITY = (
+    "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy",
+    "energy_error",
+)  # fmt: skip
+"""What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
+
 
 class Step(NamedTuple):
     """One increment, judged.
@@ -190,6 +196,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         "events": np.array([s.increment.events for s in steps], dtype=np.int64),
         "factorisations": np.array([s.increment.factorisations for s in steps], dtype=np.int64),
         "base_reaction": np.array([s.increment.base_reaction for s in steps]),
+        **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
         "opening_width_change": np.array([s.opening_width_change for s in steps]).reshape(len(steps), -1),
     }
     for name in Verdict._fields:

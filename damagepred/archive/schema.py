@@ -65,6 +65,15 @@ VARIABLES: dict[str, Variable] = {
     "cycles": Variable(_STEP, "1", "cycles, or Newton steps, of the solver spent on the increment"),
     "events": Variable(_STEP, "1", "times at which bonds broke in the increment, counted by the quasi-static solver"),
     "factorisations": Variable(_STEP, "1", "changes of the stiffness that the quasi-static solver factorised"),
+    "joint_law_violation": Variable(
+        _STEP, "Pa", "stress by which a joint exceeds what it carries, at most, in the quasi-static solver"
+    ),
+    "external_work": Variable(_STEP, "J", "work of dead load and movement on the wall since its first state"),
+    "elastic_energy": Variable(_STEP, "J", "energy stored in the joints"),
+    "friction_work": Variable(_STEP, "J", "work taken by sliding joints so far"),
+    "fracture_work": Variable(_STEP, "J", "work taken by softening bonds so far"),
+    "released_energy": Variable(_STEP, "J", "energy set free so far where bonds broke or the wall gave way"),
+    "energy_error": Variable(_STEP, "J", "work that does not balance so far, between the places where bonds broke"),
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
     # the verdict
     "damage_category": Variable(_STEP, None, "damage category of the wall proper, above any dpc", CATEGORIES),

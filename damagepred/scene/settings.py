@@ -38,6 +38,9 @@ class Solver:
         cracks joints that a slow movement leaves whole.
     maximum_cycles : int
         Cycles after which an increment that has not settled is given up.
+    condense : bool
+        Whether the quasi-static solver condenses courses whose joints stay elastic to what they do to the course
+        before, and opens them when one of their joints would slide or break; False looks at every joint in every step.
     time_step_safety : float
         Fraction of the largest stable time step, which is known from the stiffness and the damping.
     symmetric_half : bool
@@ -54,6 +57,7 @@ class Solver:
     damping: Pure = Field(default=0.8, ge=0, lt=1)
     ramp_cycles: Count = Field(default=3000, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
+    condense: bool = True
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     symmetric_half: bool = True
 

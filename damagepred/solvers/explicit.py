@@ -17,7 +17,7 @@ from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack
+from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack, remember
 from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
 from damagepred.solvers.stiffness import dof_arms, elastic_displacement, elastic_stiffness, held_dofs
 
@@ -81,8 +81,8 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
     return mass
 
 
-class _Run:
-    """One path in progress."""
+class Run:
+    """One path in progress; see ``explicit_path``."""
 
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model, self.settings = model, settings
@@ -122,6 +122,27 @@ class _Run:
         self.motion.displacement[:] = displacement
         self.load_share = 1.0
         return True
+
+    def resume(self, displacement: FloatArray, memory: JointMemory, load_share: float, progress: float) -> None:
+        """Put the blocks somewhere, with joints that remember something, at rest.
+
+        Parameters
+        ----------
+        displacement : array (3 (n + 1),)
+            Of the blocks and the ground.
+        memory : JointMemory
+            Of the joints.
+        load_share, progress : float
+            Share of the dead load and of the full movement.
+        """
+        self.motion.displacement[:] = displacement
+        remember(self.joints, memory)
+        self.load_share, self.progress = load_share, progress
+        self.halt()
+
+    def cycle(self, count: int) -> None:
+        """Run cycles at standing movement and load."""
+        self._cycle(count, self.load_share, self.progress, 0.0)
 
     def advance(self, cycles: int, progress_to: float, load_to: float) -> None:
         """Run cycles while movement and load go to their new values, starting and stopping gently.
@@ -165,7 +186,7 @@ class _Run:
         """Cycle until forces balance; return the unbalanced ratio and whether a part came loose instead."""
         calm, spent = 0, 0
         while True:
-            self._cycle(CHECK_EVERY, self.load_share, self.progress, 0.0)
+            self.cycle(CHECK_EVERY)
             spent += CHECK_EVERY
             ratio = self.unbalanced()
             largest = float(ratio.max(initial=0.0))
@@ -287,7 +308,7 @@ def explicit_path(
     ConvergenceError
         If an increment does not settle; the message names increment and block.
     """
-    run = _Run(model, settings)
+    run = Run(model, settings)
     for number in range(increments + 1):
         before = run.cycles
         if number > 0 or not (elastic_start and run.start_elastic()):

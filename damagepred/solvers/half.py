@@ -487,5 +487,5 @@ UNFOLD: Mapping[str, Callable[[Fold, NDArray], NDArray]] = {
 }
 """How each array of an ``Increment`` is made that of the whole wall."""
 
-SUMS = frozenset({"base_reaction"})
+SUMS = frozenset({"base_reaction", "energy_error"})
 """Its numbers that are sums over the wall, besides all whose names end in ``_energy`` or ``_work``."""

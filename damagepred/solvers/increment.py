@@ -46,6 +46,12 @@ class Increment:
         Work done for this increment: cycles of the explicit, Newton steps of the quasi-static solver.
     events, factorisations : int
         Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
+    external_work, elastic_energy, friction_work, fracture_work, released_energy, energy_error : float
+        Energy balance of the quasi-static solver (J), summed along the path: work of dead load and movement; what is
+        stored in the joints; taken by friction; taken by softening bonds; set free where bonds broke; and what does
+        not balance in between.
+    joint_law_violation : float
+        Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
         Whether a part of the wall has come loose; then this increment is no equilibrium.
     """
@@ -64,3 +70,10 @@ class Increment:
     collapsed: bool = False
     events: int = 0
     factorisations: int = 0
+    external_work: float = float("nan")
+    elastic_energy: float = float("nan")
+    friction_work: float = float("nan")
+    fracture_work: float = float("nan")
+    released_energy: float = float("nan")
+    energy_error: float = float("nan")
+    joint_law_violation: float = float("nan")

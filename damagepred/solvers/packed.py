@@ -99,6 +99,12 @@ def memory_of(joints: PackedJoints) -> JointMemory:
     return JointMemory(slip, dilated, cracked != 0.0, opened)
 
 
+def remember(joints: PackedJoints, memory: JointMemory) -> None:
+    """Let the contacts remember something else."""
+    for name, values in zip(JointMemory._fields, memory, strict=True):
+        put(joints.tiles[name], joints.lane, values)
+
+
 def aligned(count: int, record: np.dtype[Any]) -> NDArray[Any]:
     """Return zeroed records that begin where a line of the processor's cache does: a tenth of the cycle's time."""
     memory = np.zeros(count * record.itemsize + CACHE_LINE, dtype=np.uint8)

@@ -39,6 +39,10 @@ class JointMemory(NamedTuple):
         shape = model.interfaces.contact_area.shape
         return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.bool_), np.zeros(shape))
 
+    def copy(self) -> JointMemory:
+        """Return a memory of its own."""
+        return JointMemory(self.slip.copy(), self.dilated.copy(), self.cracked.copy(), self.opened.copy())
+
 
 class ContactFields(NamedTuple):
     """Opening, shear displacement (m), normal and shear stress (Pa, tension positive) of contacts, arrays (m, q)."""

@@ -22,15 +22,15 @@ from damagepred.solvers import explicit
 CYCLES, REPEATS = 1000, 11
 
 
-def intact() -> explicit._Run:
+def intact() -> explicit.Run:
     """Return the solid wall at rest under dead load."""
     scene = Scene(dpc=Dpc(), loads=Loads(roof=6000.0))
-    run = explicit._Run(wall_model(scene), scene.solver)
+    run = explicit.Run(wall_model(scene), scene.solver)
     run.start_elastic()
     return run
 
 
-def cracked() -> explicit._Run:
+def cracked() -> explicit.Run:
     """Return the wall with a window, still moving after a dishing of 4 mm."""
     scene = Scene(
         dpc=Dpc(),
@@ -38,13 +38,13 @@ def cracked() -> explicit._Run:
         opening=(Opening(x=2.55, y=0.9, width=0.9, height=1.5),),
         movement=Movement(kind="dishing", central_deflection=4e-3),
     )
-    run = explicit._Run(wall_model(scene), scene.solver)
+    run = explicit.Run(wall_model(scene), scene.solver)
     run.advance(2000, progress_to=0.0, load_to=1.0)
     run.advance(4000, progress_to=1.0, load_to=1.0)
     return run
 
 
-def nanoseconds(run: explicit._Run, cycles: int = CYCLES, repeats: int = REPEATS) -> float:
+def nanoseconds(run: explicit.Run, cycles: int = CYCLES, repeats: int = REPEATS) -> float:
     """Return the median time for each contact and cycle (ns)."""
     times = []
     for _ in range(repeats):

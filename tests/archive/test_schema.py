@@ -87,6 +87,8 @@ DIMENSION_BY_NAME = [
     (r"reaction$", "N"),
     (r"rotation$", "rad"),
     (r"time$", "s"),
+    (r"violation$", "Pa"),
+    (r"(^|_)(work|energy)(_error)?$", "J"),
 ]
 
 

@@ -8,7 +8,7 @@ import pytest
 from damagepred.assembly import Kind, wall_model
 from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers import ContactState
-from damagepred.solvers.explicit import _Run, explicit_path
+from damagepred.solvers.explicit import Run, explicit_path
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.state import fields_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
@@ -106,7 +106,7 @@ def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
     movement = Movement(kind="doming", central_deflection=4e-3, increments=4)
     scene = dataclasses.replace(small_scene(0.48, movement), joint=joint)
     model, law = wall_model(scene), wall_model(scene).properties
-    run, opened = _Run(model, scene.solver), 0.0
+    run, opened = Run(model, scene.solver), 0.0
     strength, critical = law.tensile_strength[:, None], law.critical_opening[:, None]
     elastic = strength / law.normal_stiffness[:, None]
     for number in range(5):

@@ -37,7 +37,7 @@ def vibrating(safety: float, cycles: int, damping: float = 0.8) -> np.ndarray:
     model = small_wall()
     model.properties.tensile_strength[:] = 1e30
     model.properties.cohesion[:] = 1e30
-    run = explicit._Run(model, Solver(time_step_safety=min(safety, 1.0), damping=damping))
+    run = explicit.Run(model, Solver(time_step_safety=min(safety, 1.0), damping=damping))
     if safety > 1.0:
         run.motion.inverse_mass[:] *= safety**2
     run.motion.load[:] = 0.0
@@ -80,7 +80,7 @@ def test_divergence_is_told_from_collapse_and_names_increment_and_block(monkeypa
 
 
 def test_a_displacement_that_is_no_number_is_seen():
-    run = explicit._Run(small_wall(), Solver())
+    run = explicit.Run(small_wall(), Solver())
     run.motion.velocity[3 * 17] = np.nan
     with pytest.raises(DivergenceError, match="no longer a number") as caught:
         run.settle(3)

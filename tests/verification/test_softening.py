@@ -17,7 +17,7 @@ from damagepred.scene import Joint, Solver
 
 SOLVERS = {
     method: Solver(method=method, lump_block_elasticity=False, tolerance=1e-6)  # type: ignore[arg-type]
-    for method in ("explicit",)
+    for method in ("explicit", "quasi_static")
 }
 B, H, T = 0.6, 0.4, 0.11
 STRENGTH, ENERGY, K_N = 0.2e6, 10.0, 82e9

@@ -1,0 +1,408 @@
+"""Forces and tangent stiffness of joints, memory of earlier equilibria given: what the quasi-static solver asks.
+
+Given what a contact remembers (slip, dilation, bond), its stresses are a piecewise linear function of its opening
+and shear: the *live* law. Next to it stands a *frozen* one whose largest shear stress and dilation are numbers that do
+not follow the opening. It has an energy, convex in the displacements, whose minimum can be found from anywhere:
+
+    sigma = k_n (u_n - d), only compression once cracked;   tau = k_s (u_s - s) cut to +/- bound
+
+Where the frozen numbers agree with the live law, so do the two.
+"""
+
+import numpy as np
+
+from damagepred.kernels.contact import relative
+from damagepred.kernels.jit import kernel, law
+
+NO_LIMIT = 1e30
+"""Shear stress that no joint reaches (Pa)."""
+SOFT_STEPS = 6
+"""Newton steps for the slip of a joint that dilates while it softens."""
+AT_LIMIT = 1.0 - 1e-9
+"""Share of its limit from which a shear stress counts as sliding when the tangent is asked for."""
+
+
+@law
+def bond_left(opened, strength, k_n, critical):
+    """Return what is left of a softening bond (1 whole, 0 none) after it was open by ``opened``."""
+    first = strength / k_n
+    return min(max((critical - opened) / (critical - first), 0.0), 1.0)
+
+
+@law
+def normal_law(e, cracked, opened, k_n, strength, left, critical, live):
+    """Return normal stress, its slope, the bond left and the slope of that, at an opening less dilation e.
+
+    Parameters
+    ----------
+    e : float
+        Opening less dilation (m).
+    cracked, opened
+        Whether the bond is broken; how far open it was (m), of which a softening joint remembers the largest and a
+        brittle one with residual tensile strength only whether it has let go.
+    k_n, strength, left, critical : float
+        Stiffness (Pa/m), tensile strength and residual tensile strength (Pa), opening at which a softening bond is
+        gone (m), 0 for a brittle one.
+    live : bool
+        Whether a softening bond softens further; if not it is a spring with its present stiffness.
+    """
+    if not cracked:
+        return k_n * e, k_n, 1.0, 0.0
+    if critical > 0.0:
+        first = strength / k_n
+        known = max(opened, first)
+        if e > known and live:
+            bond = bond_left(e, strength, k_n, critical)
+            softens = 1.0 / (critical - first) if bond > 0.0 else 0.0
+            return strength * bond, -strength * softens, bond, -softens
+        bond = bond_left(known, strength, k_n, critical)
+        stiffness = strength * bond / known if e > 0.0 else k_n
+        return stiffness * e, stiffness, bond, 0.0
+    if e <= 0.0 or (left > 0.0 and opened == 0.0):
+        return k_n * e, k_n, 0.0, 0.0
+    return 0.0, 0.0, 0.0, 0.0
+
+
+@law
+def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
+    """Return the largest shear stress (Pa) of a contact of interface i, and how it falls with the opening (Pa/m).
+
+    The limit may be negative beyond the apex of the friction cone. ``slope`` and ``softens`` are those of normal stress
+    and bond with the opening.
+    """
+    if not cracked:
+        if properties.brittle_shear[i]:
+            return NO_LIMIT, 0.0  # it breaks there, and does not slide
+        return properties.cohesion[i] - sigma * properties.friction[i], properties.friction[i] * slope
+    if is_open:
+        return 0.0, 0.0
+    cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
+    more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
+    cohesion, friction = cohesion + bond * more_cohesion, friction + bond * more_friction
+    return cohesion - sigma * friction, friction * slope - softens * (more_cohesion - sigma * more_friction)
+
+
+@law
+def live_contact(properties, i, cracked, opened, e, shear):
+    """Return a contact's stresses, their slopes and its slip at an opening e and a shear, both less what is remembered.
+
+    Returns
+    -------
+    sigma, tau : float
+        Stresses (Pa).
+    nn, ns, sn, ss : float
+        Slope of sigma with opening and shear, of tau with opening and shear (Pa/m).
+    slip, climb : float
+        How far it slides (m), with sign, and opens by that; an open contact follows the shear.
+    limit : float
+        Largest shear stress (Pa).
+    """
+    k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
+    strength, left = properties.tensile_strength[i], properties.residual_tensile_strength[i]
+    critical = properties.critical_opening[i]
+    sigma, slope, bond, softens = normal_law(e, cracked, opened, k_n, strength, left, critical, True)
+    tau = k_s * shear
+    size = abs(tau)
+    gone = cracked and e > 0.0 and sigma == 0.0
+    limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, gone)
+    if size < limit * AT_LIMIT:
+        return sigma, tau, slope, 0.0, 0.0, k_s, 0.0, 0.0, limit
+    sign = 1.0 if tau >= 0.0 else -1.0
+    if gone:
+        psi = 0.0  # what is open does not climb
+    compliance = 1.0 / (k_s + falls * psi)
+    travelled = (size - limit) * compliance
+    if psi > 0.0 and cracked and critical > 0.0:
+        # what climbs is pressed, and softens less: the limit is no straight line
+        for _ in range(SOFT_STEPS):
+            closer = e - psi * min(travelled, size / k_s)
+            sigma, slope, bond, softens = normal_law(closer, cracked, opened, k_n, strength, left, critical, True)
+            limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, False)
+            compliance = 1.0 / (k_s + falls * psi)
+            travelled += (size - k_s * travelled - limit) * compliance
+        sigma += slope * psi * travelled  # as if at e, along the tangent
+    if gone or k_s * travelled >= size:  # beyond the apex: no shear is left
+        climb = psi * size / k_s
+        return sigma - slope * climb, 0.0, slope, -slope * psi * sign, 0.0, 0.0, tau / k_s, climb, 0.0
+    travelled = max(travelled, 0.0)  # at the limit, about to slide
+    return (
+        sigma - slope * psi * travelled,
+        tau - sign * k_s * travelled,
+        slope * (1.0 - psi * compliance * falls),
+        -sign * slope * psi * compliance * k_s,
+        -sign * k_s * compliance * falls,
+        k_s * (1.0 - k_s * compliance),
+        sign * travelled,
+        psi * travelled,
+        size - k_s * travelled,
+    )
+
+
+@law
+def frozen_contact(properties, i, cracked, opened, bound, e, shear):
+    """Return stresses and slopes (nn, ns, sn, ss) as ``live_contact``, with a given largest shear stress."""
+    k_s = properties.shear_stiffness[i]
+    sigma, slope, _, _ = normal_law(
+        e, cracked, opened, properties.normal_stiffness[i], properties.tensile_strength[i],
+        properties.residual_tensile_strength[i], properties.critical_opening[i], False,
+    )  # fmt: skip
+    tau = k_s * shear
+    if abs(tau) <= bound:
+        return sigma, tau, slope, 0.0, 0.0, k_s if bound > 0.0 else 0.0
+    return sigma, np.copysign(bound, tau), slope, 0.0, 0.0, 0.0
+
+
+@kernel
+def joint_forces(
+    active, interfaces, properties, ground, memory, frozen, live, displacement, progress, force, stiffness
+):  # fmt: skip
+    """Add the forces of joints on the blocks to ``force``, and note the stiffness of each interface.
+
+    Parameters
+    ----------
+    active : array of int
+        Interfaces to look at; so for all functions here.
+    interfaces, properties, ground, memory : NamedTuple of arrays
+        Model and memory of its joints.
+    frozen : tuple of array (m, q)
+        Largest shear stress (Pa), dilation (m) and largest opening (m) of each contact where they are frozen.
+    live : bool
+        Whether the live law holds.
+    displacement, force : array (3 (n + 1),)
+        Of the blocks and the ground.
+    progress : float
+        Share of the full movement.
+    stiffness : array (m, 9)
+        Filled: slopes of normal force, shear force and moment of an interface with opening and shear at its middle and
+        relative rotation, row by row (N/m, N, N m).
+    """
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    bound, dilated, opened = frozen
+    for i in active:
+        opening, shear, turn = relative(interfaces, displacement, i)
+        n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
+        total_n, total_s, total_m = 0.0, 0.0, 0.0
+        nn, ns, nm, sn, ss, sm, mn, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(interfaces.contact_area.shape[1]):
+            at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
+            u_n, u_s = opening + at * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            if live:
+                sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = live_contact(
+                    properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
+                )
+            else:
+                sigma, tau, d_nn, d_ns, d_sn, d_ss = frozen_contact(
+                    properties, i, memory.cracked[i, k], opened[i, k], bound[i, k], u_n - dilated[i, k], u_s
+                )
+            total_n += area * sigma
+            total_s += area * tau
+            total_m += area * at * sigma
+            nn += area * d_nn
+            ns += area * d_ns
+            nm += area * at * d_nn
+            sn += area * d_sn
+            ss += area * d_ss
+            sm += area * at * d_sn
+            ms += area * at * d_ns
+            mm += area * at * at * d_nn
+        mn = nm
+        row = stiffness[i]
+        row[0], row[1], row[2] = nn, ns, nm
+        row[3], row[4], row[5] = sn, ss, sm
+        row[6], row[7], row[8] = mn, ms, mm
+        pull_x = total_n * n_x + total_s * n_y
+        pull_y = total_n * n_y - total_s * n_x
+        a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
+        force[a] += pull_x
+        force[a + 1] += pull_y
+        force[a + 2] += total_n * interfaces.arm_normal_a[i] + total_s * interfaces.arm_shear_a[i] + total_m
+        force[b] -= pull_x
+        force[b + 1] -= pull_y
+        force[b + 2] -= total_n * interfaces.arm_normal_b[i] + total_s * interfaces.arm_shear_b[i] + total_m
+
+
+@kernel
+def freeze(active, interfaces, properties, ground, memory, displacement, progress, frozen, share):
+    """Bring frozen shear limits, dilations and openings to what the live law says at a displacement.
+
+    Parameters
+    ----------
+    share : float
+        Share of the change of the limits and dilations that is made, 0 to 1.
+    """
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    bound, dilated, opened = frozen
+    for i in active:
+        opening, shear, turn = relative(interfaces, displacement, i)
+        k_n = properties.normal_stiffness[i]
+        for k in range(interfaces.contact_area.shape[1]):
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            _, _, _, _, _, _, _, climb, limit = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            old = bound[i, k]
+            bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
+            dilated[i, k] += share * (memory.dilated[i, k] + climb - dilated[i, k])
+            if cracked and properties.critical_opening[i] > 0.0:
+                opened[i, k] = max(opened[i, k], e, properties.tensile_strength[i] / k_n)
+
+
+@kernel
+def settle(active, interfaces, properties, ground, memory, displacement, progress, unopened):
+    """Let joints remember an equilibrium: how far they slid, climbed and opened; return the work of friction (J).
+
+    Parameters
+    ----------
+    unopened : array of bool (m, q)
+        Joints without a bond that have never been open; brought up to date.
+    """
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    work = 0.0
+    for i in active:
+        opening, shear, turn = relative(interfaces, displacement, i)
+        k_n = properties.normal_stiffness[i]
+        for k in range(interfaces.contact_area.shape[1]):
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            sigma, tau, _, _, _, _, slip, climb, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            unopened[i, k] &= e <= 0.0
+            if slip != 0.0:
+                memory.slip[i, k] += slip
+                memory.dilated[i, k] += climb
+                work += interfaces.contact_area[i, k] * (tau * slip + sigma * climb)
+            if cracked and properties.critical_opening[i] > 0.0:
+                memory.opened[i, k] = max(memory.opened[i, k], e, properties.tensile_strength[i] / k_n)
+    return work
+
+
+@kernel
+def bond_loads(active, interfaces, properties, ground, memory, displacement, progress, no_strength, load):
+    """Fill how far each bond is loaded, 1 at its strength and 0 where there is none; return the largest.
+
+    Parameters
+    ----------
+    no_strength : float
+        Stress that breaks a bond without strength (Pa).
+    load : array (m, q)
+        Filled for active interfaces.
+    """
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    largest = 0.0
+    for i in active:
+        opening, shear, turn = relative(interfaces, displacement, i)
+        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
+        strength = max(properties.tensile_strength[i], no_strength)
+        left = properties.residual_tensile_strength[i]
+        for k in range(interfaces.contact_area.shape[1]):
+            load[i, k] = 0.0
+            if memory.cracked[i, k] and (
+                left == 0.0 or memory.opened[i, k] > 0.0 or properties.critical_opening[i] > 0.0
+            ):
+                continue
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            sigma = k_n * (u_n - memory.dilated[i, k])
+            if memory.cracked[i, k]:
+                load[i, k] = sigma / left
+            else:
+                load[i, k] = sigma / strength
+                if properties.brittle_shear[i]:
+                    limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
+                    load[i, k] = max(load[i, k], abs(k_s * u_s) / limit)
+            load[i, k] = max(load[i, k], 0.0)
+            largest = max(largest, load[i, k])
+    return largest
+
+
+@kernel
+def farthest_sliding(listed, level, interfaces, properties, ground, memory, displacement, progress):
+    """Return the farthest level at which a joint slides whose bond still holds; -1 if none does.
+
+    Parameters
+    ----------
+    listed : array of int
+        Interfaces to look at.
+    level : array of int (m,)
+        Level of each interface.
+    """
+    farthest = -1
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    for i in listed:
+        if level[i] <= farthest:
+            continue
+        opening, shear, turn = relative(interfaces, displacement, i)
+        slides = False
+        for k in range(interfaces.contact_area.shape[1]):
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            sigma = properties.normal_stiffness[i] * (u_n - memory.dilated[i, k])
+            if sigma > properties.tensile_strength[i]:
+                slides = False  # it breaks before, and is dealt with then
+                break
+            limit, _ = shear_limit(properties, i, memory.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
+            slides |= abs(properties.shear_stiffness[i] * u_s) > limit
+        if slides:
+            farthest = level[i]
+    return farthest
+
+
+@kernel
+def contact_stresses(interfaces, properties, ground, memory, displacement, progress, opening, sigma, tau):
+    """Fill opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q), by the live law."""
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    for i in range(interfaces.block_a.size):
+        middle, shear, turn = relative(interfaces, displacement, i)
+        for k in range(interfaces.contact_area.shape[1]):
+            u_n, u_s = middle + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            opening[i, k] = u_n
+            sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = live_contact(
+                properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
+            )
+
+
+@kernel
+def energy(interfaces, properties, ground, memory, displacement, progress):
+    """Return what the joints store (J), what softening has taken (J), and the work of the ground per progress (J).
+
+    Memory must be that of the equilibrium at the displacement.
+    """
+    stored, softened, power = 0.0, 0.0, 0.0
+    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    for i in range(interfaces.block_a.size):
+        opening, shear, turn = relative(interfaces, displacement, i)
+        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
+        strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
+        for k in range(interfaces.contact_area.shape[1]):
+            area = interfaces.contact_area[i, k]
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            if i >= first_ground:
+                u_n -= progress * ground.normal[i - first_ground, k]
+                u_s -= progress * ground.shear[i - first_ground, k]
+            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            sigma, tau, _, _, _, _, _, _, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            stored += 0.5 * area * sigma * e
+            stored += 0.5 * area * tau * tau / k_s
+            if cracked and critical > 0.0:
+                first = strength / k_n
+                opened = min(max(memory.opened[i, k], first), critical)
+                holds = strength * bond_left(opened, strength, k_n, critical)
+                # under the curve so far, less what unloading gives back
+                softened += area * 0.5 * (strength * first + (strength + holds) * (opened - first) - holds * opened)
+            if i >= first_ground:
+                power -= area * (sigma * ground.normal[i - first_ground, k] + tau * ground.shear[i - first_ground, k])
+    return stored, softened, power

@@ -1,0 +1,291 @@
+"""Block tridiagonal stiffness of levels of blocks: making it, passing it on, and solving with it.
+
+Kinematics of interface i are three rows (opening, shear, relative rotation) over the six degrees of freedom of its two
+blocks. Its stiffness is a 3 x 3 matrix between them, not symmetric where sliding joints dilate less than they rub.
+"""
+
+import numpy as np
+
+from damagepred.kernels.jit import kernel, law
+
+
+@law
+def kinematics(interfaces, i, rows):
+    """Fill opening, shear and relative rotation (3, 6) for unit displacements of an interface's blocks a and b."""
+    n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
+    rows[0, 0], rows[0, 1], rows[0, 2] = -n_x, -n_y, -interfaces.arm_normal_a[i]
+    rows[0, 3], rows[0, 4], rows[0, 5] = n_x, n_y, interfaces.arm_normal_b[i]
+    rows[1, 0], rows[1, 1], rows[1, 2] = -n_y, n_x, -interfaces.arm_shear_a[i]
+    rows[1, 3], rows[1, 4], rows[1, 5] = n_y, -n_x, interfaces.arm_shear_b[i]
+    rows[2, 0], rows[2, 1], rows[2, 2] = 0.0, 0.0, -1.0
+    rows[2, 3], rows[2, 4], rows[2, 5] = 0.0, 0.0, 1.0
+
+
+@law
+def between_blocks(rows, stiffness, matrix):
+    """Fill the stiffness (6, 6) of an interface between the degrees of freedom of its blocks."""
+    for r in range(6):
+        for j in range(3):
+            left = rows[0, r] * stiffness[j] + rows[1, r] * stiffness[3 + j] + rows[2, r] * stiffness[6 + j]
+            if j == 0:
+                for c in range(6):
+                    matrix[r, c] = left * rows[0, c]
+            else:
+                for c in range(6):
+                    matrix[r, c] += left * rows[j, c]
+
+
+@kernel
+def add_within(listed, interfaces, stiffness, place, level, k, matrix):
+    """Add what some interfaces contribute to the stiffness within level k.
+
+    Parameters
+    ----------
+    listed : array of int
+        The interfaces; parts of them that belong to other levels are left out.
+    interfaces : NamedTuple of arrays
+        Geometry.
+    stiffness : array (m, 9)
+        Of each interface.
+    place : array of int (3 (n + 1),)
+        Place of each degree of freedom in its level, -1 if it is held.
+    level : array of int (n + 1,)
+        Level of each block, -1 for the ground.
+    matrix : array (size, size)
+        Added to.
+    """
+    rows, six = np.empty((3, 6)), np.empty((6, 6))
+    for i in listed:
+        kinematics(interfaces, i, rows)
+        between_blocks(rows, stiffness[i], six)
+        blocks = (interfaces.block_a[i], interfaces.block_b[i])
+        for r in range(6):
+            block = blocks[r // 3]
+            at_r = place[3 * block + r % 3]
+            if level[block] != k or at_r < 0:
+                continue
+            for c in range(6):
+                block = blocks[c // 3]
+                at_c = place[3 * block + c % 3]
+                if level[block] == k and at_c >= 0:
+                    matrix[at_r, at_c] += six[r, c]
+
+
+@kernel
+def couplings(bridges, far, near, interfaces, stiffness, up, down):
+    """Fill the stiffness between the blocks of bridging interfaces.
+
+    Parameters
+    ----------
+    bridges : array of int (b,)
+        Interfaces between neighbouring levels.
+    far, near : array of int (b,)
+        The block of each that is farther from the ground, and the other.
+    up, down : array (b, 3, 3)
+        Filled: force on the nearer block for displacements of the farther, and the other way round.
+    """
+    rows, six = np.empty((3, 6)), np.empty((6, 6))
+    for e in range(bridges.size):
+        i = bridges[e]
+        kinematics(interfaces, i, rows)
+        between_blocks(rows, stiffness[i], six)
+        at_far, at_near = (0, 3) if interfaces.block_a[i] == far[e] else (3, 0)
+        for r in range(3):
+            for c in range(3):
+                up[e, r, c] = six[at_near + r, at_far + c]
+                down[e, r, c] = six[at_far + r, at_near + c]
+
+
+@kernel
+def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
+    """Set ``condensed`` to what a level, eliminated, takes from the stiffness of the next level nearer to the ground.
+
+    Parameters
+    ----------
+    listed : slice as (first, last)
+        Bridges between the two levels.
+    at_far, at_near : array of int (b, 3)
+        Place of the degrees of freedom of a bridge's blocks in their levels, -1 where held.
+    inverse : array (size, size)
+        Of the stiffness within the level, all that is farther having been eliminated.
+    work : array (size, nearer size)
+        Scratch.
+    condensed : array (nearer size, nearer size)
+        Filled.
+    """
+    first, last = listed
+    work[:] = 0.0
+    for j in range(inverse.shape[0]):
+        for e in range(first, last):
+            for r in range(3):
+                if at_far[e, r] < 0:
+                    continue
+                value = inverse[j, at_far[e, r]]
+                for c in range(3):
+                    if at_near[e, c] >= 0:
+                        work[j, at_near[e, c]] += value * down[e, r, c]
+    condensed[:] = 0.0
+    for e in range(first, last):
+        for r in range(3):
+            if at_near[e, r] < 0:
+                continue
+            for c in range(3):
+                if at_far[e, c] >= 0:
+                    condensed[at_near[e, r]] += up[e, r, c] * work[at_far[e, c]]
+
+
+@kernel
+def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, force, hanging):
+    """Eliminate levels from the farthest to ``last``: which forces come down, and where they would hang by themselves.
+
+    Parameters
+    ----------
+    start, inverses, at_inverse, first_bridge, at_far, at_near, up
+        See ``sweep``.
+    last : int
+        The last level to be eliminated.
+    force : array (degrees of freedom, r)
+        In the order of the levels; the force that comes down is added to the next level.
+    hanging : array, shape of ``force``
+        Filled: displacement with all nearer levels held.
+    """
+    for k in range(start.size - 2, last - 1, -1):
+        a, b = start[k], start[k + 1]
+        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
+        hanging[a:b] = np.dot(inverse, force[a:b])
+        if k > 0:
+            push(first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging[a:b], force[start[k - 1] : a])
+
+
+@kernel
+def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, first, load, hanging, displacement):
+    """Fill the displacements of levels ``first`` and beyond from those of the nearer ones.
+
+    Parameters
+    ----------
+    load : float
+        Share of the forces that made ``hanging``.
+    hanging, displacement : array (degrees of freedom, r)
+        In the order of the levels.
+    """
+    for k in range(first, start.size - 1):
+        a, b = start[k], start[k + 1]
+        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
+        pull = np.zeros((b - a, displacement.shape[1]))
+        push(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement[start[k - 1] : a], pull)
+        displacement[a:b] = load * hanging[a:b] + np.dot(inverse, pull)
+
+
+@kernel
+def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, force, hanging):
+    """Turn forces into displacements: levels from far to near, and back.
+
+    Parameters
+    ----------
+    start : array of int (levels + 1,)
+        Where each level starts in the order of the levels.
+    inverses, at_inverse : array
+        Inverse of each level's stiffness, one after the other, row by row, and where each begins.
+    first_bridge : array of int
+        Bridges between levels k and k - 1 are ``first_bridge[k]`` to ``first_bridge[k + 1]``.
+    at_far, at_near, up, down : array
+        See ``pass_on``.
+    force : array (degrees of freedom, r)
+        In the order of the levels; becomes the displacement.
+    hanging : array, shape of ``force``
+        Scratch.
+    """
+    hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, hanging)
+    force[: start[1]] = hanging[: start[1]]
+    reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, 1, 1.0, hanging, force)
+
+
+@law
+def push(first, last, at_here, at_there, coupling, displacement, force):
+    """Subtract from the forces of one level what the displacements of its neighbour make there."""
+    for e in range(first, last):
+        for r in range(3):
+            if at_here[e, r] < 0:
+                continue
+            for c in range(3):
+                if at_there[e, c] < 0:
+                    continue
+                for j in range(force.shape[1]):
+                    force[at_here[e, r], j] -= coupling[e, r, c] * displacement[at_there[e, c], j]
+
+
+@kernel
+def loose_springs(listed, interfaces, order, at, columns):
+    """Add the kinematics of interfaces as columns of unit forces.
+
+    Parameters
+    ----------
+    listed : array of int
+        The interfaces, three columns each.
+    order : array of int (3 (n + 1),)
+        Place of each degree of freedom in the order of the levels, -1 where held or not in play.
+    at : int
+        First column.
+    columns : array (degrees of freedom in play, r)
+        Added to.
+    """
+    rows = np.empty((3, 6))
+    for s in range(listed.size):
+        i = listed[s]
+        kinematics(interfaces, i, rows)
+        for r in range(6):
+            block = interfaces.block_a[i] if r < 3 else interfaces.block_b[i]
+            where = order[3 * block + r % 3]
+            if where >= 0:
+                for j in range(3):
+                    columns[where, at + 3 * s + j] += rows[j, r]
+
+
+@kernel
+def relative_displacements(listed, interfaces, order, displacement, relative):
+    """Fill opening, shear and rotation of interfaces for displacements.
+
+    Parameters
+    ----------
+    listed, order
+        As ``loose_springs``.
+    displacement : array (r, degrees of freedom in play)
+        Rows of displacements in the order of the levels.
+    relative : array (3 * listed, r)
+        Filled.
+    """
+    rows = np.empty((3, 6))
+    relative[:] = 0.0
+    for s in range(listed.size):
+        i = listed[s]
+        kinematics(interfaces, i, rows)
+        for r in range(6):
+            block = interfaces.block_a[i] if r < 3 else interfaces.block_b[i]
+            where = order[3 * block + r % 3]
+            if where >= 0:
+                for j in range(3):
+                    for m in range(displacement.shape[0]):
+                        relative[3 * s + j, m] += rows[j, r] * displacement[m, where]
+
+
+@kernel
+def with_changes(compliance, change, matrix):
+    """Set ``matrix`` to 1 + compliance times the changes of stiffness.
+
+    Parameters
+    ----------
+    compliance : array (3 s, 3 s)
+        Relative displacements of s interfaces for unit forces in them.
+    change : array (s, 9)
+        Change of the stiffness of each.
+    matrix : array (3 s, 3 s)
+        Filled.
+    """
+    for r in range(matrix.shape[0]):
+        for s in range(change.shape[0]):
+            for c in range(3):
+                total = 0.0
+                for j in range(3):
+                    total += compliance[r, 3 * s + j] * change[s, 3 * j + c]
+                matrix[r, 3 * s + c] = total
+        matrix[r, r] += 1.0

@@ -1,0 +1,357 @@
+"""Linear equations of a wall, solved level by level, and corrected for the few joints that have changed since.
+
+Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on; a joint lies within a level
+or between neighbouring ones. The stiffness is then block tridiagonal and is eliminated from the farthest level down to
+the ground. A change of stiffness in one level leaves all that is farther from the ground as it was: elimination
+restarts there. For a wall that separates along its damp-proof course, all above it is eliminated once.
+
+Most steps change a few joints only. Then nothing is eliminated anew: the answer of the wall as it was factorised last
+is corrected by the forces that the change makes in these joints (Sherman, Morrison and Woodbury).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from damagepred.assembly import Model
+from damagepred.kernels.levels import (
+    add_within,
+    couplings,
+    hang,
+    loose_springs,
+    pass_on,
+    reach,
+    relative_displacements,
+    sweep,
+    with_changes,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+ANCHOR = 1e-7
+"""Share of the elastic stiffness that holds every degree of freedom where it is, so that loose blocks do not vanish."""
+NOT_HELD = 1e-12
+"""Smallest pivot over the largest below which what is condensed counts as not held."""
+SLACK = 1e-12
+"""Shear stiffness over normal stiffness up to which a joint guides but does not hold."""
+CHANGED = 60
+"""Joints that may have changed since the last factorisation, before it is done again."""
+AT_ONCE = 24
+"""Joints that may change at once: beyond, it is sooner to factorise anew."""
+FAITHFUL = 1e-6
+"""Share to which the correction must agree with the joints' displacements it was made from."""
+
+
+class LevelEquations:
+    """Stiffness of a wall, factorised.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks, m interfaces.
+    held : array of int
+        Degrees of freedom that do not move freely.
+    elastic : array (m, 9)
+        Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
+    """
+
+    def __init__(self, model: Model, held: IntArray, elastic: FloatArray) -> None:
+        self.model, self.elastic = model, elastic
+        n = model.n_blocks
+        self.level = block_levels(model, held)
+        free = np.ones(3 * (n + 1), dtype=np.bool_)
+        free[held] = False
+        level_of = np.repeat(self.level, 3)
+        dofs = np.flatnonzero(free)
+        self.dofs = dofs[np.lexsort((dofs, level_of[dofs]))]
+        self.levels = int(self.level.max()) + 1
+        self.size = np.bincount(level_of[self.dofs], minlength=self.levels).astype(np.int64)
+        self.start = np.concatenate(([0], np.cumsum(self.size)))
+        self.place = np.full(3 * (n + 1), -1, dtype=np.int64)
+        self.place[self.dofs] = np.arange(len(self.dofs)) - self.start[level_of[self.dofs]]
+        self.at_inverse = np.concatenate(([0], np.cumsum(self.size**2)))
+        self.inverses = np.zeros(self.at_inverse[-1])
+        self._list_interfaces()
+        self.stiffness = elastic.copy()  # as it is factorised
+        self.wanted = elastic.copy()
+        self.up = np.zeros((len(self.bridges), 3, 3))
+        self.down = np.zeros((len(self.bridges), 3, 3))
+        self._condensed = [np.zeros((s, s)) for s in self.size]
+        self._anchor = [ANCHOR * self._within(k, elastic).diagonal() for k in range(self.levels)]
+        self.factorisations = self.corrections = 0
+        self.put_in_play(self.levels)
+        self._stale = self.levels - 1
+
+    def _list_interfaces(self) -> None:
+        face, n = self.model.interfaces, self.model.n_blocks
+        a, b = face.block_a, face.block_b
+        level_a, level_b = self.level[a], self.level[b]
+        self.interface_level = np.where(a == n, level_b, np.where(b == n, level_a, np.maximum(level_a, level_b)))
+        far_is_a = level_a > level_b
+        bridging = (level_a != level_b) & (a != n) & (b != n)
+        bridges = np.flatnonzero(bridging)
+        self.bridges = bridges[np.argsort(self.interface_level[bridges], kind="stable")]
+        self.first_bridge = np.searchsorted(self.interface_level[self.bridges], np.arange(self.levels + 1))
+        self.far = np.where(far_is_a, a, b)[self.bridges]
+        near = np.where(far_is_a, b, a)[self.bridges]
+        self.near = near
+        self.at_far = self.place[3 * self.far[:, None] + np.arange(3)]
+        self.at_near = self.place[3 * near[:, None] + np.arange(3)]
+        order = np.argsort(self.interface_level, kind="stable")
+        edges = np.searchsorted(self.interface_level[order], np.arange(self.levels + 1))
+        self._reaching = [order[edges[k] : edges[k + 1]] for k in range(self.levels)]
+
+    def _bridges(self, k: int) -> IntArray:
+        """Return the interfaces between levels k and k - 1."""
+        return self.bridges[self.first_bridge[k] : self.first_bridge[k + 1]]
+
+    def _within(self, k: int, stiffness: FloatArray) -> FloatArray:
+        """Return the stiffness within a level, the displacements of all others held."""
+        matrix = np.zeros((self.size[k], self.size[k]))
+        listed = self._reaching[k]
+        if k + 1 < self.levels:
+            listed = np.concatenate((listed, self._bridges(k + 1)))
+        add_within(listed, self.model.interfaces, stiffness, self.place, self.level, k, matrix)
+        return matrix
+
+    def _inverse(self, k: int) -> FloatArray:
+        size = self.size[k]
+        return self.inverses[self.at_inverse[k] : self.at_inverse[k + 1]].reshape(size, size)
+
+    # -- what is in play ------------------------------------------------------------------------------------------
+
+    def put_in_play(self, in_play: int) -> None:
+        """Look at the levels up to one joint by joint; see ``condense`` for what becomes of those beyond."""
+        self.in_play = in_play
+        self.active = np.flatnonzero(self.interface_level < in_play)
+        self.beyond = np.flatnonzero(self.interface_level >= in_play)
+        end = self.start[in_play]
+        self.order = np.full(self.place.size, -1, dtype=np.int64)
+        self.order[self.dofs[:end]] = np.arange(end)
+        self.dofs_in_play = self.dofs[:end]
+        self._forget_changes()
+        self._stale = in_play - 1
+
+    def condense(self, in_play: int, load: FloatArray) -> bool:
+        """Take all levels from ``in_play`` on as elastic, and replace them by what they do to the level before.
+
+        Parameters
+        ----------
+        in_play : int
+            Number of levels, from the ground on, that are looked at joint by joint.
+        load : array (3 (n + 1),)
+            Dead load in full.
+
+        Returns
+        -------
+        bool
+            Whether it can be done: what is beyond must be held by the levels in play.
+        """
+        was = self.in_play
+        if in_play >= self.levels:
+            self.put_in_play(self.levels)
+            return False
+        if was == self.levels:
+            # for the first time: without anchors, for these would hold what is condensed in space
+            couplings(self.bridges, self.far, self.near, self.model.interfaces, self.elastic, self.up, self.down)
+            for k in range(self.levels - 1, in_play - 1, -1):
+                if not self._eliminate(k, anchored=False):
+                    self.put_in_play(self.levels)
+                    return False
+        self.put_in_play(in_play)
+        weight = load[self.dofs]
+        self._hang = np.zeros(len(self.dofs))
+        hang(
+            self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.up, in_play,
+            weight[:, None], self._hang[:, None],
+        )  # fmt: skip
+        edge = slice(self.start[in_play - 1], self.start[in_play])
+        self.edge_dofs = self.dofs[edge]
+        self._edge_load = weight[edge] - load[self.edge_dofs]
+        bridge = np.zeros((self.size[in_play - 1], self.size[in_play - 1]))
+        add_within(
+            self._bridges(in_play), self.model.interfaces, self.elastic, self.place, self.level, in_play - 1, bridge
+        )
+        self._edge_stiffness = bridge - self._condensed[in_play - 1]
+        return True
+
+    def edge_force(self, displacement: FloatArray, load: float) -> FloatArray:
+        """Return the force of the condensed levels on the last level in play, under a share of the dead load."""
+        return load * self._edge_load - self._edge_stiffness @ displacement[self.edge_dofs]
+
+    def recover(self, displacement: FloatArray, load: float) -> None:
+        """Fill in the displacements of the condensed levels, from the last level in play outwards."""
+        if self.in_play == self.levels:
+            return
+        moved = displacement[self.dofs]
+        reach(
+            self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.down,
+            self.in_play, load, self._hang[:, None], moved[:, None],
+        )  # fmt: skip
+        displacement[self.dofs] = moved
+
+    # -- factorising and solving ------------------------------------------------------------------------------------
+
+    def update(self, stiffness: FloatArray) -> None:
+        """Take over the stiffness of the interfaces; ``solve`` then answers for it.
+
+        Parameters
+        ----------
+        stiffness : array (m, 9)
+            See ``joint_forces``; only interfaces in play count.
+        """
+        self.wanted[self.active] = stiffness[self.active]
+
+    def solve(self, force: FloatArray) -> FloatArray:
+        """Return the displacement of all degrees of freedom (3 (n + 1),) under a force, 0 where held or condensed."""
+        active = self.active
+        changed = active[(self.wanted[active] != self.stiffness[active]).any(axis=1)]
+        if self._stale >= 0 or not self._correctable(changed):
+            self._factorise(changed)
+            changed = changed[:0]
+        right = force[self.dofs_in_play]
+        if len(changed):
+            answer = self._corrected(right, changed)
+            if answer is None:
+                self._factorise(changed)
+                answer = self._sweep(right[:, None])[:, 0]
+            else:
+                self.corrections += 1
+        else:
+            answer = self._sweep(right[:, None])[:, 0]
+        displacement = np.zeros(len(force))
+        displacement[self.dofs_in_play] = answer
+        return displacement
+
+    def _correctable(self, changed: IntArray) -> bool:
+        new = int((self._slot[changed] < 0).sum())
+        return new <= AT_ONCE and self._known + new <= CHANGED
+
+    def _factorise(self, changed: IntArray) -> None:
+        farthest = max(int(self.interface_level[changed].max(initial=-1)), self._stale)
+        self.stiffness[self.active] = self.wanted[self.active]
+        self._forget_changes()
+        self._stale = -1
+        if farthest < 0:
+            return
+        self.factorisations += 1
+        # an interface that changed may be a bridge to the level before
+        last = self.first_bridge[farthest + 1]
+        couplings(
+            self.bridges[:last], self.far[:last], self.near[:last], self.model.interfaces, self.stiffness,
+            self.up[:last], self.down[:last],
+        )  # fmt: skip
+        for k in range(farthest, -1, -1):
+            self._eliminate(k)
+
+    def _eliminate(self, k: int, anchored: bool = True) -> bool:
+        if self.size[k] == 0:
+            if k > 0:
+                self._condensed[k - 1][:] = 0.0
+            return True
+        matrix = self._within(k, self.stiffness if anchored else self.elastic)
+        if anchored:
+            matrix.ravel()[:: len(matrix) + 1] += self._anchor[k]
+        if k + 1 < self.levels:
+            matrix -= self._condensed[k]
+        # LAPACK counts along columns: what it inverts is the transpose, and so is what it returns
+        lu, pivots, singular = lapack.dgetrf(matrix.T, overwrite_a=1)
+        if not anchored and (singular or np.abs(lu.diagonal()).min() < NOT_HELD * np.abs(lu.diagonal()).max()):
+            return False
+        inverse, _ = lapack.dgetri(lu, pivots, overwrite_lu=1)
+        self._inverse(k)[:] = inverse.T
+        if k > 0:
+            work = np.empty((self.size[k], self.size[k - 1]))
+            listed = (self.first_bridge[k], self.first_bridge[k + 1])
+            pass_on(
+                listed, self.at_far, self.at_near, self.up, self.down, self._inverse(k), work, self._condensed[k - 1]
+            )
+        return True
+
+    def _sweep(self, force: FloatArray) -> FloatArray:
+        sweep(
+            self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
+            self.at_near, self.up, self.down, force, np.empty_like(force),
+        )  # fmt: skip
+        return force
+
+    def _forget_changes(self) -> None:
+        self._slot = np.full(len(self.interface_level), -1, dtype=np.int64)
+        self._known = 0
+        self._listed = np.empty(CHANGED, dtype=np.int64)
+        self._reach = np.empty((3 * CHANGED, int(self.start[self.in_play])))
+        self._compliance = np.empty((3 * CHANGED, 3 * CHANGED))
+
+    def _learn(self, new: IntArray) -> None:
+        """Find how the wall as factorised answers to unit forces in some joints."""
+        face, known, now = self.model.interfaces, self._known, self._known + len(new)
+        columns = np.zeros((self._reach.shape[1], 3 * len(new)))
+        loose_springs(new, face, self.order, 0, columns)
+        self._reach[3 * known : 3 * now] = self._sweep(columns).T
+        self._listed[known:now] = new
+        self._slot[new] = np.arange(known, now)
+        all_known = self._listed[:now]
+        right = np.empty((3 * now, 3 * len(new)))
+        relative_displacements(all_known, face, self.order, self._reach[3 * known : 3 * now], right)
+        self._compliance[: 3 * now, 3 * known : 3 * now] = right
+        if known:
+            below = np.empty((3 * len(new), 3 * known))
+            relative_displacements(new, face, self.order, self._reach[: 3 * known], below)
+            self._compliance[3 * known : 3 * now, : 3 * known] = below
+        self._known = now
+
+    def _corrected(self, force: FloatArray, changed: IntArray) -> FloatArray | None:
+        """Solve with some joints other than they were factorised; None if that loses too much precision."""
+        new = changed[self._slot[changed] < 0]
+        if len(new):
+            self._learn(new)
+        listed = self._listed[: self._known]
+        change = self.wanted[listed] - self.stiffness[listed]
+        size = 3 * self._known
+        matrix = np.empty((size, size))
+        with_changes(self._compliance[:size, :size], change, matrix)
+        answer = self._sweep(force[:, None])[:, 0]
+        moved = np.empty((size, 1))
+        relative_displacements(listed, self.model.interfaces, self.order, answer[None], moved)
+        _, _, gap, singular = lapack.dgesv(matrix, moved, overwrite_a=1)
+        if singular:
+            return None
+        extra = np.einsum("sij,sj->si", change.reshape(-1, 3, 3), gap.reshape(-1, 3)).ravel()
+        answer = answer - extra @ self._reach[:size]
+        relative_displacements(listed, self.model.interfaces, self.order, answer[None], moved)
+        if not np.abs(moved - gap).max() <= FAITHFUL * np.abs(gap).max():
+            return None
+        return answer
+
+
+def block_levels(model: Model, held: IntArray) -> IntArray:
+    """Return how many joints each block (n,) is away from ground and supports; the ground itself is level 0.
+
+    Blocks that no joint connects to them follow the farthest level by themselves.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    held : array of int
+        Degrees of freedom that do not move freely.
+    """
+    n = model.n_blocks
+    a, b = model.interfaces.block_a, model.interfaces.block_b
+    # from what is held altogether; what is only guided, as along an axis of symmetry, is not near the ground
+    holds = model.properties.shear_stiffness > SLACK * model.properties.normal_stiffness
+    graph = csr_array((np.ones(int(holds.sum())), (a[holds], b[holds])), shape=(n + 1, n + 1))
+    blocks, ways = np.unique(held // 3, return_counts=True)
+    roots = blocks[ways == 3]
+    if len(roots) == 1 and not ((a == n) | (b == n)).any():
+        roots = blocks
+    distance = dijkstra(graph, directed=False, unweighted=True, indices=roots, min_only=True)
+    # ground and supports have no free degrees of freedom worth a level: what touches them is level 0
+    distance = np.maximum(np.where(np.isfinite(distance), distance, np.nan) - 1.0, 0.0)
+    last = np.nanmax(distance)
+    return np.where(np.isnan(distance), last, distance).astype(np.int64)

@@ -1,0 +1,305 @@
+"""One equilibrium: where the blocks are at a given load and movement, the joints remembering the one before.
+
+First Newton's method is tried on the law as it is. From nearby it arrives in a few steps, which is where most
+equilibria of a path lie. If it does not, friction limits are frozen: the wall then has an energy, convex in the
+displacements, whose minimum Newton's method with a line search finds from anywhere; the limits are brought up to date
+and the minimum is sought again, until both agree.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
+from damagepred.solvers.quasi_static.equations import LevelEquations
+from damagepred.solvers.state import JointMemory
+from damagepred.solvers.stiffness import dof_arms, held_dofs
+
+FloatArray = NDArray[np.float64]
+
+DIRECT, FULL_STEPS = 16, 5
+"""Newton steps that the law as it is gets, and how many of them are taken in full whatever they do."""
+HOPELESS = 1e3
+"""Growth of the unbalanced force at which it is given up."""
+NUDGE = 1e-7
+"""Progress over which the rate of forces is taken."""
+LOOSE = (3.0, 1e-3, 1e-6)
+"""How near (block weights) the minimum with frozen limits is sought before they are let go: ever nearer."""
+CLOSE, SOME = 30.0, 6
+"""Unbalanced force (block weights) from which limits are taken that were not yet in equilibrium; attempts they get."""
+ATTEMPTS, UNRELAXED, RELAXED = 30, 6, (0.5, 0.3, 0.15)
+"""Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
+
+
+@dataclass
+class State:
+    """A point of the path: how far load and movement have come, where the blocks are, what the joints remember."""
+
+    load: float
+    progress: float
+    displacement: FloatArray
+    memory: JointMemory
+
+    def copy(self) -> State:
+        """Return a state that can change by itself."""
+        return State(self.load, self.progress, self.displacement.copy(), self.memory.copy())
+
+    def at(self, load: float, progress: float) -> State:
+        """Return a copy that stands at another load and movement, the blocks not having moved yet."""
+        return State(load, progress, self.displacement.copy(), self.memory.copy())
+
+
+class Equilibrium:
+    """Finds equilibria of a wall.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    tolerance : float
+        Largest unbalanced force over the mean block weight.
+    """
+
+    def __init__(self, model: Model, tolerance: float) -> None:
+        self.model, self.tolerance = model, tolerance
+        self.held = held_dofs(model)
+        self.dead_load = np.append(model.supports.load, np.zeros(3))
+        self.weight = model.mean_block_weight
+        self.per_weight = 1.0 / (dof_arms(model) * self.weight)
+        self.newton = 0
+        self.condensed = False
+        shape = model.interfaces.contact_area.shape
+        self.force = np.zeros(self.dead_load.size)
+        self.stiffness = np.zeros((shape[0], 9))
+        everything = np.arange(shape[0])
+        self._frozen = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
+        rest = State(0.0, 0.0, np.zeros(self.dead_load.size), JointMemory.fresh(model))
+        self._joint_forces(everything, rest, rest.displacement, live=False)
+        self.tangent = self.stiffness.copy()
+        self.equations = LevelEquations(model, self.held, self.stiffness.copy())
+        self.rate = np.zeros(self.dead_load.size)
+        supports = model.supports
+        movers = np.append(supports.prescribed[supports.prescribed_displacement != 0.0] // 3, model.n_blocks)
+        face = model.interfaces
+        self._moved = np.flatnonzero(np.isin(face.block_a, movers) | np.isin(face.block_b, movers))
+        self._note_tangent(rest, rest.displacement)
+        self.free = np.ones(self.dead_load.size, dtype=np.bool_)
+        self.free[self.held] = False
+        self.lost_at = 10.0 * float(np.ptp(model.blocks.vertices, axis=0).max())
+
+    # -- forces -----------------------------------------------------------------------------------------------------
+
+    def _joint_forces(self, active: NDArray[np.int64], state: State, displacement: FloatArray, live: bool) -> None:
+        model = self.model
+        joint_forces(
+            active, model.interfaces, model.properties, model.ground, state.memory, self._frozen, live, displacement,
+            state.progress, self.force, self.stiffness,
+        )  # fmt: skip
+
+    def unbalanced(self, state: State, displacement: FloatArray, live: bool = True) -> tuple[FloatArray, float]:
+        """Return the unbalanced force of every degree of freedom at a displacement, and its largest ratio.
+
+        Parameters
+        ----------
+        state : State
+            Load, movement and memory.
+        displacement : array (3 (n + 1),)
+            Where.
+        live : bool
+            Whether the law holds as it is, or with frozen friction limits.
+        """
+        np.multiply(self.dead_load, state.load, out=self.force)
+        self._joint_forces(self.equations.active, state, displacement, live)
+        if self.condensed:
+            self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load)
+        force = np.where(self.free, self.force, 0.0)
+        return force, float(np.abs(force * self.per_weight).max(initial=0.0))
+
+    def lost(self, state: State) -> bool:
+        """Tell whether blocks have fallen so far that there is no equilibrium to be found."""
+        return not bool((np.abs(state.displacement[self.free]) < self.lost_at).all())
+
+    # -- what is looked at ------------------------------------------------------------------------------------------
+
+    def open_up_to(self, level: int) -> None:
+        """Look at all joints up to a level one by one; what is beyond stays elastic and condensed."""
+        if level + 1 > self.equations.in_play or not self.condensed:
+            self.condensed = self.equations.condense(level + 1, self.dead_load)
+            self.free[:] = False
+            self.free[self.equations.dofs_in_play] = True
+
+    def find(self, state: State, start: FloatArray | None = None) -> float:
+        """Move the blocks of a state to equilibrium; what is condensed is opened where it would slide.
+
+        Parameters
+        ----------
+        state : State
+            Its displacement is that of the last equilibrium, and becomes that of this one.
+        start : array (3 (n + 1),), optional
+            Where to begin instead.
+
+        Returns
+        -------
+        float
+            Largest unbalanced force over the mean block weight.
+        """
+        while True:
+            worst = self._find_in_play(state, start)
+            if not self.condensed:
+                return worst
+            self.equations.recover(state.displacement, state.load)
+            if worst >= self.tolerance:
+                return worst
+            model, equations = self.model, self.equations
+            farthest = farthest_sliding(
+                equations.beyond, equations.interface_level, model.interfaces, model.properties, model.ground,
+                state.memory, state.displacement, state.progress,
+            )  # fmt: skip
+            if farthest < 0:
+                return worst
+            self.open_up_to(int(farthest))
+            start = None
+
+    def _find_in_play(self, state: State, start: FloatArray | None) -> float:
+        supports = self.model.supports
+        prescribed = state.progress * supports.prescribed_displacement
+        begun = state.displacement.copy()
+        begun[supports.prescribed] = prescribed
+        first = begun if start is None else start
+        found, worst = self._newton(state, first, DIRECT)
+        if worst < self.tolerance:
+            state.displacement[:] = found
+            return worst
+        if worst < CLOSE:
+            state.displacement[:] = found
+            worst = self._by_frozen_limits(state, near=True)
+            if worst < self.tolerance:
+                return worst
+        state.displacement[:] = begun
+        return self._by_frozen_limits(state, near=False)
+
+    def directly(self, state: State) -> tuple[float, FloatArray]:
+        """Return the equilibrium next to a state that is nearly in balance: its unbalanced ratio, and where."""
+        found, worst = self._newton(state, state.displacement, DIRECT)
+        if self.condensed and worst < self.tolerance:
+            found = found.copy()
+            self.equations.recover(found, state.load)
+        return worst, found
+
+    # -- the law as it is -------------------------------------------------------------------------------------------
+
+    def _newton(self, state: State, start: FloatArray, steps: int) -> tuple[FloatArray, float]:
+        """Newton's method on the law as it is; return the best place it came to, and the unbalanced ratio there."""
+        u = best = start
+        force, worst = self.unbalanced(state, u)
+        first = least = worst
+        for taken in range(steps + 1):
+            if worst < self.tolerance:
+                self._note_tangent(state, u)
+                break
+            step = self._step(force)
+            before, share = worst, 1.0
+            force, worst = self.unbalanced(state, u + step)
+            while worst > before and share > 0.1 and taken >= FULL_STEPS:
+                # contacts that change to and fro: part of the step
+                share *= 0.5
+                force, worst = self.unbalanced(state, u + share * step)
+            if not worst < HOPELESS * max(first, 1.0):
+                break
+            u = u + share * step
+            if worst < least:
+                best, least = u, worst
+        if not (np.abs(best[self.free]) < self.lost_at).all():
+            least = np.inf
+        return best, least
+
+    def _note_tangent(self, state: State, displacement: FloatArray) -> None:
+        """Keep how the path goes on: stiffness, and force per progress, joints sliding as they just did."""
+        self.tangent[self.equations.active] = self.stiffness[self.equations.active]
+        supports = self.model.supports
+        nudged = State(state.load, state.progress + NUDGE, displacement.copy(), state.memory)
+        nudged.displacement[supports.prescribed] += NUDGE * supports.prescribed_displacement
+        self.force[:] = 0.0
+        self._joint_forces(self._moved, state, displacement, live=True)
+        before = self.force.copy()
+        self.force[:] = 0.0
+        self._joint_forces(self._moved, nudged, nudged.displacement, live=True)
+        self.rate = (self.force - before) / NUDGE
+
+    def _step(self, force: FloatArray) -> FloatArray:
+        self.equations.update(self.stiffness)
+        self.newton += 1
+        return self.equations.solve(force)
+
+    # -- frozen friction limits ---------------------------------------------------------------------------------------
+
+    def _by_frozen_limits(self, state: State, near: bool) -> float:
+        """Bring frozen limits and the minimum of the energy to agree; begin with limits of a place near it, if so."""
+        bound, dilated, opened = self._frozen
+        bound[:], dilated[:], opened[:] = NO_LIMIT, state.memory.dilated, state.memory.opened
+        if near:
+            self._freeze(state, 1.0)
+        worst = np.inf
+        for attempt in range(SOME if near else ATTEMPTS):
+            self._minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
+            if self.lost(state):
+                break
+            share = 1.0
+            if attempt >= UNRELAXED:
+                # limits that overshoot from one minimum to the next: only part of the way
+                share = RELAXED[min((attempt - UNRELAXED) // 12, len(RELAXED) - 1)]
+            self._freeze(state, share)
+            found, worst = self._newton(state, state.displacement, DIRECT)
+            if worst < self.tolerance:
+                state.displacement[:] = found
+                break
+        return worst
+
+    def _freeze(self, state: State, share: float) -> None:
+        model = self.model
+        freeze(
+            self.equations.active, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
+            state.progress, self._frozen, share,
+        )  # fmt: skip
+
+    def _minimise(self, state: State, tolerance: float) -> float:
+        """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""
+        u = state.displacement
+        force, worst = self.unbalanced(state, u, live=False)
+        for taken in range(100):
+            # at least one step: limits taken from where the blocks stood before may hold nothing
+            if worst < (tolerance if taken else self.tolerance):
+                break
+            step = self._step(force)
+            slope = float(force @ step)
+            if not slope > 0:
+                break
+            share, force, worst = self._search(state, u, step, slope)
+            u += share * step
+            if self.lost(state):
+                break
+        return worst
+
+    def _search(self, state: State, u: FloatArray, step: FloatArray, slope: float) -> tuple[float, FloatArray, float]:
+        """Find how far to go along a step: to where the energy no longer falls, the root of its falling slope."""
+        low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
+        share = 1.0
+        for _ in range(30):
+            force, worst = self.unbalanced(state, u + share * step, live=False)
+            now = float(force @ step)
+            if abs(now) <= 0.3 * slope or (now > 0 and share >= 64.0):
+                break
+            if now > 0:
+                low, slope_low = share, now
+                if np.isnan(slope_high):
+                    share *= 2.0
+                    continue
+            else:
+                high, slope_high = share, now
+            # false position, kept away from the ends
+            share = low + (high - low) * min(max(slope_low / (slope_low - slope_high), 0.05), 0.95)
+        return share, force, worst

@@ -1,0 +1,340 @@
+"""The path of equilibria, bond by bond.
+
+A bond that is overloaded breaks. Bonds break in the order in which the growing movement reaches their strength: from
+each equilibrium the tangent tells at which movement the next bond will. Equilibrium is sought there, and that bond is
+broken (with those that reach their strength together with it, so that symmetric walls crack symmetrically). Where
+joints that open, close or slide on the way make the tangent's word wrong, the movement is bracketed. Then equilibrium
+is sought anew at the same movement before the step goes on. What a broken bond overloads in turn breaks at once, the
+most overloaded first. Where there is no equilibrium near, the wall moves by itself to one that is farther off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
+
+from damagepred.assembly import Model
+from damagepred.errors import ConvergenceError
+from damagepred.kernels.equilibrium import bond_loads, contact_stresses, settle
+from damagepred.scene import Solver
+from damagepred.solvers.explicit import describe_block
+from damagepred.solvers.increment import Increment
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.relaxation import come_to_rest
+from damagepred.solvers.quasi_static.work import WorkBalance, law_violation
+from damagepred.solvers.state import JointMemory, come_loose, contact_states
+
+FloatArray = NDArray[np.float64]
+Point = tuple[float, float]
+
+TOGETHER = 1e-4
+"""Bonds loaded within this share of the most loaded one break with it."""
+OVERLOAD = 1e-6
+"""A bond breaks when its stress exceeds its strength by this share."""
+NEAR = 0.01
+"""The movement at which a bond breaks is found to this share of its strength."""
+HALVINGS = 5
+"""Times a step is halved that finds no equilibrium."""
+CUTS = 4
+"""Times a step is cut to where a bond should break by its linear load; after that it is halved."""
+SHORTEST = 1e-5
+"""Share of a step so short that what breaks within it breaks at its end."""
+
+
+@dataclass
+class Count:
+    """Work done: Newton steps, factorisations, and times at which bonds broke."""
+
+    newton: int = 0
+    factorisations: int = 0
+    events: int = 0
+
+
+class Path:
+    """Follows the path of a wall.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Tolerance, and whether what stays elastic is condensed.
+    """
+
+    def __init__(self, model: Model, settings: Solver) -> None:
+        self.model = model
+        self.tolerance = settings.tolerance_used
+        self.equilibrium = Equilibrium(model, self.tolerance)
+        self.events = 0
+        self.balance = WorkBalance()
+        law = model.properties
+        # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
+        self._no_strength = 1e-3 * model.mean_block_weight / float(model.interfaces.contact_area.max())
+        self._load = np.zeros(model.interfaces.contact_area.shape)
+        self._lets_go = bool((law.residual_tensile_strength > 0).any())
+        self._everything = np.arange(len(model.interfaces.kind))
+        self.state = self._begin(settings.condense)
+        self.balance.begin(model, self.state)
+
+    def _begin(self, condense: bool) -> State:
+        """Return the wall before any load: joints without strength have no bond to break."""
+        law = self.model.properties
+        memory = JointMemory.fresh(self.model)
+        bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
+        memory.cracked[bare & (law.friction == law.residual_friction)] = True
+        self.unopened = memory.cracked.copy()
+        if condense:
+            levels = self.equilibrium.equations.interface_level[memory.cracked.any(axis=1)]
+            self.equilibrium.open_up_to(int(levels.max(initial=0)))
+        return State(0.0, 0.0, np.zeros(3 * (self.model.n_blocks + 1)), memory)
+
+    @property
+    def count(self) -> Count:
+        """Work done so far."""
+        return Count(self.equilibrium.newton, self.equilibrium.equations.factorisations, self.events)
+
+    # -- bonds and memory -------------------------------------------------------------------------------------------
+
+    def bond_loads(self, state: State) -> FloatArray:
+        """Return how far each bond (m, q) is loaded: 1 at its strength, 0 where it is broken already."""
+        model = self.model
+        bond_loads(
+            self._everything, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
+            state.progress, self._no_strength, self._load,
+        )  # fmt: skip
+        return self._load
+
+    def break_bonds(self, state: State, load: FloatArray) -> None:
+        """Break the most loaded bond, and those that are loaded alike."""
+        broken = load >= load.max() * (1.0 - TOGETHER)
+        if self.equilibrium.condensed:
+            levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
+            self.equilibrium.open_up_to(int(levels.max()))
+        again = broken & state.memory.cracked  # what was left of its strength is overcome, too
+        state.memory.opened[again] = np.inf
+        state.memory.cracked[broken] = True
+        sheared = broken & self.model.properties.brittle_shear[:, None]
+        state.memory.opened[sheared & (self.model.properties.critical_opening > 0)[:, None]] = np.inf
+        self.events += 1
+
+    def remember(self, state: State, gave_way: bool) -> None:
+        """Let the joints remember this equilibrium."""
+        model = self.model
+        friction = settle(
+            self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
+            state.displacement, state.progress, self.unopened,
+        )  # fmt: skip
+        self.balance.add(state, friction, self._support_power(state), gave_way)
+
+    def _support_power(self, state: State) -> float:
+        """Return the work of what moves the supports per progress (J)."""
+        supports = self.model.supports
+        if not supports.prescribed_displacement.any():
+            return 0.0
+        self.equilibrium.unbalanced(state, state.displacement)
+        return -float(self.equilibrium.force[supports.prescribed] @ supports.prescribed_displacement)
+
+    # -- steps ------------------------------------------------------------------------------------------------------
+
+    def advance(self, load: float, progress: float) -> float:
+        """Follow the path to a load and a movement, bond by bond; return the unbalanced ratio there."""
+        state = self.state
+        goal = (load, progress)
+        shortest = SHORTEST * distance(state, goal)
+        beyond: Point | None = None  # the nearest point at which a bond is known to be overloaded
+        fallen: State | None = None
+        halvings = cuts = 0
+        misses = 0  # times the tangent saw a bond break too soon
+        far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
+        while True:
+            target = far or beyond or goal
+            ahead, share = self.foresee(state, target)
+            if far is None and share < 1.0:
+                share = min(share * 2.0**misses, 1.0)
+                target = between(state, target, share)
+                ahead = state.displacement + share * (ahead - state.displacement)
+            trial = state.at(*target)
+            worst, jumped = self.equilibrium.find(trial, ahead), False
+            if fallen is None and self.equilibrium.lost(trial):
+                fallen = trial
+            if worst >= self.tolerance and halvings < HALVINGS:
+                # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
+                far, halvings = between(state, target, 0.5), halvings + 1
+                continue
+            if worst >= self.tolerance and fallen is None:
+                trial, worst = self.jump(state.at(*target))
+                jumped = True
+            if worst >= self.tolerance or self.equilibrium.lost(trial):
+                self.state = fallen or trial
+                return worst
+            fallen = None
+            loaded = self.bond_loads(trial)
+            heaviest = float(loaded.max(initial=0.0))
+            if heaviest <= 1.0 + OVERLOAD:
+                self.remember(trial, gave_way=jumped)
+                state, far, halvings, misses = trial, None, max(halvings - 1, 0), misses + 1
+                if target == beyond:
+                    beyond = None  # in small steps it is passed unbroken: friction remembers the way
+                if target == goal:
+                    self.state = state
+                    return worst
+            elif heaviest <= 1.0 + NEAR or distance(state, target) <= shortest:
+                self.remember(trial, gave_way=jumped)
+                state, worst = self.cascade(trial)
+                far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
+                if worst >= self.tolerance or self.equilibrium.lost(state):
+                    self.state = state
+                    return worst
+            else:
+                beyond, cuts = target, cuts + 1
+                over = loaded > 1.0 + OVERLOAD
+                after = loaded[over]
+                before = self.bond_loads(state)[over]
+                share = float(np.min((1.0 + 0.5 * NEAR - before) / (after - before))) if cuts < CUTS else 0.5
+                far = between(state, target, min(max(share, 1e-4), 0.95))
+
+    def foresee(self, state: State, target: Point) -> tuple[FloatArray, float]:
+        """Return where the tangent takes the blocks by a target, and at which share of the way a bond breaks."""
+        equilibrium, supports = self.equilibrium, self.model.supports
+        equilibrium.equations.update(equilibrium.tangent)
+        pull = (target[0] - state.load) * equilibrium.dead_load + (target[1] - state.progress) * equilibrium.rate
+        ahead = State(*target, state.displacement.copy(), state.memory)
+        ahead.displacement += equilibrium.equations.solve(pull)
+        equilibrium.newton += 1
+        ahead.displacement[supports.prescribed] = ahead.progress * supports.prescribed_displacement
+        if equilibrium.condensed:
+            equilibrium.equations.recover(ahead.displacement, ahead.load)
+        if equilibrium.lost(ahead):
+            return state.displacement, 1.0
+        after_load = self.bond_loads(ahead)
+        over = after_load > 1.0 + OVERLOAD
+        if not over.any():
+            return ahead.displacement, 1.0
+        after_load = after_load[over]
+        before_load = self.bond_loads(state)[over]
+        share = float(np.min((1.0 + 0.1 * NEAR - before_load) / (after_load - before_load)))
+        return ahead.displacement, min(max(share, 1e-6), 1.0)
+
+    def jump(self, state: State) -> tuple[State, float]:
+        """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio."""
+        equilibrium, worst = self.equilibrium, np.inf
+        for resting in come_to_rest(self.model, state):
+            if come_loose(self.model, resting.displacement, resting.progress).any():
+                return resting, np.inf
+            if equilibrium.condensed:
+                slid = (resting.memory.slip != state.memory.slip).any(axis=1)
+                equilibrium.open_up_to(int(equilibrium.equations.interface_level[slid].max(initial=0)))
+            worst, found = equilibrium.directly(resting)
+            if worst < self.tolerance:
+                resting.displacement[:] = found
+                break
+        return resting, worst
+
+    def cascade(self, state: State) -> tuple[State, float]:
+        """Break what is overloaded at a standing movement, one after the other, until nothing is."""
+        while True:
+            self.break_bonds(state, self.bond_loads(state))
+            trial = state.copy()
+            worst = self.equilibrium.find(trial)
+            if worst >= self.tolerance and not self.equilibrium.lost(trial):
+                trial, worst = self.jump(state)
+            if worst >= self.tolerance or self.equilibrium.lost(trial):
+                return trial, worst
+            state = trial
+            self.remember(state, gave_way=True)
+            if self.bond_loads(state).max(initial=0.0) <= 1.0 + OVERLOAD:
+                return state, worst
+
+    def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
+        """Take a picture of the present state."""
+        model, state, face = self.model, self.state, self.model.interfaces
+        opening, sigma, tau = (np.empty(face.contact_area.shape) for _ in range(3))
+        contact_stresses(
+            face, model.properties, model.ground, state.memory, state.displacement, state.progress, opening, sigma, tau
+        )
+        self.equilibrium.unbalanced(state, state.displacement)
+        upwards = self.equilibrium.held[self.equilibrium.held % 3 == 1]
+        now, balance = self.count, self.balance
+        return Increment(
+            number=number,
+            progress=state.progress,
+            displacement=state.displacement[:-3].reshape(-1, 3).copy(),
+            opening=opening,
+            slip=state.memory.slip.copy(),
+            normal_stress=sigma,
+            shear_stress=tau,
+            state=contact_states(state.memory._replace(cracked=state.memory.cracked & ~self.unopened)),
+            unbalanced_force_ratio=worst,
+            base_reaction=-float(self.equilibrium.force[upwards].sum()),
+            cycles=now.newton - before.newton,
+            events=now.events - before.events,
+            factorisations=now.factorisations - before.factorisations,
+            collapsed=collapsed,
+            external_work=balance.external_work,
+            elastic_energy=balance.elastic_energy,
+            friction_work=balance.friction_work,
+            fracture_work=balance.fracture_work,
+            released_energy=balance.released_energy,
+            energy_error=balance.energy_error,
+            joint_law_violation=law_violation(model, state, sigma, tau),
+        )
+
+
+def distance(state: State, far: Point) -> float:
+    """Return how far load and movement are from a state."""
+    return abs(far[0] - state.load) + abs(far[1] - state.progress)
+
+
+def between(state: State, far: Point, share: float) -> Point:
+    """Return the load and movement at a share of the way from a state."""
+    return state.load + share * (far[0] - state.load), state.progress + share * (far[1] - state.progress)
+
+
+def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
+    """Follow the movement increment by increment.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Tolerance; whether levels of blocks whose joints stay elastic are condensed.
+    increments : int
+        Number of equal steps of the movement.
+
+    Yields
+    ------
+    Increment
+        First the state under dead load (number 0), then one each step. The path ends early after an increment in
+        which a part of the wall came loose.
+
+    Raises
+    ------
+    ConvergenceError
+        If no equilibrium is found although nothing has come loose.
+    """
+    # the matrices are small: threads would spend their time waiting for each other
+    one_thread = ThreadpoolController().select(user_api="blas")
+    path = Path(model, settings)
+    for number in range(increments + 1):
+        before = replace(path.count)
+        with one_thread.limit(limits=1):
+            worst = path.advance(1.0, number / increments)
+        state = path.state
+        collapsed = bool(come_loose(model, state.displacement, state.progress).any())
+        if worst >= path.tolerance and not collapsed:
+            force, _ = path.equilibrium.unbalanced(state, state.displacement)
+            block = int(np.abs(force * path.equilibrium.per_weight).argmax()) // 3
+            raise ConvergenceError(
+                f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
+                f"{describe_block(model, block)}, allowed is {path.tolerance:g}.",
+                increment=number,
+                block=block,
+            )
+        yield path.report(number, worst, before, collapsed)
+        if collapsed:
+            return

@@ -1,0 +1,54 @@
+"""What happens where no equilibrium is near: the wall gives way at standing movement, and comes to rest elsewhere.
+
+Where joints slide unstably there is no path of equilibria to follow; the wall jumps. The explicit scheme lets the
+blocks move from where they are, damped, until they are nearly at rest; from there the equilibrium is found as ever.
+Bonds do not break on the way: that is left to the path, which breaks them in order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from damagepred.assembly import Model
+from damagepred.scene import Solver
+from damagepred.solvers.explicit import Run
+from damagepred.solvers.packed import memory_of
+from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.state import come_loose
+
+ROUNDS, CYCLES = 40, 500
+"""How often, after so many cycles each, the wall is looked at."""
+
+
+def come_to_rest(model: Model, start: State) -> Iterator[State]:
+    """Let the blocks move from a state that is not in equilibrium, at its load and movement.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    start : State
+        Where the blocks are, and the memory of the last equilibrium.
+
+    Yields
+    ------
+    State
+        Nearer and nearer to rest; the last one, if a part of the wall has come loose, with that part on its way.
+    """
+    law = model.properties
+    # no bond breaks meanwhile
+    holds = np.full_like(law.tensile_strength, np.inf)
+    lasting = law._replace(tensile_strength=holds, brittle_shear=np.zeros_like(law.brittle_shear))
+    softens = law.critical_opening > 0
+    lasting.tensile_strength[softens] = law.tensile_strength[softens]
+    run = Run(replace(model, properties=lasting), Solver())
+    run.resume(start.displacement, start.memory, start.load, start.progress)
+    for _ in range(ROUNDS):
+        run.cycle(CYCLES)
+        memory = memory_of(run.joints)
+        yield State(start.load, start.progress, run.motion.displacement.copy(), memory)
+        if come_loose(model, run.motion.displacement, start.progress).any():
+            return

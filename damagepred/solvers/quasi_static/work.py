@@ -1,0 +1,114 @@
+"""Energy balance of a path, and how well its equilibria obey the law of the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.kernels.equilibrium import energy
+from damagepred.solvers.quasi_static.equilibrium import State
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass
+class WorkBalance:
+    """Where the work of dead load and movement has gone, all in J, summed along the path.
+
+    Attributes
+    ----------
+    external_work : float
+        Work of dead load and of the movement on the wall.
+    elastic_energy : float
+        Stored in the joints.
+    friction_work, fracture_work : float
+        Taken by sliding, and by softening bonds.
+    released_energy : float
+        Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
+    energy_error : float
+        What does not balance in the steps between, added up without sign: their length is what makes it.
+    """
+
+    external_work: float = 0.0
+    elastic_energy: float = 0.0
+    friction_work: float = 0.0
+    fracture_work: float = 0.0
+    released_energy: float = 0.0
+    energy_error: float = 0.0
+
+    def begin(self, model: Model, state: State) -> None:
+        """Note where the path begins."""
+        self._model = model
+        self._keep(state)
+        self._power = 0.0
+
+    def _keep(self, state: State) -> None:
+        self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
+
+    def add(self, state: State, friction: float, reaction: float, gave_way: bool) -> None:
+        """Add the step to a new equilibrium.
+
+        Parameters
+        ----------
+        state : State
+            With the memory of the new equilibrium.
+        friction : float
+            Work of friction in the step (J).
+        reaction : float
+            Work per progress of what moves the supports in the new equilibrium (J).
+        gave_way : bool
+            Whether the step broke bonds at standing movement.
+        """
+        model = self._model
+        stored, softened, power = energy(
+            model.interfaces, model.properties, model.ground, state.memory, state.displacement, state.progress
+        )
+        power += reaction
+        moved = (state.displacement - self._displacement)[:-3]
+        dead = 0.5 * (state.load + self._load) * float(model.supports.load @ moved)
+        work = dead + 0.5 * (power + self._power) * (state.progress - self._progress)
+        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - friction
+        self.external_work += work
+        self.elastic_energy, self.fracture_work = stored, softened
+        self.friction_work += friction
+        if gave_way:
+            self.released_energy += missing
+        else:
+            self.energy_error += abs(missing)
+        self._keep(state)
+        self._power = power
+
+
+def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray) -> float:
+    """Return by how much the stresses exceed what the joints carry (Pa), at most; 0 if they obey the law.
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces with q contacts.
+    state : State
+        With the memory of this equilibrium.
+    sigma, tau : array (m, q)
+        Normal stress, tension positive, and shear stress (Pa).
+    """
+    law = model.properties
+
+    def each(values: FloatArray) -> FloatArray:
+        return np.broadcast_to(values[:, None], sigma.shape)
+
+    cracked, opened = state.memory.cracked, state.memory.opened
+    strength, critical = each(law.tensile_strength), each(law.critical_opening)
+    first = strength / each(law.normal_stiffness)
+    softens = critical > 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bond = np.clip((critical - np.maximum(opened, first)) / (critical - first), 0.0, 1.0)
+    bond = np.where(cracked, np.where(softens, bond, 0.0), 1.0)
+    left = each(law.residual_tensile_strength)
+    tension = sigma - (left + bond * (strength - left))
+    cohesion = each(law.residual_cohesion) + bond * each(law.cohesion - law.residual_cohesion)
+    friction = each(law.residual_friction) + bond * each(law.friction - law.residual_friction)
+    shear = np.abs(tau) - np.maximum(cohesion - sigma * friction, 0.0)
+    return float(max(tension.max(), shear.max(), 0.0))
