@@ -38,8 +38,8 @@ def normal_law(e, cracked, opened, k_n, strength, left, critical, live):
     e : float
         Opening less dilation (m).
     cracked, opened
-        Whether the bond is broken; how far open it was (m), of which a softening joint remembers the largest and a
-        brittle one with residual tensile strength only whether it has let go.
+        Whether the bond is broken; how far open it was (m), of which a softening joint remembers the largest, and a
+        brittle one only whether it has parted (infinity) or still touches (0).
     k_n, strength, left, critical : float
         Stiffness (Pa/m), tensile strength and residual tensile strength (Pa), opening at which a softening bond is
         gone (m), 0 for a brittle one.
@@ -104,6 +104,12 @@ def live_contact(properties, i, cracked, opened, e, shear):
     tau = k_s * shear
     size = abs(tau)
     gone = cracked and e > 0.0 and sigma == 0.0
+    if gone and psi > 0.0 and critical == 0.0 and opened == 0.0:
+        # it touched before: climbing as it slides it may touch still
+        pressed, friction = k_n * e, properties.residual_friction[i]
+        climb = psi * (size - properties.residual_cohesion[i] + pressed * friction) / (k_s + k_n * friction * psi)
+        if climb >= e:
+            sigma, slope, gone = pressed, k_n, False
     limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, gone)
     if size < limit * AT_LIMIT:
         return sigma, tau, slope, 0.0, 0.0, k_s, 0.0, 0.0, limit
@@ -278,6 +284,8 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
                 memory.slip[i, k] += slip
                 memory.dilated[i, k] += climb
                 work += interfaces.contact_area[i, k] * (tau * slip + sigma * climb)
+            if cracked and properties.critical_opening[i] == 0.0 and properties.residual_tensile_strength[i] == 0.0:
+                memory.opened[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
             if cracked and properties.critical_opening[i] > 0.0:
                 memory.opened[i, k] = max(memory.opened[i, k], e, properties.tensile_strength[i] / k_n)
     return work
@@ -312,6 +320,10 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
             sigma = k_n * (u_n - memory.dilated[i, k])
+            if properties.dilation[i] > 0.0:  # what slides on the way climbs, and is pulled less
+                sigma, _, _, _, _, _, _, _, _ = live_contact(
+                    properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
+                )
             if memory.cracked[i, k]:
                 load[i, k] = sigma / left
             else:

@@ -6,6 +6,9 @@ Every wall follows from its number alone (``--first`` and ``--walls`` choose whi
 again by itself:
 
     python studies/quasi_static_campaign/run.py --first 37 --walls 1
+
+``--law`` gives all joints of the same walls another law than the paper's: dilation, friction that falls when a joint
+cracks, bonds that slip breaks, bonds that soften, or strength that a crack leaves.
 """
 
 from __future__ import annotations
@@ -36,7 +39,18 @@ ENDS = ("complete", "collapsed", "not converged", "diverged", "not a number", "o
 FloatArray = NDArray[np.float64]
 
 
-def random_wall(number: int, tolerance: float | None = None) -> tuple[Scene, dict[str, FloatArray]]:
+LAWS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "dilation": {"dilation": 0.1},
+    "residual_friction": {"residual_friction": 0.35},
+    "brittle_shear": {"brittle_shear": True},
+    "softening": {"fracture_energy": 10.0},
+    "residual_strength": {"residual_tensile_strength": 0.01e6, "residual_cohesion": 0.02e6},
+}
+"""Other laws of the joints, by name."""
+
+
+def random_wall(number: int, tolerance: float | None = None, law: str = "paper") -> tuple[Scene, dict[str, FloatArray]]:
     """Return a wall and the strengths of its joints, both from its number alone."""
     rng = np.random.default_rng([2026, number])
     with_dpc, with_window, dishing = rng.random(3) < 0.5
@@ -55,7 +69,7 @@ def random_wall(number: int, tolerance: float | None = None) -> tuple[Scene, dic
     scene = Scene(
         title=f"campaign wall {number}",
         wall=wall,
-        joint=Joint(friction=float(np.clip(rng.normal(0.75, 0.1), 0.4, 1.1))),
+        joint=Joint(friction=float(np.clip(rng.normal(0.75, 0.1), 0.4, 1.1)), **LAWS[law]),
         dpc=Dpc(course=int(rng.integers(1, 3)), friction=float(rng.uniform(0.3, 0.7))) if with_dpc else None,
         opening=opening,
         movement=Movement(
@@ -93,9 +107,9 @@ def imbalance(model: Model, step: Increment) -> float:
     return float(np.abs(force[:n]).max() / model.mean_block_weight)
 
 
-def solve_wall(number: int, tolerance: float | None = None) -> dict[str, Any]:
+def solve_wall(number: int, tolerance: float | None = None, law: str = "paper") -> dict[str, Any]:
     """Solve one wall; return what is known of its path."""
-    scene, fields = random_wall(number, tolerance)
+    scene, fields = random_wall(number, tolerance, law)
     model = wall_model(scene, fields)
     row: dict[str, Any] = {
         "wall": number, "blocks": model.n_blocks, "dpc": scene.dpc is not None, "window": bool(scene.opening),
@@ -124,12 +138,12 @@ def solve_wall(number: int, tolerance: float | None = None) -> dict[str, Any]:
     return row
 
 
-def run(numbers: range, processes: int, limit: float, tolerance: float | None) -> list[dict[str, Any]]:
+def run(numbers: range, processes: int, limit: float, tolerance: float | None, law: str) -> list[dict[str, Any]]:
     """Solve walls side by side, each within a time limit."""
     rows = []
-    solve_wall(numbers[0], tolerance)  # compiled once for all
+    solve_wall(numbers[0], tolerance, law)  # compiled once for all
     with ProcessPool(max_workers=processes) as pool:
-        jobs = [(n, pool.schedule(solve_wall, args=[n, tolerance], timeout=limit)) for n in numbers]
+        jobs = [(n, pool.schedule(solve_wall, args=[n, tolerance, law], timeout=limit)) for n in numbers]
         for done, (number, job) in enumerate(jobs, start=1):
             try:
                 row = job.result()
@@ -171,10 +185,11 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2, help="side by side (2)")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds that one wall may take (120)")
     parser.add_argument("--tolerance", type=float, default=None, help="block weights (the solver's own)")
+    parser.add_argument("--law", choices=LAWS, default="paper", help="law of the joints (paper)")
     parser.add_argument("--csv", type=Path, default=HERE / "results" / "walls.csv", help="one line for each wall")
     options = parser.parse_args()
     numbers = range(options.first, options.first + options.walls)
-    rows = run(numbers, options.processes, options.limit, options.tolerance)
+    rows = run(numbers, options.processes, options.limit, options.tolerance, options.law)
     options.csv.parent.mkdir(parents=True, exist_ok=True)
     with options.csv.open("w", newline="", encoding="utf-8") as file:
         columns = max(rows, key=len)

@@ -31,7 +31,9 @@ LOOSE = (3.0, 1e-3, 1e-6)
 """How near (block weights) the minimum with frozen limits is sought before they are let go: ever nearer."""
 CLOSE, SOME = 30.0, 6
 """Unbalanced force (block weights) from which limits are taken that were not yet in equilibrium; attempts they get."""
-ATTEMPTS, UNRELAXED, RELAXED = 30, 6, (0.5, 0.3, 0.15)
+IN_VAIN = 8
+"""Minima sought, one after the other, that come no nearer to balance, before it is given up."""
+ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
 """Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 
 
@@ -243,7 +245,7 @@ class Equilibrium:
         bound[:], dilated[:], opened[:] = NO_LIMIT, state.memory.dilated, state.memory.opened
         if near:
             self._freeze(state, 1.0)
-        worst = np.inf
+        worst, least, since = np.inf, np.inf, 0
         for attempt in range(SOME if near else ATTEMPTS):
             self._minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
             if self.lost(state):
@@ -256,6 +258,10 @@ class Equilibrium:
             found, worst = self._newton(state, state.displacement, DIRECT)
             if worst < self.tolerance:
                 state.displacement[:] = found
+                break
+            since = 0 if worst < 0.5 * least else since + 1
+            least = min(least, worst)
+            if since > IN_VAIN:
                 break
         return worst
 

@@ -29,6 +29,7 @@ from damagepred.solvers.quasi_static.work import WorkBalance, law_violation
 from damagepred.solvers.state import JointMemory, come_loose, contact_states
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 Point = tuple[float, float]
 
 TOGETHER = 1e-4
@@ -75,7 +76,8 @@ class Path:
         # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
         self._no_strength = 1e-3 * model.mean_block_weight / float(model.interfaces.contact_area.max())
         self._load = np.zeros(model.interfaces.contact_area.shape)
-        self._lets_go = bool((law.residual_tensile_strength > 0).any())
+        self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
+        self._lets_go = bool(self._lets_go_at.any())
         self._everything = np.arange(len(model.interfaces.kind))
         self.state = self._begin(settings.condense)
         self.balance.begin(model, self.state)
@@ -108,18 +110,20 @@ class Path:
         )  # fmt: skip
         return self._load
 
-    def break_bonds(self, state: State, load: FloatArray) -> None:
-        """Break the most loaded bond, and those that are loaded alike."""
+    def break_bonds(self, state: State, load: FloatArray) -> BoolArray:
+        """Break the most loaded bond, and those that are loaded alike; tell which lost also what a crack had left."""
         broken = load >= load.max() * (1.0 - TOGETHER)
         if self.equilibrium.condensed:
             levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
             self.equilibrium.open_up_to(int(levels.max()))
-        again = broken & state.memory.cracked  # what was left of its strength is overcome, too
+        again = broken & state.memory.cracked
         state.memory.opened[again] = np.inf
         state.memory.cracked[broken] = True
-        sheared = broken & self.model.properties.brittle_shear[:, None]
-        state.memory.opened[sheared & (self.model.properties.critical_opening > 0)[:, None]] = np.inf
+        law = self.model.properties
+        sheared = broken & (law.brittle_shear & (law.critical_opening > 0))[:, None]
+        state.memory.opened[sheared] = np.inf
         self.events += 1
+        return again
 
     def remember(self, state: State, gave_way: bool) -> None:
         """Let the joints remember this equilibrium."""
@@ -177,6 +181,8 @@ class Path:
             if heaviest <= 1.0 + OVERLOAD:
                 self.remember(trial, gave_way=jumped)
                 state, far, halvings, misses = trial, None, max(halvings - 1, 0), misses + 1
+                if self._lets_go:
+                    state, worst = self.cascade(state, worst)
                 if target == beyond:
                     beyond = None  # in small steps it is passed unbroken: friction remembers the way
                 if target == goal:
@@ -184,7 +190,7 @@ class Path:
                     return worst
             elif heaviest <= 1.0 + NEAR or distance(state, target) <= shortest:
                 self.remember(trial, gave_way=jumped)
-                state, worst = self.cascade(trial)
+                state, worst = self.cascade(trial, worst)
                 far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
                 if worst >= self.tolerance or self.equilibrium.lost(state):
                     self.state = state
@@ -226,18 +232,24 @@ class Path:
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
             if equilibrium.condensed:
-                slid = (resting.memory.slip != state.memory.slip).any(axis=1)
-                equilibrium.open_up_to(int(equilibrium.equations.interface_level[slid].max(initial=0)))
+                gave = (resting.memory.slip != state.memory.slip) | (resting.memory.cracked != state.memory.cracked)
+                equilibrium.open_up_to(int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0)))
             worst, found = equilibrium.directly(resting)
             if worst < self.tolerance:
                 resting.displacement[:] = found
                 break
         return resting, worst
 
-    def cascade(self, state: State) -> tuple[State, float]:
+    def cascade(self, state: State, worst: float) -> tuple[State, float]:
         """Break what is overloaded at a standing movement, one after the other, until nothing is."""
+        let_go = np.zeros_like(state.memory.cracked)
         while True:
-            self.break_bonds(state, self.bond_loads(state))
+            load = self.bond_loads(state)
+            overloaded = load.max(initial=0.0) > 1.0 + OVERLOAD
+            if overloaded:
+                let_go |= self.break_bonds(state, load)
+            if not (self.hold_again(state, except_for=let_go) or overloaded):
+                return state, worst
             trial = state.copy()
             worst = self.equilibrium.find(trial)
             if worst >= self.tolerance and not self.equilibrium.lost(trial):
@@ -246,16 +258,32 @@ class Path:
                 return trial, worst
             state = trial
             self.remember(state, gave_way=True)
-            if self.bond_loads(state).max(initial=0.0) <= 1.0 + OVERLOAD:
-                return state, worst
+
+    def hold_again(self, state: State, except_for: BoolArray) -> bool:
+        """Let cracked joints with residual tensile strength hold again where nearly closed; tell whether any does."""
+        if not self._lets_go:
+            return False
+        law, (opening, _, _) = self.model.properties, self.stresses(state)
+        stress = law.normal_stiffness[:, None] * (opening - state.memory.dilated)
+        near = self._lets_go_at & (state.memory.opened > 0) & (stress <= law.residual_tensile_strength[:, None])
+        near &= ~except_for
+        state.memory.opened[near] = 0.0
+        return bool(near.any())
+
+    def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
+        model = self.model
+        opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
+        contact_stresses(
+            model.interfaces, model.properties, model.ground, state.memory, state.displacement, state.progress,
+            opening, sigma, tau,
+        )  # fmt: skip
+        return opening, sigma, tau
 
     def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
-        model, state, face = self.model, self.state, self.model.interfaces
-        opening, sigma, tau = (np.empty(face.contact_area.shape) for _ in range(3))
-        contact_stresses(
-            face, model.properties, model.ground, state.memory, state.displacement, state.progress, opening, sigma, tau
-        )
+        model, state = self.model, self.state
+        opening, sigma, tau = self.stresses(state)
         self.equilibrium.unbalanced(state, state.displacement)
         upwards = self.equilibrium.held[self.equilibrium.held % 3 == 1]
         now, balance = self.count, self.balance

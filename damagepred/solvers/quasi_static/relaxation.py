@@ -2,7 +2,7 @@
 
 Where joints slide unstably there is no path of equilibria to follow; the wall jumps. The explicit scheme lets the
 blocks move from where they are, damped, until they are nearly at rest; from there the equilibrium is found as ever.
-Bonds do not break on the way: that is left to the path, which breaks them in order.
+Bonds do not break at once on the way: that is left to the path, which breaks them in order. They may begin to soften.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.quasi_static.equilibrium import State
-from damagepred.solvers.state import come_loose
+from damagepred.solvers.state import come_loose, fields_of
 
-ROUNDS, CYCLES = 40, 500
-"""How often, after so many cycles each, the wall is looked at."""
+CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
+"""After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
 
 
 def come_to_rest(model: Model, start: State) -> Iterator[State]:
@@ -46,9 +46,16 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
     lasting.tensile_strength[softens] = law.tensile_strength[softens]
     run = Run(replace(model, properties=lasting), Solver())
     run.resume(start.displacement, start.memory, start.load, start.progress)
-    for _ in range(ROUNDS):
-        run.cycle(CYCLES)
+    cycles = CYCLES
+    while run.cycles < AT_MOST:
+        run.cycle(cycles)
+        cycles = int(LONGER * cycles)
         memory = memory_of(run.joints)
+        opening = fields_of(run.model, memory, run.motion.displacement, start.progress).opening
+        stress = law.normal_stiffness[:, None] * (opening - memory.dilated)
+        parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
+        brittle = memory.cracked & ~softens[:, None]
+        memory.opened[brittle] = parted[brittle]
         yield State(start.load, start.progress, run.motion.displacement.copy(), memory)
         if come_loose(model, run.motion.displacement, start.progress).any():
             return
