@@ -145,6 +145,42 @@ def live_contact(properties, i, cracked, opened, e, shear):
 
 
 @law
+def plain_contact(k_n, k_s, cohesion, friction, open_carries_nothing, e, shear):
+    """Return stresses and slopes (nn, sn, ss) as ``live_contact`` for a joint without dilation, softening or the like.
+
+    Parameters
+    ----------
+    k_n, k_s, cohesion, friction : float
+        Of the joint as it is now, intact or cracked.
+    open_carries_nothing : bool
+        Whether it is cracked.
+    e, shear : float
+        Opening, and shear less slip (m).
+    """
+    if open_carries_nothing and e > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    sigma, tau = k_n * e, k_s * shear
+    limit = cohesion - sigma * friction
+    if abs(tau) < limit * AT_LIMIT:
+        return sigma, tau, k_n, 0.0, k_s
+    if limit <= 0.0:
+        return sigma, 0.0, k_n, 0.0, 0.0
+    sign = 1.0 if tau >= 0.0 else -1.0
+    return sigma, sign * min(abs(tau), limit), k_n, -sign * friction * k_n, 0.0
+
+
+@law
+def is_plain(properties, i):
+    """Tell whether ``plain_contact`` is the law of interface i."""
+    return (
+        properties.dilation[i] == 0.0
+        and properties.critical_opening[i] == 0.0
+        and properties.residual_tensile_strength[i] == 0.0
+        and not properties.brittle_shear[i]
+    )
+
+
+@law
 def frozen_contact(properties, i, cracked, opened, bound, e, shear):
     """Return stresses and slopes (nn, ns, sn, ss) as ``live_contact``, with a given largest shear stress."""
     k_s = properties.shear_stiffness[i]
@@ -189,13 +225,21 @@ def joint_forces(
         n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, mn, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        plain = live and is_plain(properties, i)
+        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         for k in range(interfaces.contact_area.shape[1]):
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
             u_n, u_s = opening + at * turn, shear - memory.slip[i, k]
             if i >= first_ground:
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
-            if live:
+            if plain:
+                cracked = memory.cracked[i, k]
+                cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
+                friction = properties.residual_friction[i] if cracked else properties.friction[i]
+                sigma, tau, d_nn, d_sn, d_ss = plain_contact(k_n, k_s, cohesion, friction, cracked, u_n, u_s)
+                d_ns = 0.0
+            elif live:
                 sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = live_contact(
                     properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
                 )
@@ -399,6 +443,7 @@ def energy(interfaces, properties, ground, memory, displacement, progress):
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
+        plain = is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
             area = interfaces.contact_area[i, k]
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
@@ -406,7 +451,12 @@ def energy(interfaces, properties, ground, memory, displacement, progress):
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
-            sigma, tau, _, _, _, _, _, _, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            if plain:
+                cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
+                friction = properties.residual_friction[i] if cracked else properties.friction[i]
+                sigma, tau, _, _, _ = plain_contact(k_n, k_s, cohesion, friction, cracked, e, u_s)
+            else:
+                sigma, tau, _, _, _, _, _, _, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
             stored += 0.5 * area * sigma * e
             stored += 0.5 * area * tau * tau / k_s
             if cracked and critical > 0.0:

@@ -144,7 +144,7 @@ def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, f
         See ``sweep``.
     last : int
         The last level to be eliminated.
-    force : array (degrees of freedom, r)
+    force : array (degrees of freedom,) or (degrees of freedom, r)
         In the order of the levels; the force that comes down is added to the next level.
     hanging : array, shape of ``force``
         Filled: displacement with all nearer levels held.
@@ -165,13 +165,13 @@ def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, firs
     ----------
     load : float
         Share of the forces that made ``hanging``.
-    hanging, displacement : array (degrees of freedom, r)
+    hanging, displacement : array (degrees of freedom,) or (degrees of freedom, r)
         In the order of the levels.
     """
     for k in range(first, start.size - 1):
         a, b = start[k], start[k + 1]
         inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
-        pull = np.zeros((b - a, displacement.shape[1]))
+        pull = np.zeros_like(displacement[a:b])
         push(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement[start[k - 1] : a], pull)
         displacement[a:b] = load * hanging[a:b] + np.dot(inverse, pull)
 
@@ -190,7 +190,7 @@ def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, 
         Bridges between levels k and k - 1 are ``first_bridge[k]`` to ``first_bridge[k + 1]``.
     at_far, at_near, up, down : array
         See ``pass_on``.
-    force : array (degrees of freedom, r)
+    force : array (degrees of freedom,) or (degrees of freedom, r)
         In the order of the levels; becomes the displacement.
     hanging : array, shape of ``force``
         Scratch.
@@ -210,8 +210,11 @@ def push(first, last, at_here, at_there, coupling, displacement, force):
             for c in range(3):
                 if at_there[e, c] < 0:
                     continue
-                for j in range(force.shape[1]):
-                    force[at_here[e, r], j] -= coupling[e, r, c] * displacement[at_there[e, c], j]
+                if force.ndim == 1:
+                    force[at_here[e, r]] -= coupling[e, r, c] * displacement[at_there[e, c]]
+                else:
+                    for j in range(force.shape[1]):
+                        force[at_here[e, r], j] -= coupling[e, r, c] * displacement[at_there[e, c], j]
 
 
 @kernel
@@ -269,23 +272,36 @@ def relative_displacements(listed, interfaces, order, displacement, relative):
 
 
 @kernel
-def with_changes(compliance, change, matrix):
+def take_away(amounts, slots, rows, vector):
+    """Subtract rows 3 s, 3 s + 1 and 3 s + 2 of ``rows``, times ``amounts``, from a vector, for all slots s."""
+    for s in range(slots.size):
+        for j in range(3):
+            amount, row = amounts[3 * s + j], rows[3 * slots[s] + j]
+            for i in range(vector.size):
+                vector[i] -= amount * row[i]
+
+
+@kernel
+def with_changes(compliance, slots, change, matrix):
     """Set ``matrix`` to 1 + compliance times the changes of stiffness.
 
     Parameters
     ----------
-    compliance : array (3 s, 3 s)
-        Relative displacements of s interfaces for unit forces in them.
+    compliance : array
+        Relative displacements of interfaces for unit forces in them.
+    slots : array of int (s,)
+        Those that change: rows and columns 3 slot to 3 slot + 2 of the compliance.
     change : array (s, 9)
         Change of the stiffness of each.
     matrix : array (3 s, 3 s)
         Filled.
     """
     for r in range(matrix.shape[0]):
-        for s in range(change.shape[0]):
+        row = compliance[3 * slots[r // 3] + r % 3]
+        for s in range(slots.size):
             for c in range(3):
                 total = 0.0
                 for j in range(3):
-                    total += compliance[r, 3 * s + j] * change[s, 3 * j + c]
+                    total += row[3 * slots[s] + j] * change[s, 3 * j + c]
                 matrix[r, 3 * s + c] = total
         matrix[r, r] += 1.0

@@ -27,6 +27,7 @@ from damagepred.kernels.levels import (
     reach,
     relative_displacements,
     sweep,
+    take_away,
     with_changes,
 )
 
@@ -168,7 +169,7 @@ class LevelEquations:
         self._hang = np.zeros(len(self.dofs))
         hang(
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.up, in_play,
-            weight[:, None], self._hang[:, None],
+            weight, self._hang,
         )  # fmt: skip
         edge = slice(self.start[in_play - 1], self.start[in_play])
         self.edge_dofs = self.dofs[edge]
@@ -191,7 +192,7 @@ class LevelEquations:
         moved = displacement[self.dofs]
         reach(
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.down,
-            self.in_play, load, self._hang[:, None], moved[:, None],
+            self.in_play, load, self._hang, moved,
         )  # fmt: skip
         displacement[self.dofs] = moved
 
@@ -216,14 +217,14 @@ class LevelEquations:
             changed = changed[:0]
         right = force[self.dofs_in_play]
         if len(changed):
-            answer = self._corrected(right, changed)
+            answer = self._corrected(right.copy(), changed)
             if answer is None:
                 self._factorise(changed)
-                answer = self._sweep(right[:, None])[:, 0]
+                answer = self._sweep(right)
             else:
                 self.corrections += 1
         else:
-            answer = self._sweep(right[:, None])[:, 0]
+            answer = self._sweep(right)
         displacement = np.zeros(len(force))
         displacement[self.dofs_in_play] = answer
         return displacement
@@ -310,20 +311,19 @@ class LevelEquations:
         new = changed[self._slot[changed] < 0]
         if len(new):
             self._learn(new)
-        listed = self._listed[: self._known]
-        change = self.wanted[listed] - self.stiffness[listed]
-        size = 3 * self._known
-        matrix = np.empty((size, size))
-        with_changes(self._compliance[:size, :size], change, matrix)
-        answer = self._sweep(force[:, None])[:, 0]
-        moved = np.empty((size, 1))
-        relative_displacements(listed, self.model.interfaces, self.order, answer[None], moved)
-        _, _, gap, singular = lapack.dgesv(matrix, moved, overwrite_a=1)
+        slots = self._slot[changed]
+        change = self.wanted[changed] - self.stiffness[changed]
+        size = 3 * len(changed)
+        matrix, moved = np.empty((size, size)), np.empty((size, 1))
+        with_changes(self._compliance, slots, change, matrix)
+        answer = self._sweep(force)
+        relative_displacements(changed, self.model.interfaces, self.order, answer[None], moved)
+        _, _, gap, singular = lapack.dgesv(matrix, moved)
         if singular:
             return None
         extra = np.einsum("sij,sj->si", change.reshape(-1, 3, 3), gap.reshape(-1, 3)).ravel()
-        answer = answer - extra @ self._reach[:size]
-        relative_displacements(listed, self.model.interfaces, self.order, answer[None], moved)
+        take_away(extra, slots, self._reach, answer)
+        relative_displacements(changed, self.model.interfaces, self.order, answer[None], moved)
         if not np.abs(moved - gap).max() <= FAITHFUL * np.abs(gap).max():
             return None
         return answer
