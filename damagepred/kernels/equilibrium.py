@@ -12,7 +12,7 @@ Where the frozen numbers agree with the live law, so do the two.
 import numpy as np
 
 from damagepred.kernels.contact import relative
-from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.jit import kernel, law, rule
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
@@ -82,7 +82,7 @@ def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
     return cohesion - sigma * friction, friction * slope - softens * (more_cohesion - sigma * more_friction)
 
 
-@law
+@rule
 def live_contact(properties, i, cracked, opened, e, shear):
     """Return a contact's stresses, their slopes and its slip at an opening e and a shear, both less what is remembered.
 

@@ -66,3 +66,8 @@ def kernel(function):
 def law(function):
     """Compile a law that kernels call: always inlined, as only then it can work on many contacts at a time."""
     return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False, forceinline=True)(function)
+
+
+def rule(function):
+    """Compile a law that is too long to be put wherever it is called: compiled once, called from many kernels."""
+    return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False)(function)

@@ -1,5 +1,8 @@
 """Block tridiagonal stiffness of levels of blocks: making it, passing it on, and solving with it.
 
+Matrices of a level stand here transposed: what the inverse makes of a displacement is then a sum of its rows, which the
+compiler works on many numbers at a time.
+
 Kinematics of interface i are three rows (opening, shear, relative rotation) over the six degrees of freedom of its two
 blocks. Its stiffness is a 3 x 3 matrix between them, not symmetric where sliding joints dilate less than they rub.
 """
@@ -52,7 +55,7 @@ def add_within(listed, interfaces, stiffness, place, level, k, matrix):
     level : array of int (n + 1,)
         Level of each block, -1 for the ground.
     matrix : array (size, size)
-        Added to.
+        Added to, transposed.
     """
     rows, six = np.empty((3, 6)), np.empty((6, 6))
     for i in listed:
@@ -68,7 +71,7 @@ def add_within(listed, interfaces, stiffness, place, level, k, matrix):
                 block = blocks[c // 3]
                 at_c = place[3 * block + c % 3]
                 if level[block] == k and at_c >= 0:
-                    matrix[at_r, at_c] += six[r, c]
+                    matrix[at_c, at_r] += six[r, c]
 
 
 @kernel
@@ -106,32 +109,81 @@ def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
         Bridges between the two levels.
     at_far, at_near : array of int (b, 3)
         Place of the degrees of freedom of a bridge's blocks in their levels, -1 where held.
+    up, down : array (b, 3, 3)
+        See ``couplings``.
     inverse : array (size, size)
-        Of the stiffness within the level, all that is farther having been eliminated.
-    work : array (size, nearer size)
+        Of the stiffness within the level, all that is farther having been eliminated; transposed.
+    work : array (nearer size, size)
         Scratch.
     condensed : array (nearer size, nearer size)
-        Filled.
+        Filled, transposed.
     """
     first, last = listed
     work[:] = 0.0
-    for j in range(inverse.shape[0]):
-        for e in range(first, last):
-            for r in range(3):
-                if at_far[e, r] < 0:
-                    continue
-                value = inverse[j, at_far[e, r]]
-                for c in range(3):
-                    if at_near[e, c] >= 0:
-                        work[j, at_near[e, c]] += value * down[e, r, c]
-    condensed[:] = 0.0
     for e in range(first, last):
         for r in range(3):
-            if at_near[e, r] < 0:
+            if at_far[e, r] < 0:
+                continue
+            row = inverse[at_far[e, r]]
+            for c in range(3):
+                if at_near[e, c] >= 0:
+                    add_row(down[e, r, c], row, work[at_near[e, c]])
+    condensed[:] = 0.0
+    for m in range(condensed.shape[0]):
+        for e in range(first, last):
+            for r in range(3):
+                if at_near[e, r] < 0:
+                    continue
+                total = 0.0
+                for c in range(3):
+                    if at_far[e, c] >= 0:
+                        total += up[e, r, c] * work[m, at_far[e, c]]
+                condensed[m, at_near[e, r]] += total
+
+
+@law
+def add_row(amount, row, total):
+    """Add a row, times an amount, to another."""
+    for j in range(row.size):
+        total[j] += amount * row[j]
+
+
+@law
+def multiply(inverses, at, size, force, from_place, displacement, to_place):
+    """Add what a level's (transposed) inverse makes of forces to displacements, one row after the other.
+
+    Parameters
+    ----------
+    inverses, at, size
+        Where the inverse begins, and its rows.
+    force, from_place, displacement, to_place
+        Arrays (r, ...) and where in their rows the level begins.
+    """
+    inverse = inverses[at : at + size * size].reshape((size, size))
+    for j in range(force.shape[0]):
+        add_row(
+            1.0, np.dot(force[j][from_place : from_place + size], inverse), displacement[j][to_place : to_place + size]
+        )
+
+
+@law
+def push(first, last, at_here, at_there, coupling, displacement, there, force, here):
+    """Subtract from the forces of one level what the displacements of its neighbour make there.
+
+    Parameters
+    ----------
+    displacement, there, force, here
+        Arrays (r, ...) and where in their rows the levels begin.
+    """
+    for e in range(first, last):
+        for r in range(3):
+            if at_here[e, r] < 0:
                 continue
             for c in range(3):
-                if at_far[e, c] >= 0:
-                    condensed[at_near[e, r]] += up[e, r, c] * work[at_far[e, c]]
+                if at_there[e, c] < 0:
+                    continue
+                for j in range(force.shape[0]):
+                    force[j, here + at_here[e, r]] -= coupling[e, r, c] * displacement[j, there + at_there[e, c]]
 
 
 @kernel
@@ -140,21 +192,26 @@ def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, f
 
     Parameters
     ----------
-    start, inverses, at_inverse, first_bridge, at_far, at_near, up
-        See ``sweep``.
+    start : array of int (levels + 1,)
+        Where each level starts in the order of the levels.
+    inverses, at_inverse : array
+        Inverse of each level's stiffness, transposed, one after the other, row by row; and where each begins.
+    first_bridge : array of int
+        Bridges between levels k and k - 1 are ``first_bridge[k]`` to ``first_bridge[k + 1]``.
+    at_far, at_near, up
+        See ``pass_on``.
     last : int
         The last level to be eliminated.
-    force : array (degrees of freedom,) or (degrees of freedom, r)
+    force : array (r, degrees of freedom)
         In the order of the levels; the force that comes down is added to the next level.
-    hanging : array, shape of ``force``
-        Filled: displacement with all nearer levels held.
+    hanging : array (r, degrees of freedom)
+        Zeros; filled with the displacement with all nearer levels held.
     """
     for k in range(start.size - 2, last - 1, -1):
-        a, b = start[k], start[k + 1]
-        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
-        hanging[a:b] = np.dot(inverse, force[a:b])
+        a = start[k]
+        multiply(inverses, at_inverse[k], start[k + 1] - a, force, a, hanging, a)
         if k > 0:
-            push(first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging[a:b], force[start[k - 1] : a])
+            push(first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging, a, force, start[k - 1])
 
 
 @kernel
@@ -163,73 +220,45 @@ def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, firs
 
     Parameters
     ----------
+    start, inverses, at_inverse, first_bridge, at_far, at_near, down
+        See ``hang``.
     load : float
         Share of the forces that made ``hanging``.
-    hanging, displacement : array (degrees of freedom,) or (degrees of freedom, r)
+    hanging, displacement : array (r, degrees of freedom)
         In the order of the levels.
     """
+    pull = np.empty_like(displacement)
     for k in range(first, start.size - 1):
         a, b = start[k], start[k + 1]
-        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
-        pull = np.zeros_like(displacement[a:b])
-        push(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement[start[k - 1] : a], pull)
-        displacement[a:b] = load * hanging[a:b] + np.dot(inverse, pull)
+        for j in range(displacement.shape[0]):
+            for i in range(a, b):
+                displacement[j, i] = load * hanging[j, i]
+                pull[j, i] = 0.0
+        push(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement, start[k - 1], pull, a)
+        multiply(inverses, at_inverse[k], b - a, pull, a, displacement, a)
 
 
 @kernel
 def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, force, hanging):
-    """Turn forces into displacements: levels from far to near, and back.
-
-    Parameters
-    ----------
-    start : array of int (levels + 1,)
-        Where each level starts in the order of the levels.
-    inverses, at_inverse : array
-        Inverse of each level's stiffness, one after the other, row by row, and where each begins.
-    first_bridge : array of int
-        Bridges between levels k and k - 1 are ``first_bridge[k]`` to ``first_bridge[k + 1]``.
-    at_far, at_near, up, down : array
-        See ``pass_on``.
-    force : array (degrees of freedom,) or (degrees of freedom, r)
-        In the order of the levels; becomes the displacement.
-    hanging : array, shape of ``force``
-        Scratch.
-    """
+    """Turn forces (r, degrees of freedom) into displacements: levels from far to near, and back; see ``hang``."""
     hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, hanging)
-    force[: start[1]] = hanging[: start[1]]
+    for j in range(force.shape[0]):
+        for i in range(start[1]):
+            force[j, i] = hanging[j, i]
     reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, 1, 1.0, hanging, force)
 
 
-@law
-def push(first, last, at_here, at_there, coupling, displacement, force):
-    """Subtract from the forces of one level what the displacements of its neighbour make there."""
-    for e in range(first, last):
-        for r in range(3):
-            if at_here[e, r] < 0:
-                continue
-            for c in range(3):
-                if at_there[e, c] < 0:
-                    continue
-                if force.ndim == 1:
-                    force[at_here[e, r]] -= coupling[e, r, c] * displacement[at_there[e, c]]
-                else:
-                    for j in range(force.shape[1]):
-                        force[at_here[e, r], j] -= coupling[e, r, c] * displacement[at_there[e, c], j]
-
-
 @kernel
-def loose_springs(listed, interfaces, order, at, columns):
-    """Add the kinematics of interfaces as columns of unit forces.
+def loose_springs(listed, interfaces, order, rows_of_force):
+    """Add the kinematics of interfaces as rows of unit forces.
 
     Parameters
     ----------
     listed : array of int
-        The interfaces, three columns each.
+        The interfaces, three rows each.
     order : array of int (3 (n + 1),)
         Place of each degree of freedom in the order of the levels, -1 where held or not in play.
-    at : int
-        First column.
-    columns : array (degrees of freedom in play, r)
+    rows_of_force : array (3 * listed, degrees of freedom in play)
         Added to.
     """
     rows = np.empty((3, 6))
@@ -241,7 +270,7 @@ def loose_springs(listed, interfaces, order, at, columns):
             where = order[3 * block + r % 3]
             if where >= 0:
                 for j in range(3):
-                    columns[where, at + 3 * s + j] += rows[j, r]
+                    rows_of_force[3 * s + j, where] += rows[j, r]
 
 
 @kernel

@@ -112,7 +112,7 @@ class LevelEquations:
         return self.bridges[self.first_bridge[k] : self.first_bridge[k + 1]]
 
     def _within(self, k: int, stiffness: FloatArray) -> FloatArray:
-        """Return the stiffness within a level, the displacements of all others held."""
+        """Return the stiffness within a level, transposed, the displacements of all others held."""
         matrix = np.zeros((self.size[k], self.size[k]))
         listed = self._reaching[k]
         if k + 1 < self.levels:
@@ -169,7 +169,7 @@ class LevelEquations:
         self._hang = np.zeros(len(self.dofs))
         hang(
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.up, in_play,
-            weight, self._hang,
+            weight[None], self._hang[None],
         )  # fmt: skip
         edge = slice(self.start[in_play - 1], self.start[in_play])
         self.edge_dofs = self.dofs[edge]
@@ -178,7 +178,7 @@ class LevelEquations:
         add_within(
             self._bridges(in_play), self.model.interfaces, self.elastic, self.place, self.level, in_play - 1, bridge
         )
-        self._edge_stiffness = bridge - self._condensed[in_play - 1]
+        self._edge_stiffness = (bridge - self._condensed[in_play - 1]).T
         return True
 
     def edge_force(self, displacement: FloatArray, load: float) -> FloatArray:
@@ -192,7 +192,7 @@ class LevelEquations:
         moved = displacement[self.dofs]
         reach(
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.down,
-            self.in_play, load, self._hang, moved,
+            self.in_play, load, self._hang[None], moved[None],
         )  # fmt: skip
         displacement[self.dofs] = moved
 
@@ -220,11 +220,11 @@ class LevelEquations:
             answer = self._corrected(right.copy(), changed)
             if answer is None:
                 self._factorise(changed)
-                answer = self._sweep(right)
+                answer = self._sweep(right[None])[0]
             else:
                 self.corrections += 1
         else:
-            answer = self._sweep(right)
+            answer = self._sweep(right[None])[0]
         displacement = np.zeros(len(force))
         displacement[self.dofs_in_play] = answer
         return displacement
@@ -260,14 +260,14 @@ class LevelEquations:
             matrix.ravel()[:: len(matrix) + 1] += self._anchor[k]
         if k + 1 < self.levels:
             matrix -= self._condensed[k]
-        # LAPACK counts along columns: what it inverts is the transpose, and so is what it returns
+        # LAPACK counts along columns: to it, what stands here transposed is the matrix itself
         lu, pivots, singular = lapack.dgetrf(matrix.T, overwrite_a=1)
         if not anchored and (singular or np.abs(lu.diagonal()).min() < NOT_HELD * np.abs(lu.diagonal()).max()):
             return False
         inverse, _ = lapack.dgetri(lu, pivots, overwrite_lu=1)
         self._inverse(k)[:] = inverse.T
         if k > 0:
-            work = np.empty((self.size[k], self.size[k - 1]))
+            work = np.empty((self.size[k - 1], self.size[k]))
             listed = (self.first_bridge[k], self.first_bridge[k + 1])
             pass_on(
                 listed, self.at_far, self.at_near, self.up, self.down, self._inverse(k), work, self._condensed[k - 1]
@@ -277,7 +277,7 @@ class LevelEquations:
     def _sweep(self, force: FloatArray) -> FloatArray:
         sweep(
             self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
-            self.at_near, self.up, self.down, force, np.empty_like(force),
+            self.at_near, self.up, self.down, force, np.zeros_like(force),
         )  # fmt: skip
         return force
 
@@ -291,9 +291,9 @@ class LevelEquations:
     def _learn(self, new: IntArray) -> None:
         """Find how the wall as factorised answers to unit forces in some joints."""
         face, known, now = self.model.interfaces, self._known, self._known + len(new)
-        columns = np.zeros((self._reach.shape[1], 3 * len(new)))
-        loose_springs(new, face, self.order, 0, columns)
-        self._reach[3 * known : 3 * now] = self._sweep(columns).T
+        rows = np.zeros((3 * len(new), self._reach.shape[1]))
+        loose_springs(new, face, self.order, rows)
+        self._reach[3 * known : 3 * now] = self._sweep(rows)
         self._listed[known:now] = new
         self._slot[new] = np.arange(known, now)
         all_known = self._listed[:now]
@@ -316,7 +316,7 @@ class LevelEquations:
         size = 3 * len(changed)
         matrix, moved = np.empty((size, size)), np.empty((size, 1))
         with_changes(self._compliance, slots, change, matrix)
-        answer = self._sweep(force)
+        answer = self._sweep(force[None])[0]
         relative_displacements(changed, self.model.interfaces, self.order, answer[None], moved)
         _, _, gap, singular = lapack.dgesv(matrix, moved)
         if singular:
