@@ -1,4 +1,4 @@
-"""Random small walls of every law: equilibria that balance, obey the law of the joints, and account for their energy."""
+"""Random small walls of every law: equilibria that balance, obey the joint law, and account for their energy."""
 
 from dataclasses import replace
 from typing import Any
