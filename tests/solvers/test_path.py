@@ -1,0 +1,388 @@
+"""The path of the quasi-static solver: which bond next, jumps, symmetry, collapse, errors, energy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import damagepred
+from damagepred.assembly import Assembly, Model, wall_model
+from damagepred.assembly.assembly import GRAVITY, rectangle
+from damagepred.errors import ConvergenceError
+from damagepred.path import QUALITY
+from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
+from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.path import NEAR, OVERLOAD, Path, quasi_static_path
+from tests.properties.test_quasi_static_laws import random_wall
+from tests.solvers.test_half import mirrored
+from tests.solvers.walls import small_scene, stack, weak_pair
+from tests.validation.test_quasi_static_balance import unbalanced
+
+QUASI_STATIC = Solver(method="quasi_static")
+WHOLE = Solver(method="quasi_static", symmetric_half=False)
+WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
+
+
+def cracking(**other: object) -> Scene:
+    """A symmetric wall that cracks."""
+    return Scene(
+        wall=Wall(length=2.4, height=0.6, block_length=0.3, block_height=0.15),
+        **{
+            "loads": Loads(roof=1000.0),
+            "joint": WEAK,
+            "movement": Movement(central_deflection=3e-3, increments=3),
+            "solver": QUASI_STATIC,
+            **other,
+        },  # type: ignore[arg-type]
+    )
+
+
+# -- which bond breaks next -------------------------------------------------------------------------------------------
+
+
+def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, int]:
+    """Return a wall of which one bond is to break, at a share of the movement, and its interface."""
+    scene = cracking(
+        joint=Joint(tensile_strength=1e8, cohesion=1e9),
+        block=BlockMaterial(density=density),
+        loads=Loads(roof=0.5 * density),
+        movement=Movement(central_deflection=1e-4, kind="doming"),
+    )
+    model = wall_model(scene)
+    first, last = solve_path(model, WHOLE, 1)  # elastic, so all is linear
+    before, after = first.normal_stress, last.normal_stress
+    interface = int(np.argmax((after - before).max(axis=1)))
+    strength = float((before + share * (after - before))[interface].max())
+    assert strength > 0
+    law = model.properties
+    weak = law.tensile_strength.copy()
+    weak[interface] = strength
+    return replace(model, properties=law._replace(tensile_strength=weak)), interface
+
+
+@pytest.mark.parametrize("share", [0.3, 0.62, 0.97])
+@pytest.mark.parametrize("density", [0.0, 2000.0])
+def test_the_tangent_foresees_the_movement_at_which_a_bond_breaks(share: float, density: float) -> None:
+    model, _ = with_one_weak_bond(share, density)
+    path = Path(model, WHOLE)
+    assert path.advance(1.0, 0.0) < path.tolerance
+    ahead, found = path.foresee(path.state, (1.0, 1.0))
+    # pressure counts as no load: for a bond that is pressed at first it is too soon, never too late
+    assert (0.99 if density == 0.0 else 0.85) * share <= found <= 1.01 * share
+    # nothing slides: where the tangent leads, there is equilibrium
+    there = path.state.at(1.0, 1.0)
+    start = path.state.displacement.copy()
+    start[model.supports.prescribed] = model.supports.prescribed_displacement
+    before = path.equilibrium.unbalanced(there, start)[1]
+    assert path.equilibrium.unbalanced(there, ahead)[1] < 1e-4 * before
+
+
+@pytest.mark.parametrize("increments", [1, 3, 10])
+@pytest.mark.parametrize("condense", [True, False])
+def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
+    monkeypatch: pytest.MonkeyPatch, increments: int, condense: bool
+) -> None:
+    model, interface = with_one_weak_bond(0.62)
+    seen: list[tuple[float, np.ndarray]] = []
+    original = Path.break_bonds
+
+    def break_bonds(self: Path, state: State, load: np.ndarray) -> np.ndarray:
+        seen.append((state.progress, load.copy()))
+        return original(self, state, load)
+
+    monkeypatch.setattr(Path, "break_bonds", break_bonds)
+    *_, last = quasi_static_path(model, replace(WHOLE, condense=condense), increments)
+    progress, load = seen[0]
+    assert progress == pytest.approx(0.62, rel=0.01)
+    assert progress >= 0.62 * (1 - 1e-4)
+    assert int(load.max(axis=1).argmax()) == interface
+    assert 1.0 + OVERLOAD < load.max() <= 1.0 + NEAR
+    assert (np.flatnonzero((last.state == ContactState.CRACKED).any(axis=1)) == [interface]).all()
+
+
+def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = cracking()
+    model = wall_model(scene)
+    progress: list[float] = []
+    cracked: list[int] = []
+    original = Path.break_bonds
+
+    def break_bonds(self: Path, state: State, load: np.ndarray) -> np.ndarray:
+        progress.append(state.progress)
+        before = state.memory.cracked.copy()
+        again = original(self, state, load)
+        assert state.memory.cracked[before].all()
+        cracked.append(int(state.memory.cracked.sum()))
+        return again
+
+    monkeypatch.setattr(Path, "break_bonds", break_bonds)
+    steps = list(quasi_static_path(model, WHOLE, 3))
+    assert len(progress) > 5
+    assert (np.diff(progress) >= 0).all()
+    assert (np.diff(cracked) > 0).all()
+    assert sum(s.events for s in steps) == len(progress)
+
+
+# -- symmetry ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+@pytest.mark.parametrize("dpc", [None, Dpc(course=1, friction=0.4)])
+def test_a_symmetric_wall_solved_in_full_cracks_symmetrically(kind: str, dpc: Dpc | None) -> None:
+    scene = cracking(dpc=dpc)
+    scene = replace(scene, movement=replace(scene.movement, kind=kind))
+    model = wall_model(scene)
+    cracked = 0
+    for step in solve_path(model, WHOLE, 3):
+        image = mirrored(model, step)
+        bonded = (model.properties.tensile_strength > 0)[:, None]  # others part by rounding where they carry nothing
+        here, there = (v.state == ContactState.CRACKED for v in (step, image))
+        np.testing.assert_array_equal(here & bonded, there & bonded)
+        cracked = int((here & bonded).sum())
+    assert cracked > 5, "nothing to check"
+
+
+def test_half_or_whole_condensed_or_not() -> None:
+    model = wall_model(cracking())
+    paths = [
+        list(solve_path(model, Solver(method="quasi_static", condense=condense, symmetric_half=half), 3))
+        for condense in (True, False)
+        for half in (True, False)
+    ]
+    reference = paths[-1]
+    assert (reference[-1].state == ContactState.CRACKED).sum() > 5
+    for path in paths[:-1]:
+        for one, other in zip(path, reference, strict=True):
+            widest = max(float(np.abs(other.opening).max()), 1e-6)
+            np.testing.assert_allclose(one.opening, other.opening, rtol=0, atol=1e-4 * widest)
+            largest = float(np.abs(other.normal_stress).max())
+            np.testing.assert_allclose(one.normal_stress, other.normal_stress, rtol=0, atol=1e-3 * largest)
+            np.testing.assert_array_equal(one.state == ContactState.CRACKED, other.state == ContactState.CRACKED)
+            for name in ("external_work", "elastic_energy", "released_energy", "base_reaction"):
+                assert getattr(one, name) == pytest.approx(getattr(other, name), rel=2e-2, abs=1e-6), name
+
+
+# -- jumps ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", ["paper", "brittle shear", "residual strength"])
+def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwise(law: str) -> None:
+    _, model = random_wall(law, 1)
+    path = Path(model, WHOLE)
+    assert path.advance(1.0, 0.02) < path.tolerance
+    start = path.state.at(1.0, 0.021)
+    direct = start.copy()
+    assert path.equilibrium.find(direct) < path.tolerance
+    found, worst = path.jump(start)
+    assert worst < path.tolerance
+    assert path.equilibrium.unbalanced(found, found.displacement)[1] < path.tolerance
+    moved = np.abs(direct.displacement - path.state.displacement).max()
+    # not quite: on its way friction is overcome to and fro
+    assert np.abs(found.displacement - direct.displacement).max() < 0.6 * moved
+    # the bonds have waited
+    np.testing.assert_array_equal(found.memory.cracked, start.memory.cracked)
+
+
+def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Walls in which something slides unstably."""
+    jumps: list[float] = []
+    original = Path.jump
+
+    def jump(self: Path, state: State) -> tuple[State, float]:
+        found, worst = original(self, state)
+        jumps.append(worst)
+        return found, worst
+
+    monkeypatch.setattr(Path, "jump", jump)
+    for law, seed in (("residual strength", 12), ("softening", 0)):
+        scene, model = random_wall(law, seed)
+        steps = list(solve_path(model, WHOLE, scene.movement.increments))
+        assert len(steps) == scene.movement.increments + 1
+        for step in steps:
+            assert np.abs(unbalanced(model, step)).max() < 1.05e-6
+    assert jumps, "nothing to check: look for other walls"
+    assert max(jumps) < 1e-6
+
+
+@pytest.mark.parametrize("law", ["paper", "softening", "residual strength"])
+def test_a_path_on_which_the_wall_must_jump_goes_on(monkeypatch: pytest.MonkeyPatch, law: str) -> None:
+    """Equilibrium is hidden from the solver for a while: it must be reached by the wall itself."""
+    scene, model = random_wall(law, 1)
+    original, hidden = Equilibrium.find, []
+
+    def find(self: Equilibrium, state: State, start: np.ndarray | None = None) -> float:
+        if 0.2 < state.progress <= 0.4 and len(hidden) < 8:
+            hidden.append(state.progress)
+            return 1.0
+        return original(self, state, start)
+
+    monkeypatch.setattr(Equilibrium, "find", find)
+    steps = list(quasi_static_path(model, WHOLE, scene.movement.increments))
+    assert len(hidden) == 8
+    assert len(steps) == scene.movement.increments + 1
+    for step in steps:
+        assert np.abs(unbalanced(model, step)).max() < 1.05e-6
+
+
+# -- collapse and errors ----------------------------------------------------------------------------------------------
+
+
+def on_a_plate(joint: Joint, drop: float) -> Assembly:
+    """A brick on a plate that is pulled away from under it, and a second brick that stays."""
+    wall = Assembly(joint=joint)
+    for x in (0.0, 0.5):
+        plate = wall.add_block(rectangle(x, -0.1, x + 0.2, 0.0))
+        wall.add_block(rectangle(x, 0.0, x + 0.2, 0.1))
+        wall.support(plate)
+    wall.move(0, y=-drop)
+    return wall
+
+
+def between_piers(left: float) -> Assembly:
+    """A brick glued between two piers, the right one of which is pulled away; the left joint has its own strength."""
+    # hardly any friction: it must not get jammed
+    smooth = {"friction": 0.05, "brittle_shear": True}
+    wall = Assembly(joint=Joint(tensile_strength=5e3, cohesion=5e3, **smooth), block=BlockMaterial(density=2000.0))
+    piers = [wall.add_block(rectangle(x, 0.0, x + 0.2, 0.1)) for x in (0.0, 0.4)]
+    brick = wall.add_block(rectangle(0.2, 0.0, 0.4, 0.1))
+    for pier in piers:
+        wall.support(pier)
+    wall.set_joint(piers[0], brick, Joint(tensile_strength=left, cohesion=left, **smooth))
+    wall.move(piers[1], x=5e-3)
+    return wall
+
+
+@pytest.mark.parametrize("condense", [True, False])
+def test_a_wall_whose_support_is_pulled_away_collapses(condense: bool) -> None:
+    # by itself the left joint would have to hold 24 kPa at its top
+    settings = Solver(method="quasi_static", condense=condense)
+    ds = damagepred.solve(between_piers(8e3), increments=4, solver=settings)
+    assert ds.attrs["status"] == "collapsed"
+    assert "came loose in increment" in ds.attrs["status_message"]
+    assert ds.sizes["increment"] <= 5
+    assert int(ds["damage_category"].values[-1]) == int(ds["damage_category"].values.max())
+    # strong enough, it stays up
+    assert damagepred.solve(between_piers(0.1e6), increments=4, solver=settings).attrs["status"] == "complete"
+
+
+def test_what_follows_its_support_down_does_not_collapse() -> None:
+    ds = damagepred.solve(on_a_plate(Joint(), 5e-3), increments=4, solver=QUASI_STATIC)
+    assert ds.attrs["status"] == "complete"
+    assert ds["block_displacement_y"].values[-1, 1] == pytest.approx(-5e-3, abs=1e-5)
+
+
+def test_a_block_that_nothing_holds_is_a_collapse_at_once() -> None:
+    path = list(quasi_static_path(weak_pair(QUASI_STATIC), QUASI_STATIC, 3))
+    assert [p.collapsed for p in path] == [True]
+    assert path[0].number == 0
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_an_increment_without_equilibrium_names_itself_and_a_block(monkeypatch: pytest.MonkeyPatch, half: bool) -> None:
+    original = Equilibrium.find
+
+    def find(self: Equilibrium, state: State, start: np.ndarray | None = None) -> float:
+        return 1.0 if state.progress > 0.3 else original(self, state, start)
+
+    monkeypatch.setattr(Equilibrium, "find", find)
+    monkeypatch.setattr(Path, "jump", lambda self, state: (state, 0.5))
+    model = wall_model(small_scene())
+    settings, steps = Solver(method="quasi_static", symmetric_half=half), []
+    with pytest.raises(ConvergenceError, match=r"increment 2: no equilibrium .* block \d+ \(x = ") as caught:
+        steps.extend(solve_path(model, settings, 4))
+    assert caught.value.increment == 2
+    assert 0 <= caught.value.block < model.n_blocks
+    ds = damagepred.solve(small_scene(method="quasi_static"), on_failure="return")  # type: ignore[arg-type]
+    assert ds.attrs["status"] == "failed"
+    assert "increment 2" in ds.attrs["status_message"]
+
+
+# -- what an increment tells of itself --------------------------------------------------------------------------------
+
+
+def test_quality_of_a_quasi_static_path_is_on_record() -> None:
+    ds = damagepred.solve(cracking())
+    for name in QUALITY:
+        assert ds[name].dims == ("increment",)
+        assert np.isfinite(ds[name].values).all(), name
+        assert ds[name].attrs["units"] in ("J", "Pa")
+    assert (np.diff(ds["released_energy"].values) >= -1e-9).all()
+    assert ds["released_energy"].values[-1] > 0
+    assert (ds["fracture_work"].values == 0).all()  # bonds that break at once take none
+    assert (np.diff(ds["energy_error"].values) >= 0).all()
+
+
+def test_an_explicit_path_has_none() -> None:
+    scene = small_scene(movement=Movement(central_deflection=1e-4, increments=1), method="explicit")  # type: ignore[arg-type]
+    ds = damagepred.solve(scene)
+    for name in QUALITY:
+        assert np.isnan(ds[name].values).all(), name
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_energy_of_a_stack_under_its_own_weight(count: int) -> None:
+    model = stack(count, QUASI_STATIC)
+    step = next(iter(solve_path(model, QUASI_STATIC, 1)))
+    weight = 0.24 * 0.075 * 0.11 * model.density[0] * GRAVITY
+    face = model.interfaces
+    above = np.array([np.sum(model.blocks.y > y) for y in face.y])
+    springs = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
+    stored = float(((weight * above) ** 2 / (2 * springs)).sum())
+    assert step.elastic_energy == pytest.approx(stored, rel=1e-6)
+    # put on bit by bit, the load has done as much
+    assert step.external_work == pytest.approx(stored, rel=1e-6)
+    for name in ("friction_work", "fracture_work", "released_energy", "energy_error", "joint_law_violation"):
+        assert getattr(step, name) == pytest.approx(0.0, abs=1e-6 * stored), name
+
+
+def stretched(joint: Joint, by: float, increments: int = 1) -> tuple[list[Increment], float]:
+    """Pull one block off another, without gravity; return the path and the stiffness of the joint (N/m)."""
+    pair = Assembly(joint=joint, gravity=(0.0, 0.0))
+    low, high = (pair.add_block(rectangle(0.0, y, 0.2, y + 0.1)) for y in (0.0, 0.1))
+    pair.support(low)
+    pair.support(high)
+    pair.move(high, y=by)
+    model = pair.build(QUASI_STATIC)
+    spring = float(model.properties.normal_stiffness[0] * model.interfaces.contact_area.sum())
+    return list(solve_path(model, QUASI_STATIC, increments)), spring
+
+
+def test_energy_of_a_stretched_joint() -> None:
+    by = 1e-6
+    *_, last = stretched(Joint(tensile_strength=1e6, cohesion=2e6), by)[0]
+    spring = stretched(Joint(tensile_strength=1e6, cohesion=2e6), by)[1]
+    assert last.elastic_energy == pytest.approx(0.5 * spring * by**2, rel=1e-9)
+    assert last.external_work == pytest.approx(0.5 * spring * by**2, rel=1e-9)
+
+
+def test_a_bond_that_breaks_sets_its_energy_free() -> None:
+    joint = Joint(tensile_strength=0.1e6, cohesion=0.2e6)
+    steps, spring = stretched(joint, 1e-4)
+    area = 0.2 * 0.11
+    free = (0.1e6 * area) ** 2 / (2 * spring)
+    assert steps[-1].released_energy == pytest.approx(free, rel=0.03)
+    assert steps[-1].external_work == pytest.approx(free, rel=0.03)
+    assert steps[-1].elastic_energy == 0.0
+
+
+def test_a_bond_that_softens_takes_its_fracture_energy() -> None:
+    joint = Joint(tensile_strength=0.1e6, cohesion=0.2e6, fracture_energy=10.0)
+    steps, _ = stretched(joint, 3e-4, 200)  # it is gone at 0.2 mm
+    assert steps[-1].fracture_work == pytest.approx(10.0 * 0.2 * 0.11, rel=1e-6)
+    assert steps[-1].external_work == pytest.approx(10.0 * 0.2 * 0.11, rel=0.02)
+    assert steps[-1].elastic_energy == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+@pytest.mark.parametrize("length", [2.4, 2.7, 3.6])
+def test_larger_symmetric_walls_crack_symmetrically(kind: str, length: float) -> None:
+    scene = cracking()
+    scene = replace(
+        scene, wall=replace(scene.wall, length=length, height=0.9), movement=replace(scene.movement, kind=kind)
+    )
+    model = wall_model(scene)
+    for step in solve_path(model, WHOLE, 6):
+        image = mirrored(model, step)
+        np.testing.assert_array_equal(step.state == ContactState.CRACKED, image.state == ContactState.CRACKED)
