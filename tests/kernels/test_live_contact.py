@@ -16,8 +16,10 @@ from damagepred.kernels.equilibrium import (
     energy,
     freeze,
     frozen_contact,
+    is_plain,
     joint_forces,
     live_contact,
+    plain_contact,
     settle,
 )
 from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance
@@ -167,6 +169,39 @@ def test_never_outside_the_limits(feature: str) -> None:
     assert (np.abs(tau) <= np.maximum(limit, 0.0) * (1 + 1e-8) + 1e-3).all()
     assert (sigma <= joints.tensile_strength * (1 + 1e-12))[cracked & ~brittle].all()
     assert (sigma <= 0.0)[cracked & brittle & (joints.residual_tensile_strength == 0)].all()
+
+
+@numba.njit
+def evaluate_plain(joints, cracked, e, shear):
+    found = np.empty((e.size, 5))
+    for i in range(e.size):
+        cohesion = joints.residual_cohesion[i] if cracked[i] else joints.cohesion[i]
+        friction = joints.residual_friction[i] if cracked[i] else joints.friction[i]
+        k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
+        found[i] = np.array(plain_contact(k_n, k_s, cohesion, friction, cracked[i], e[i], shear[i]))
+    return found
+
+
+@pytest.mark.parametrize("feature", ["plain", "residual"])
+def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
+    rng = np.random.default_rng([10, FEATURES.index(feature)])
+    joints = random_joints(rng, COUNT, feature)
+    cracked, opened = random_memory(rng, joints)
+    e, shear = random_place(rng, COUNT)
+    assert is_plain(joints, 0)
+    live = evaluate(joints, cracked, opened, e, shear)
+    short = evaluate_plain(joints, cracked, e, shear)
+    np.testing.assert_allclose(short[:, :2], live[:, :2], rtol=1e-9, atol=1e-3)
+    np.testing.assert_allclose(short[:, 2:], live[:, [2, 4, 5]], rtol=1e-9, atol=1.0)
+    np.testing.assert_array_equal(live[:, 3], 0.0)  # normal stress does not follow the shear
+
+
+@pytest.mark.parametrize("feature", [f for f in FEATURES if f not in ("plain", "residual")])
+def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
+    joints = random_joints(np.random.default_rng(11), 100, feature)
+    plain = np.array([is_plain(joints, i) for i in range(100)])
+    more = (joints.dilation > 0) | (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
+    np.testing.assert_array_equal(plain, ~more)
 
 
 def settled(joints, cracked, opened, slip, dilated, u_n, u_s):
