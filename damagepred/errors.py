@@ -44,7 +44,7 @@ class DivergenceError(SolverError):
 
 
 class ConvergenceError(SolverError):
-    """The solution did not settle within the cycles allowed."""
+    """No equilibrium was found within the work allowed."""
 
 
 def _rebuild_solver_error(kind: type[SolverError], message: str, increment: int, block: int) -> SolverError:

@@ -129,7 +129,8 @@ def solve(
     -------
     xarray.Dataset
         Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``; SI units; see
-        ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed, failed or interrupted.
+        ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed, failed or interrupted;
+        ``solver_method`` tells which solver it was.
 
     Raises
     ------
@@ -164,7 +165,8 @@ def solve(
             raise
         status = "failed" if isinstance(error, SolverError) else "interrupted"
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
-    ds = _collect(model, steps, judged, attributes | {"status": status, "status_message": message})
+    ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": settings.method}
+    ds = _collect(model, steps, judged, attributes | ending)
     if isinstance(scene, Scene):
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]

@@ -135,10 +135,29 @@ def wall_table(ds: xr.Dataset) -> None:
         row.append(f"{float(at['dpc_separation_length']):.2f}")
         rows.append(row + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values])
     table(ds.attrs["title"], columns, rows)
-    say(
-        f"unbalanced force at most {float(ds['unbalanced_force_ratio'].max()):.1e} block weights; "
-        f"{int(ds['cycles'].sum())} cycles; reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN"
-    )
+    for line in wall_quality(ds):
+        say(line)
+
+
+def wall_quality(ds: xr.Dataset) -> list[str]:
+    """Say what a wall cost and how good its path is."""
+    balance = f"unbalanced force at most {float(ds['unbalanced_force_ratio'].max()):.1e} block weights"
+    reaction = f"reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN"
+    work = int(ds["cycles"].sum())
+    if ds.attrs["solver_method"] == "explicit":
+        return [f"{balance}; {work} cycles; {reaction}"]
+    law = f"joint law exceeded by at most {float(ds['joint_law_violation'].max()):.1e} Pa"
+    factorised, events = int(ds["factorisations"].sum()), int(ds["events"].sum())
+    energy = {name: float(ds[name][-1]) for name in (
+        "external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy", "energy_error",
+    )}  # fmt: skip
+    return [
+        f"{balance}; {law}; {reaction}",
+        f"{work} Newton steps, {factorised} factorisations; bonds broke {events} times",
+        f"work of load and movement {energy['external_work']:.4g} J: {energy['elastic_energy']:.4g} J stored, "
+        f"{energy['friction_work']:.4g} J friction, {energy['fracture_work']:.4g} J fracture, "
+        f"{energy['released_energy']:.4g} J released; errors add up to {energy['energy_error']:.2g} J",
+    ]
 
 
 def fragility_table(curves: xr.Dataset) -> None:

@@ -29,9 +29,6 @@ increments = 6
 [scene.loads]
 roof = "2 kN"
 
-[scene.solver]
-tolerance = 0.02
-
 [variables."joint.tensile_strength"]
 distribution = "lognormal"
 mean = "0.1 MPa"

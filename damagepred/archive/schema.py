@@ -62,7 +62,9 @@ VARIABLES: dict[str, Variable] = {
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
     "unbalanced_force_ratio": Variable(_STEP, "1", "largest unbalanced force over the mean weight of a block"),
-    "cycles": Variable(_STEP, "1", "cycles, or Newton steps, of the solver spent on the increment"),
+    "cycles": Variable(
+        _STEP, "1", "Newton steps of the quasi-static, cycles of the explicit solver spent on the increment"
+    ),
     "events": Variable(_STEP, "1", "times at which bonds broke in the increment, counted by the quasi-static solver"),
     "factorisations": Variable(_STEP, "1", "changes of the stiffness that the quasi-static solver factorised"),
     "joint_law_violation": Variable(

@@ -16,9 +16,9 @@ class Solver:
 
     Attributes
     ----------
-    method : {"explicit", "quasi_static"}
-        ``explicit``: Cundall's scheme, time stepping with damping until forces balance. ``quasi_static``: the path of
-        equilibria itself, bond by bond, without time, damping or loading rate.
+    method : {"quasi_static", "explicit"}
+        ``quasi_static``: the path of equilibria itself, bond by bond, without time, damping or loading rate.
+        ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
     blocks : {"rigid"}
         Rigid blocks; their elasticity is lumped in series with the joints.
     lump_block_elasticity : bool
@@ -29,35 +29,35 @@ class Solver:
     contacts_per_interface : int
         2 to 9 (Lobatto) or 1 to 9 (midpoint).
     tolerance : float or None
-        An increment is settled when the largest unbalanced force is below this multiple of the mean block weight.
-        None: 1e-3 for ``explicit``, 1e-6 for ``quasi_static``.
-    damping : float
-        Local damping: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
-    ramp_cycles : int
-        Cycles over which one increment's movement is applied before the wall is left to settle; applied faster, it
-        cracks joints that a slow movement leaves whole.
-    maximum_cycles : int
-        Cycles after which an increment that has not settled is given up.
+        Forces are in balance when the largest unbalanced force is below this multiple of the mean block weight.
+        None: 1e-6 for ``quasi_static``, 1e-3 for ``explicit``.
     condense : bool
         Whether the quasi-static solver condenses courses whose joints stay elastic to what they do to the course
         before, and opens them when one of their joints would slide or break; False looks at every joint in every step.
+    damping : float
+        Local damping of the explicit solver: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
+    ramp_cycles : int
+        Cycles over which the explicit solver applies one increment's movement before the wall is left to settle;
+        applied faster, it cracks joints that a slow movement leaves whole.
+    maximum_cycles : int
+        Cycles after which the explicit solver gives up an increment that has not settled.
     time_step_safety : float
-        Fraction of the largest stable time step, which is known from the stiffness and the damping.
+        Fraction of the explicit solver's largest stable time step, which is known from the stiffness and the damping.
     symmetric_half : bool
         Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
         movement; False solves it in full.
     """
 
-    method: Literal["explicit", "quasi_static"] = "explicit"
+    method: Literal["quasi_static", "explicit"] = "quasi_static"
     blocks: Literal["rigid"] = "rigid"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
     contacts_per_interface: Count = Field(default=3, ge=1, le=9)
     tolerance: Pure | None = Field(default=None, gt=0)
+    condense: bool = True
     damping: Pure = Field(default=0.8, ge=0, lt=1)
     ramp_cycles: Count = Field(default=3000, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
-    condense: bool = True
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     symmetric_half: bool = True
 
@@ -66,7 +66,7 @@ class Solver:
         """The tolerance, or the method's own."""
         if self.tolerance is not None:
             return self.tolerance
-        return 1e-3 if self.method == "explicit" else 1e-6
+        return 1e-6 if self.method == "quasi_static" else 1e-3
 
     @model_validator(mode="after")
     def _quadrature_exists(self) -> Solver:

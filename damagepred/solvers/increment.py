@@ -43,7 +43,7 @@ class Increment:
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
     cycles : int
-        Work done for this increment: cycles of the explicit, Newton steps of the quasi-static solver.
+        Work done for this increment: Newton steps of the quasi-static, cycles of the explicit solver.
     events, factorisations : int
         Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
     external_work, elastic_energy, friction_work, fracture_work, released_energy, energy_error : float

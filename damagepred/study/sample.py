@@ -111,12 +111,11 @@ def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome
     try:
         scene, fields = sampled_wall(settings, design, sample, values)
         model = wall_model(scene, fields)
-        enough = settings.study.stop_at_category or damage_table(scene.damage).highest
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
             steps.append(step)
             if step.increment.collapsed:
                 status = COLLAPSED
-            if step.verdict.damage_category >= enough:
+            if step.verdict.damage_category >= settings.last_category:
                 break
     except StudyError:
         raise

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
+from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
 from damagepred.scene import Scene
 from damagepred.scene.described import described
@@ -17,6 +19,17 @@ from damagepred.scene.quantity import Count
 from damagepred.scene.reading import build, plain, read_toml
 from damagepred.uq.design import Design
 from damagepred.uq.variable import Variable
+
+
+def _stop(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if value is None or value == "none" or (whole and value >= 1):
+        return value
+    raise ValueError('must be the number of a category, 1 or more, or "none" to solve every path to its end')
+
+
+Stop = Annotated[Any, BeforeValidator(_stop)]
+"""Category at which a path ends, ``"none"``, or None."""
 
 
 @described
@@ -36,8 +49,9 @@ class Sampling:
     store_fields : bool
         Whether the design file also records every joint's values. They follow from the seed; the record is for the
         archive.
-    stop_at_category : int or None
-        A path ends once this category is reached; None: the table's highest. The movement beyond is not solved.
+    stop_at_category : int, "none" or None
+        A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
+        "none": every path is solved to the end of the movement.
     """
 
     title: str | None = None
@@ -45,7 +59,7 @@ class Sampling:
     seed: Count = Field(default=1, ge=0, lt=2**63)
     sampler: Literal["sobol", "lhs", "random"] = "sobol"
     store_fields: bool = True
-    stop_at_category: int | None = Field(default=None, ge=1)
+    stop_at_category: Stop = None
 
 
 @described
@@ -110,8 +124,15 @@ class StudySettings:
         Raises
         ------
         InputError
-            If a variable names no number of the scene, or a correlation no variable.
+            If a variable names no number of the scene, a correlation no variable, or the damage table does not know the
+            category to stop at.
         """
+        table = damage_table(self.scene.damage)
+        if isinstance(stop := self.study.stop_at_category, int) and stop > table.highest:
+            raise InputError(
+                f"{source}: [study] stop_at_category = {stop}: {table.name} goes up to category {table.highest}; "
+                'take one of those, or "none" to solve every path to its end.'
+            )
         places = self.scene.number_places()
         for place, variable in self.variables.items():
             if place not in places:
@@ -160,6 +181,14 @@ class StudySettings:
     def title(self) -> str:
         """What the study asks."""
         return self.study.title or self.scene.title
+
+    @property
+    def last_category(self) -> float:
+        """Category at which a path ends; infinite if none does."""
+        stop = self.study.stop_at_category
+        if stop == "none":
+            return math.inf
+        return stop or damage_table(self.scene.damage).highest
 
     def design(self) -> Design:
         """Return the distributions made ready to draw from."""

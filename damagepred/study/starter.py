@@ -19,6 +19,7 @@ title = "my house"
 samples = 32              # walls to sample; a larger -n on the command line extends the study
 seed = 1                  # the same seed gives the same walls
 sampler = "sobol"         # or "lhs" (cannot be extended), "random"
+# stop_at_category = 3    # left out, a path ends at the highest category; "none": at the end of the movement
 
 [scene.wall]              # seen in elevation
 length = "6 m"
@@ -57,7 +58,7 @@ shape = "three_loads"     # or "parabola", "arc", "table"
 roof = "0 kN"             # in all, spread along the top
 
 [scene.solver]
-tolerance = 0.01          # largest unbalanced force, in block weights
+method = "quasi_static"   # equilibria without time or damping; "explicit": time stepping, the reference
 
 [scene.damage]
 table = "as2870"          # or "bre251"

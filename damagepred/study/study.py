@@ -6,8 +6,8 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,9 +21,9 @@ from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import Variable, dataset
 from damagepred.damage import damage_table
-from damagepred.errors import InputError, StudyError
+from damagepred.errors import InputError, SolverError, StudyError
 from damagepred.path import solve
-from damagepred.scene import Scene
+from damagepred.scene import Loads, Movement, Scene
 from damagepred.study.sample import joint_sequence, sampled_wall
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
 from damagepred.study.workers import GivenExecutor, LocalPool, Lost, run_all
@@ -382,12 +382,26 @@ def _interruptible() -> Iterator[_Stop]:
 
 
 def warm_up(scene: Scene) -> None:
-    """Compile the kernels once, here, so that workers only load them."""
-    small = Scene.from_dict(
-        {
-            "wall": {"length": 0.48, "height": 0.15, "thickness": scene.wall.thickness},
-            "movement": {"increments": 1, "central_deflection": 1e-5},
-            "solver": {"method": scene.solver.method, "blocks": scene.solver.blocks, "tolerance": 0.1},
-        }
+    """Compile the kernels once, here, so that workers only load them.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its law and its solver decide what is compiled.
+    """
+    # small, and moved so far that its joints open, slide and break: every kernel has its say
+    small = replace(
+        scene,
+        wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
+        opening=(),
+        dpc=replace(scene.dpc, course=1) if scene.dpc else None,
+        movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
+        loads=Loads(),
     )
-    solve(small)
+    # a wall that gives way moves by the explicit scheme, whatever the solver
+    runs = [(small, replace(scene.solver, method="explicit", tolerance=0.1))]
+    if scene.solver.method == "quasi_static":
+        runs += [(small, scene.solver), (replace(small, dpc=None), scene.solver)]
+    for wall, solver in runs:
+        with suppress(SolverError):
+            solve(wall, solver=solver)

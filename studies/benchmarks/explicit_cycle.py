@@ -16,15 +16,16 @@ import time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from damagepred.assembly import wall_model
-from damagepred.scene import Dpc, Loads, Movement, Opening, Scene
+from damagepred.scene import Dpc, Loads, Movement, Opening, Scene, Solver
 from damagepred.solvers import explicit
 
 CYCLES, REPEATS = 1000, 11
+EXPLICIT = Solver(method="explicit")
 
 
 def intact() -> explicit.Run:
     """Return the solid wall at rest under dead load."""
-    scene = Scene(dpc=Dpc(), loads=Loads(roof=6000.0))
+    scene = Scene(dpc=Dpc(), loads=Loads(roof=6000.0), solver=EXPLICIT)
     run = explicit.Run(wall_model(scene), scene.solver)
     run.start_elastic()
     return run
@@ -37,6 +38,7 @@ def cracked() -> explicit.Run:
         loads=Loads(roof=6000.0),
         opening=(Opening(x=2.55, y=0.9, width=0.9, height=1.5),),
         movement=Movement(kind="dishing", central_deflection=4e-3),
+        solver=EXPLICIT,
     )
     run = explicit.Run(wall_model(scene), scene.solver)
     run.advance(2000, progress_to=0.0, load_to=1.0)

@@ -85,6 +85,16 @@ BAD_STUDIES = {
     "NaN parameter": (STUDY.replace("upper = 0.8", "upper = nan"), ["upper", "nan", "finite"]),
     "impossible values": (STUDY.replace("lower = 0.5", "lower = -0.5"), ["joint.friction", "at least 0"]),
     "negative samples": (STUDY.replace("samples = 2", "samples = -2"), ["samples", "-2", "at least 1"]),
+    "no category to stop at": (
+        STUDY.replace("samples = 2", 'stop_at_category = "never"'),
+        ["stop_at_category", "never", "1 or more", '"none"'],
+    ),
+    "category 0 to stop at": (STUDY.replace("samples = 2", "stop_at_category = 0"), ["stop_at_category = 0", '"none"']),
+    "true for a category": (STUDY.replace("samples = 2", "stop_at_category = true"), ["stop_at_category", "True"]),
+    "category beyond the table": (
+        STUDY.replace("samples = 2", "stop_at_category = 5"),
+        ["stop_at_category = 5", "AS 2870", "up to category 4", '"none"'],
+    ),
     "scene not there": (STUDY.replace("wall.toml", "wal.toml"), ["wal.toml", "no such file", "'wall.toml'"]),
     "no scene": (STUDY.replace('scene = "wall.toml"', ""), ["no scene", "scene ="]),
     "field of a wall": (

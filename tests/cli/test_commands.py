@@ -1,6 +1,7 @@
 """The commands as a user types them."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -29,8 +30,6 @@ height = 0.15
 [movement]
 central_deflection = "1 mm"
 increments = 3
-[solver]
-tolerance = 0.02
 """
 
 CONTRACT = """
@@ -69,6 +68,25 @@ def test_solve_writes_every_variable_of_the_contract(command: Run, tmp_path: Pat
     assert (tmp_path / "more" / "wall.png").stat().st_size > 5000
 
 
+@pytest.mark.parametrize(
+    ("method", "said", "unsaid"),
+    [
+        ("quasi_static", ["Newton steps", "factorisations", "joint law exceeded", "J friction"], ["cycles"]),
+        ("explicit", ["cycles"], ["Newton", "joint law", "nan"]),
+    ],
+)
+def test_solve_says_what_it_did_in_the_solvers_words(
+    method: str, said: list[str], unsaid: list[str], command: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "wall.toml").write_text(SMALL_SCENE + f'[solver]\nmethod = "{method}"\n')
+    out = command("solve", tmp_path / "wall.toml").out
+    assert "unbalanced force at most" in out
+    for word in said:
+        assert word in out
+    for word in unsaid:
+        assert word not in out
+
+
 def test_the_starter_study_is_valid_and_never_overwrites(command: Run, tmp_path: Path) -> None:
     from damagepred.study.settings import StudySettings
 
@@ -87,6 +105,26 @@ def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
     assert result.code == 0, result.err
     assert "valid" in result.out
     assert "6 walls with 4 uncertain numbers" in result.out
+    assert re.search(r"solver: quasi_static, 0\.0\d+ MB of matrices", result.out)
+
+
+@pytest.mark.parametrize(("symmetric", "megabytes"), [(True, "0.78"), (False, "3")])
+def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
+    symmetric: bool, megabytes: str, data_folder: Path
+) -> None:
+    from damagepred.assembly import wall_model
+    from damagepred.scene import Scene, Solver
+    from damagepred.solvers.half import symmetric_half
+    from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+    from damagepred.study.price import matrix_bytes
+
+    model, solver = wall_model(Scene.from_toml(data_folder / "bryant_dishing.toml")), Solver(symmetric_half=symmetric)
+    told = matrix_bytes(model, solver)
+    assert f"{told / 1e6:.2g}" == megabytes
+    half = symmetric_half(model) if symmetric else None
+    equations = Equilibrium(model if half is None else half.model, 1e-6).equations
+    kept = equations.inverses.nbytes + sum(matrix.nbytes for matrix in equations._condensed)
+    assert told == pytest.approx(kept, rel=0.1)  # what a support or the axis holds takes nothing
 
 
 def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, tmp_path: Path) -> None:
@@ -139,7 +177,9 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
 
 
 def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_study_file: Path) -> None:
-    text = small_study_file.read_text().replace("tolerance = 0.02", "tolerance = 1e-9\nmaximum_cycles = 100")
+    text = small_study_file.read_text().replace(
+        "[scene.loads]", '[scene.solver]\nmethod = "explicit"\ntolerance = 1e-9\nmaximum_cycles = 100\n\n[scene.loads]'
+    )
     small_study_file.write_text(text)
     result = command("study", small_study_file, "-n", 2)
     assert result.code == 3

@@ -6,9 +6,8 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.schema import VARIABLES
-from damagepred.scene import Damage, Dpc, Joint, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import Damage, Dpc, Joint, Movement, Opening, Scene, Wall
 
-SOLVER = Solver(tolerance=1e-2)
 WALL = Wall(length=1.2, height=0.3)
 
 
@@ -20,7 +19,6 @@ def cracked() -> xr.Dataset:
         wall=WALL,
         joint=Joint(tensile_strength=0.001e6, cohesion=0.003e6),
         movement=Movement(kind="doming", central_deflection=6e-3, increments=3),
-        solver=SOLVER,
     )
     return damagepred.solve(scene)
 
@@ -35,7 +33,6 @@ def on_dpc() -> xr.Dataset:
         opening=(Opening(x=0.48, y=0.15, width=0.24, height=0.15),),
         movement=Movement(kind="dishing", central_deflection=6e-3, increments=3),
         damage=Damage(dpc_threshold=0.2e-3),
-        solver=SOLVER,
     )
     return damagepred.solve(scene)
 

@@ -8,7 +8,7 @@ from damagepred.errors import InputError
 from damagepred.plotting import draw_dpc_opening, draw_history, draw_opening_width_change
 from damagepred.plotting.categories import COLOURS
 from damagepred.plotting.dpc import contacts_along, open_stretches, spread_evenly
-from damagepred.scene import Dpc, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 
 
 def texts(ax):
@@ -65,7 +65,6 @@ def test_dpc_is_interrupted_by_a_door():
         dpc=Dpc(course=1),
         opening=(Opening(kind="door", x=0.48, width=0.48, height=0.3),),
         movement=Movement(central_deflection=1e-4, increments=1),
-        solver=Solver(tolerance=1e-1),
     )
     ax = draw_dpc_opening(damagepred.solve(scene))
     for line in ax.lines:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Loads, Movement, Scene, Wall
+from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.uq.variable import Variable
 
 
@@ -166,3 +166,9 @@ def test_study_uses_the_shipped_statistics(data_folder: Path):
         for share in (0.05, 0.5, 0.95):
             assert mine.ppf(share) == pytest.approx(shipped.ppf(share), rel=1e-9), place
     assert study["variables"]["movement.central_deflection"]["lower"] == "40 mm"
+
+
+def test_equilibria_without_time_are_the_default():
+    assert Solver().method == "quasi_static"
+    assert (Solver().tolerance_used, Solver(method="explicit").tolerance_used) == (1e-6, 1e-3)
+    assert Solver(tolerance=0.1).tolerance_used == 0.1

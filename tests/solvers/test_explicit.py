@@ -17,7 +17,7 @@ from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 @pytest.mark.parametrize("elastic_start", [True, False])
 def test_stack_under_self_weight(elastic_start):
     """u_i = W i (2 n - i + 1) / (2 k_n A), i counted from the bottom."""
-    count, settings = 8, Solver(tolerance=1e-4, lump_block_elasticity=False)
+    count, settings = 8, Solver(method="explicit", tolerance=1e-4, lump_block_elasticity=False)
     model = stack(count, settings)
     rest = next(explicit_path(model, settings, 1, elastic_start=elastic_start))
     weight = float(model.mass[0]) * 9.81
@@ -39,7 +39,7 @@ def test_a_wall_that_is_not_moved_stays_intact():
 
 
 def test_elastic_start_is_harmless():
-    model, settings = small_wall(), Solver(tolerance=1e-6)
+    model, settings = small_wall(), Solver(method="explicit", tolerance=1e-6)
     direct = next(explicit_path(model, settings, 4))
     cycled = next(explicit_path(model, settings, 4, elastic_start=False))
     for name in ("displacement", "normal_stress"):
@@ -52,7 +52,7 @@ def test_elastic_start_is_harmless():
 
 def test_no_elastic_start_where_the_dpc_would_have_to_pull():
     """Beside the window the elastic dpc would be in tension: both ways are then the same cycles."""
-    model, settings = small_wall(0.48), Solver(tolerance=1e-2)
+    model, settings = small_wall(0.48), Solver(method="explicit", tolerance=1e-2)
     one, other = (next(explicit_path(model, settings, 4, elastic_start=start)) for start in (True, False))
     np.testing.assert_array_equal(one.displacement, other.displacement)
     assert one.cycles == other.cycles > settings.ramp_cycles
@@ -60,7 +60,7 @@ def test_no_elastic_start_where_the_dpc_would_have_to_pull():
 
 def test_a_block_that_nothing_holds_falls():
     """A block hanging from a joint without strength falls, however the path begins."""
-    settings = Solver(tolerance=1e-3, ramp_cycles=100)
+    settings = Solver(method="explicit", tolerance=1e-3, ramp_cycles=100)
     rest = next(explicit_path(weak_pair(settings), settings, 1))
     assert rest.collapsed
     assert (rest.state == ContactState.CRACKED).all()

@@ -19,7 +19,8 @@ from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-QUASI_STATIC = Solver(method="quasi_static")
+QUASI_STATIC, EXPLICIT = Solver(method="quasi_static"), Solver(method="explicit", tolerance=1e-5)
+SOLVERS = [QUASI_STATIC, EXPLICIT]
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
 EVEN, ODD = 2.4, 2.64
 """Lengths (m) with a perpend on the axis in the first course and a brick across it in the second, and the reverse."""
@@ -182,7 +183,7 @@ def test_the_walls_of_the_test_follow_the_same_path(name: str, deflection: float
 @pytest.mark.parametrize("deflection", [5e-6, 2e-3])
 def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
     """Elastic, and open along the dpc. Where more bonds break, a jolt or rounding decides which of them."""
-    settings = Solver(tolerance=1e-4)
+    settings = Solver(method="explicit", tolerance=1e-4)
     strong = Joint(tensile_strength=1e6, cohesion=1e6)
     wall = scene(length, joint=strong, dpc=Dpc() if deflection > 1e-3 else None)
     model = wall_model(replace(wall, movement=Movement(central_deflection=deflection, increments=1)))
@@ -204,11 +205,10 @@ def two_piers(kink: float, fracture_energy: float | None = None) -> Model:
     return wall.build()
 
 
-@pytest.mark.parametrize("solver", [QUASI_STATIC, Solver(tolerance=1e-5)], ids=["quasi-static", "explicit"])
+@pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
 def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
     """The half has only half of the opening, at the stress of the whole: pulled elastically, then open."""
-    accuracy = {"displacement": 1e-3, "stress": 1e-2} if solver.method == "explicit" else {}
-    accuracy = accuracy or {"displacement": 1e-6, "stress": 1e-6}
+    accuracy = {"displacement": 1e-3, "stress": 1e-2} if solver is EXPLICIT else {"displacement": 1e-6, "stress": 1e-6}
     pulled, open_ = two_piers(1e-5), two_piers(4e-3)
     axis = (pulled.interfaces.x == 0.5) & (pulled.interfaces.kind == Kind.HEAD_JOINT)
     assert axis.sum() == 2
@@ -225,11 +225,12 @@ def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
     assert not (one.state[axis] == ContactState.SLIPPING).any()
 
 
-def test_a_joint_on_the_axis_softens_as_in_the_whole_wall() -> None:
+@pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
+def test_a_joint_on_the_axis_softens_as_in_the_whole_wall(solver: Solver) -> None:
     """Its tension falls to nothing over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
     model = two_piers(0.25e-3, fracture_energy=10.0)
     axis = (model.interfaces.x == 0.5) & (model.interfaces.kind == Kind.HEAD_JOINT)
-    _, (one, whole) = compare(model, Solver(tolerance=1e-5), 1, displacement=1e-3, stress=1e-2)
+    _, (one, whole) = compare(model, solver, 1, displacement=1e-3, stress=1e-2)
     softening = (whole.state[axis] == ContactState.CRACKED) & (whole.normal_stress[axis] > 5e3)
     assert softening.any()
     np.testing.assert_allclose(one.normal_stress[axis][softening], whole.normal_stress[axis][softening], rtol=1e-2)
@@ -497,7 +498,7 @@ def test_the_setting_tells_which_model_is_solved(method: str, module: object, mo
 
 def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
     model = model_of()
-    settings = Solver(maximum_cycles=50, ramp_cycles=50)
+    settings = Solver(method="explicit", maximum_cycles=50, ramp_cycles=50)
     part = halved(model).model
     with pytest.raises(ConvergenceError) as of_half:
         list(explicit.explicit_path(part, settings, 1))

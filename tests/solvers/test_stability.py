@@ -20,7 +20,7 @@ def test_masses_keep_the_highest_frequency_below_the_limit(wall, damping):
     model = {
         "solid": small_wall,
         "window": lambda: small_wall(0.48),
-        "stack": lambda: stack(10, Solver()),
+        "stack": lambda: stack(10, Solver(method="explicit")),
     }[wall]()
     mass = scaled_mass(model, damping, 1.0)
     free = np.isfinite(mass)
@@ -37,7 +37,7 @@ def vibrating(safety: float, cycles: int, damping: float = 0.8) -> np.ndarray:
     model = small_wall()
     model.properties.tensile_strength[:] = 1e30
     model.properties.cohesion[:] = 1e30
-    run = explicit.Run(model, Solver(time_step_safety=min(safety, 1.0), damping=damping))
+    run = explicit.Run(model, Solver(method="explicit", time_step_safety=min(safety, 1.0), damping=damping))
     if safety > 1.0:
         run.motion.inverse_mass[:] *= safety**2
     run.motion.load[:] = 0.0
@@ -80,7 +80,7 @@ def test_divergence_is_told_from_collapse_and_names_increment_and_block(monkeypa
 
 
 def test_a_displacement_that_is_no_number_is_seen():
-    run = explicit.Run(small_wall(), Solver())
+    run = explicit.Run(small_wall(), Solver(method="explicit"))
     run.motion.velocity[3 * 17] = np.nan
     with pytest.raises(DivergenceError, match="no longer a number") as caught:
         run.settle(3)
@@ -89,7 +89,7 @@ def test_a_displacement_that_is_no_number_is_seen():
 
 
 def test_a_block_that_falls_is_a_collapse_and_no_divergence():
-    settings = Solver(ramp_cycles=100)
+    settings = Solver(method="explicit", ramp_cycles=100)
     path = list(explicit_path(weak_pair(settings), settings, 3))
     assert [p.collapsed for p in path] == [True]
 

@@ -15,7 +15,7 @@ def stack(count: int, solver: Solver, thickness: float = 0.11) -> Model:
 
 
 def small_scene(window_at: float | None = None, movement: Movement | None = None, **solver: float) -> Scene:
-    """Wall of 2.4 x 0.9 m on a dpc; the window, if any, at ``window_at`` from the left."""
+    """Wall of 2.4 x 0.9 m on a dpc for the explicit solver; the window, if any, at ``window_at`` from the left."""
     opening = () if window_at is None else (Opening(x=window_at, y=0.3, width=0.48, height=0.3),)
     return Scene(
         wall=Wall(length=2.4, height=0.9),
@@ -23,7 +23,7 @@ def small_scene(window_at: float | None = None, movement: Movement | None = None
         dpc=Dpc(),
         movement=movement or Movement(central_deflection=2e-3, increments=4),
         loads=Loads(roof=1000.0),
-        solver=Solver(**{"tolerance": 1e-2, **solver}),  # type: ignore[arg-type]
+        solver=Solver(**{"method": "explicit", "tolerance": 1e-2, **solver}),  # type: ignore[arg-type]
     )
 
 

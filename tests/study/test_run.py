@@ -238,3 +238,28 @@ def test_a_fracture_energy_that_the_scene_leaves_out_cannot_be_sampled() -> None
         InputError, match=r"joint\.fracture_energy.*leaves this number out; give it a value there first"
     ):
         settings(SMALL_STUDY.replace("[correlation]", f"{table}\n[correlation]"))
+
+
+@pytest.mark.parametrize("stop", [2, '"none"'])
+def test_a_path_ends_where_the_study_says(serial: Path, tmp_path: Path, stop: int | str) -> None:
+    """The table's highest, which no wall of this study reaches, category 2, or nowhere."""
+    study = settings(SMALL_STUDY.replace("stop_at_category = 4", f"stop_at_category = {stop}"))
+    with ThreadPoolExecutor(2) as executor:
+        Study(study).run(tmp_path / "study.dp", executor=executor)
+    ds, whole = open_study(tmp_path / "study.dp"), open_study(serial)
+    passed = whole["damage_category"].values >= 2
+    assert (passed[:, -1] & ~passed[:, 0]).sum() > 2
+    reached = np.where(passed.any(axis=1), passed.argmax(axis=1), 6)
+    for sample in range(6):
+        end = reached[sample] if stop == 2 else 6
+        known = ds["crack_width_max"].values[sample]
+        np.testing.assert_array_equal(known[: end + 1], whole["crack_width_max"].values[sample, : end + 1])
+        assert np.isnan(known[end + 1 :]).all()
+    assert StudySettings.from_dict(study.to_dict()) == study
+
+
+def test_left_out_the_category_to_stop_at_is_the_highest() -> None:
+    for table, highest in (("as2870", 4), ("bre251", 5)):
+        text = SMALL_STUDY.replace("stop_at_category = 4\n", "") + f'\n[scene.damage]\ntable = "{table}"\n'
+        assert settings(text).last_category == highest
+    assert settings(SMALL_STUDY.replace("= 4", '= "none"', 1)).last_category == np.inf

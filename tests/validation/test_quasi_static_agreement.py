@@ -14,7 +14,7 @@ from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 QUASI_STATIC = Solver(method="quasi_static")
-SLOW = Solver(tolerance=1e-4, ramp_cycles=10_000)
+SLOW = Solver(method="explicit", tolerance=1e-4, ramp_cycles=10_000)
 DPC = 2
 
 

@@ -1,0 +1,38 @@
+"""Kernels are compiled before the first sample: workers that compile, each for itself, cost minutes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = """
+import importlib, pkgutil, sys
+
+from numba.core.dispatcher import Dispatcher
+
+from damagepred import kernels
+from damagepred.path import solve
+from damagepred.scene import Scene
+from damagepred.study.study import warm_up
+
+
+def compiled():
+    modules = [importlib.import_module(f"damagepred.kernels.{m.name}") for m in pkgutil.iter_modules(kernels.__path__)]
+    functions = {f for m in modules for f in vars(m).values() if isinstance(f, Dispatcher)}
+    return {(f.py_func.__name__, str(signature)) for f in functions for signature in f.signatures}
+
+
+scene = Scene.from_toml(sys.argv[1])
+warm_up(scene)
+before = compiled()
+solve(scene, increments=4)
+print(sorted(compiled() - before))
+"""
+
+
+@pytest.mark.parametrize("name", ["bryant_window_dishing", "bryant_doming"])
+def test_solving_a_wall_compiles_nothing_more(data_folder: Path, name: str) -> None:
+    script = [sys.executable, "-c", SCRIPT, str(data_folder / f"{name}.toml")]
+    found = subprocess.run(script, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
