@@ -299,7 +299,7 @@ def freeze(active, interfaces, properties, ground, memory, displacement, progres
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
             dilated[i, k] += share * (memory.dilated[i, k] + climb - dilated[i, k])
             if cracked and properties.critical_opening[i] > 0.0:
-                opened[i, k] = max(opened[i, k], e, properties.tensile_strength[i] / k_n)
+                opened[i, k] = max(opened[i, k], e - climb, properties.tensile_strength[i] / k_n)
 
 
 @kernel
@@ -331,7 +331,7 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
             if cracked and properties.critical_opening[i] == 0.0 and properties.residual_tensile_strength[i] == 0.0:
                 memory.opened[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
             if cracked and properties.critical_opening[i] > 0.0:
-                memory.opened[i, k] = max(memory.opened[i, k], e, properties.tensile_strength[i] / k_n)
+                memory.opened[i, k] = max(memory.opened[i, k], e - climb, properties.tensile_strength[i] / k_n)
     return work
 
 

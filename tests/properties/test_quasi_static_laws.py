@@ -20,10 +20,6 @@ LAWS: dict[str, dict[str, Any]] = {
     "residual strength": {"residual_tensile_strength": 0.01e6, "residual_cohesion": 0.02e6},
     "softening and dilation": {"fracture_energy": 10.0, "dilation": 0.1},
 }
-OVERDONE = pytest.mark.xfail(
-    strict=True, reason="a bond that softens and climbs remembers how far it would be open had it not climbed"
-)
-QUICK = [pytest.param(law, marks=[OVERDONE] if law == "softening and dilation" else []) for law in LAWS]
 SETTINGS = Solver(method="quasi_static")
 BALANCED = 1e-6
 
@@ -103,7 +99,7 @@ def check_path(model: Model, steps: list[Increment], increments: int) -> None:
         assert abs(step.external_work - spent) <= step.energy_error * (1 + 1e-6) + 1e-9
 
 
-@pytest.mark.parametrize("law", QUICK)
+@pytest.mark.parametrize("law", LAWS)
 def test_equilibria_balance_and_obey_the_law(law: str) -> None:
     cracked = 0
     for seed in (0, 1, 2):

@@ -83,7 +83,10 @@ class LevelEquations:
         self.up = np.zeros((len(self.bridges), 3, 3))
         self.down = np.zeros((len(self.bridges), 3, 3))
         self._condensed = [np.zeros((s, s)) for s in self.size]
-        self._anchor = [ANCHOR * self._within(k, elastic).diagonal() for k in range(self.levels)]
+        own = [self._within(k, elastic).diagonal() for k in range(self.levels)]
+        # a block that nothing joins stays where it is
+        usual = max((float(values.max(initial=0.0)) for values in own), default=0.0) or 1.0
+        self._anchor = [ANCHOR * np.where(values > 0.0, values, usual) for values in own]
         self.factorisations = self.corrections = 0
         self.put_in_play(self.levels)
         self._stale = self.levels - 1
@@ -157,8 +160,10 @@ class LevelEquations:
         if in_play >= self.levels:
             self.put_in_play(self.levels)
             return False
-        if was == self.levels:
-            # for the first time: without anchors, for these would hold what is condensed in space
+        if in_play < was:
+            # without anchors, for these would hold what is condensed in space
+            beyond = self.interface_level >= in_play
+            self.stiffness[beyond] = self.wanted[beyond] = self.elastic[beyond]
             couplings(self.bridges, self.far, self.near, self.model.interfaces, self.elastic, self.up, self.down)
             for k in range(self.levels - 1, in_play - 1, -1):
                 if not self._eliminate(k, anchored=False):

@@ -77,6 +77,8 @@ class Path:
         self._no_strength = 1e-3 * model.mean_block_weight / float(model.interfaces.contact_area.max())
         self._load = np.zeros(model.interfaces.contact_area.shape)
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
+        plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
+        self._climbs_at = ((law.dilation > 0) & plain)[:, None]
         self._lets_go = bool(self._lets_go_at.any())
         self._everything = np.arange(len(model.interfaces.kind))
         self.state = self._begin(settings.condense)
@@ -118,6 +120,9 @@ class Path:
             self.equilibrium.open_up_to(int(levels.max()))
         again = broken & state.memory.cracked
         state.memory.opened[again] = np.inf
+        if self._climbs_at.any():
+            _, sigma, _ = self.stresses(state)
+            state.memory.opened[broken & self._climbs_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
         state.memory.cracked[broken] = True
         law = self.model.properties
         sheared = broken & (law.brittle_shear & (law.critical_opening > 0))[:, None]
