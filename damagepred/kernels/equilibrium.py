@@ -337,7 +337,7 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
 
 @kernel
 def bond_loads(active, interfaces, properties, ground, memory, displacement, progress, no_strength, load):
-    """Fill how far each bond is loaded, 1 at its strength and 0 where there is none; return the largest.
+    """Fill how far each bond is loaded, 1 at its strength, negative where pressed, 0 where there is none.
 
     Parameters
     ----------
@@ -347,7 +347,6 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
         Filled for active interfaces.
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    largest = 0.0
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
@@ -375,9 +374,6 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
                 if properties.brittle_shear[i]:
                     limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
                     load[i, k] = max(load[i, k], abs(k_s * u_s) / limit)
-            load[i, k] = max(load[i, k], 0.0)
-            largest = max(largest, load[i, k])
-    return largest
 
 
 @kernel
