@@ -1,0 +1,158 @@
+"""The walls that both solvers are given; each follows from its name and number alone."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model, wall_geometry, wall_model
+from damagepred.errors import InputError
+from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Wall
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+BRYANT = ("bryant_dishing", "bryant_doming", "bryant_window_dishing", "bryant_window_doming")
+UNBREAKABLE = {"tensile_strength": 100e6, "cohesion": 200e6}
+INCREMENTS = 16
+"""Of the random walls whose mortar does not break; with few, waves of the explicit solver are left over."""
+
+FloatArray = NDArray[np.float64]
+
+
+class Case(NamedTuple):
+    """A wall by name, with the strengths of its joints where they differ."""
+
+    name: str
+    scene: Scene
+    fields: dict[str, FloatArray]
+
+    def model(self) -> Model:
+        """Return the wall as the solvers take it."""
+        return wall_model(self.scene, self.fields)
+
+
+def fingerprint(model: Model) -> str:
+    """Return a short hash of all numbers that make a wall, to six digits: results belong to these and no others."""
+    face = model.interfaces
+    digest = hashlib.sha256()
+    for values in (
+        model.blocks.x, model.blocks.y, face.contact_area, face.contact_offset, face.kind, model.ground.normal,
+        model.ground.shear, model.supports.load, model.properties.normal_stiffness, model.properties.shear_stiffness,
+        model.properties.tensile_strength, model.properties.cohesion, model.properties.friction,
+    ):  # fmt: skip
+        digest.update(",".join(f"{v:.5e}" for v in np.asarray(values, dtype=np.float64).ravel() + 0.0).encode())
+    return digest.hexdigest()[:12]
+
+
+def unique_cases(count: int) -> list[Case]:
+    """Return walls of which the mortar breaks hardly or not at all: those of the test, and random ones."""
+    cases = []
+    for name in BRYANT:
+        scene = Scene.from_toml(DATA / f"{name}.toml")
+        cases.append(Case(name, scene, {}))
+        strong = replace(scene, joint=replace(scene.joint, **UNBREAKABLE))
+        cases.append(Case(f"{name}, strong mortar", strong, {}))
+    return cases + [Case(f"random {number}", strong_wall(number), {}) for number in numbers(count)]
+
+
+def dry_case(number: int, finer: int = 1) -> Case:
+    """Return a random wall without any bond: friction holds it, in so many times as many increments."""
+    scene = strong_wall(number)
+    movement = replace(scene.movement, increments=finer * INCREMENTS)
+    scene = replace(scene, joint=replace(scene.joint, tensile_strength=0.0, cohesion=0.0), movement=movement)
+    return Case(f"dry {number}, {movement.increments} increments", scene, {})
+
+
+@cache
+def numbers(count: int) -> tuple[int, ...]:
+    """Return the numbers of the first random walls that make a wall: openings and bricks do not always go together."""
+    found: list[int] = []
+    number = 0
+    while len(found) < count:
+        try:
+            wall_model(strong_wall(number))
+            found.append(number)
+        except InputError as error:
+            print(f"random {number} makes no wall, the next is taken: {error}")
+        number += 1
+    return tuple(found)
+
+
+def strong_wall(number: int) -> Scene:
+    """Return any wall of 0.7-4 m whose mortar does not break; every fourth has no dpc."""
+    rng = np.random.default_rng([2027, number])
+    length, height = round(float(rng.uniform(0.7, 4.0)), 2), round(float(rng.uniform(0.5, 1.6)), 2)
+    opening: tuple[Opening, ...] = ()
+    shape = rng.integers(0, 3) if length > 1.4 else 0
+    left, width = round(float(rng.uniform(0.25, 0.5)) * length, 2), round(0.25 * length, 2)
+    if shape == 1:
+        opening = (Opening(x=left, y=round(0.3 * height, 2), width=width, height=round(0.35 * height, 2)),)
+    if shape == 2:
+        opening = (Opening(kind="door", x=left, width=width, height=round(0.7 * height, 2)),)
+    dpc = Dpc(course=int(rng.integers(1, 3)), friction=float(rng.uniform(0.3, 0.7)))
+    return Scene(
+        title=f"random wall {number} whose mortar does not break",
+        wall=Wall(
+            length=length,
+            height=height,
+            block_length=float(rng.choice([0.24, 0.3, 0.4])),
+            block_height=float(rng.choice([0.075, 0.1, 0.15])),
+            bond=rng.choice(["running", "stack"]),
+        ),
+        opening=opening,
+        dpc=None if number % 4 == 3 else dpc,
+        joint=Joint(
+            normal_stiffness=float(rng.uniform(20e9, 100e9)),
+            shear_stiffness=float(rng.uniform(8e9, 40e9)),
+            friction=float(rng.uniform(0.5, 0.9)),
+            **UNBREAKABLE,
+        ),
+        block=BlockMaterial(elastic_modulus=float(rng.uniform(3e9, 15e9)), density=float(rng.uniform(1600, 2200))),
+        movement=Movement(
+            kind=rng.choice(["dishing", "doming"]),
+            central_deflection=length * float(rng.uniform(0.2e-3, 1.5e-3)),
+            increments=INCREMENTS,
+            shape=rng.choice(["parabola", "arc", "three_loads"]),
+        ),
+        loads=Loads(roof=float(rng.choice([0.0, 1000.0, 6000.0]))),
+    )
+
+
+def brittle_case(number: int) -> Case:
+    """Return a wall of 3 m x 1.2 m that cracks, the strengths of its joints scattered by 30 %."""
+    rng = np.random.default_rng([2028, number])
+    with_dpc, with_window, dishing = rng.random(3) < 0.5
+    opening: tuple[Opening, ...] = ()
+    if with_window:
+        width, sill, top = float(rng.uniform(0.6, 1.2)), float(rng.choice([0.3, 0.6])), float(rng.choice([0.9, 1.2]))
+        opening = (Opening(x=round(float(rng.uniform(0.4, 2.6 - width)), 2), y=sill, width=width, height=top - sill),)
+    scene = Scene(
+        title=f"brittle wall {number}",
+        wall=Wall(
+            length=3.0,
+            height=1.2,
+            block_length=float(rng.choice([0.24, 0.3])),
+            block_height=float(rng.choice([0.075, 0.1, 0.12])),
+        ),
+        joint=Joint(friction=float(np.clip(rng.normal(0.75, 0.1), 0.4, 1.1))),
+        dpc=Dpc(course=int(rng.integers(1, 3)), friction=float(rng.uniform(0.3, 0.7))) if with_dpc else None,
+        opening=opening,
+        movement=Movement(
+            kind="dishing" if dishing else "doming",
+            central_deflection=float(rng.uniform(4e-3, 12e-3)),
+            increments=20,
+            shape=rng.choice(["three_loads", "parabola"]),
+        ),
+        loads=Loads(roof=float(rng.choice([0.0, 1500.0, 6000.0]))),
+    )
+    strength = rng.uniform(0.05e6, 0.35e6)
+    joints = len(wall_geometry(scene).joints.kind)
+    sigma = np.sqrt(np.log(1.0 + 0.3**2))
+    spread = rng.lognormal(-0.5 * sigma**2, sigma, size=(2, joints))
+    fields = {"joint.tensile_strength": strength * spread[0], "joint.cohesion": 0.85 * strength * spread[1]}
+    return Case(f"brittle {number}", scene, fields)
