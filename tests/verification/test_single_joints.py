@@ -40,18 +40,6 @@ def settle(assembly: Assembly, solver: Solver, increments: int = 1) -> xr.Datase
     return damagepred.solve(assembly, solver=solver, increments=increments)
 
 
-@pytest.mark.parametrize(("n", "k_n", "width"), [(3, 82e9, 0.24), (10, 5e9, 0.5), (25, 82e9, 1.0)])
-def test_a_stack_settles_under_its_own_weight(solver: Solver, n: int, k_n: float, width: float) -> None:
-    assembly = Assembly(thickness=T, joint=Joint(normal_stiffness=k_n))
-    for i in range(n):
-        assembly.add_block(rectangle(0.0, i * 0.1, width, (i + 1) * 0.1), course=i)
-    assembly.rest_on_ground([0])
-    ds = settle(assembly, solver)
-    w, i = 2000.0 * width * 0.1 * T * 9.81, np.arange(1, n + 1)
-    exact = -w * i * (2 * n - i + 1) / (2 * k_n * width * T)
-    np.testing.assert_allclose(ds["block_displacement_y"].values[-1], exact, rtol=1e-6)
-
-
 @pytest.mark.parametrize("share", [0.05, 0.15, 0.25, 0.35])
 @pytest.mark.parametrize("contacts", [9])
 def test_a_joint_without_tension_opens_under_an_eccentric_load(solver: Solver, share: float, contacts: int) -> None:

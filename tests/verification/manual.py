@@ -1,0 +1,333 @@
+"""The verification manual: closed forms, the cases compared with them, and the page made of both.
+
+A test states its closed form once and hands what was computed to the fixture ``verify``, which asserts the error and
+keeps the case for the page::
+
+    STACK = ClosedForm(
+        chapter="Elastic joints",
+        title="Stack under its own weight",
+        formula="u_i = W i (2n - i + 1) / (2 k_n A)",
+        source="Derived: the joint below block i carries n - i + 1 blocks; sum over the joints below.",
+    )
+
+    def test_a_stack_settles(verify, solver):
+        ...
+        verify(STACK, case="10 bricks", solver=solver.method, quantity="settlement", unit="m",
+               computed=found, exact=expected, tolerance=1e-6)
+
+The page is written by ``COMMAND``.
+"""
+
+from __future__ import annotations
+
+import itertools
+import platform
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+COMMAND = 'python -m pytest tests/verification -m "slow or not slow" --manual tests/verification/README.md'
+"""Writes the page."""
+
+CHAPTERS = (
+    "Elastic joints",
+    "Joints that open, break and slide",
+    "Limit analysis",
+    "Convergence",
+    "Vibration and time stepping",
+    "Dynamics",
+    "Zones",
+    "Footing and fragility",
+)
+"""Order of the page; other chapters follow in the order of their tests."""
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """A result known without the program.
+
+    Attributes
+    ----------
+    title : str
+        Heading on the page; one section a title.
+    formula : str
+        As plain text with unicode; may have several lines.
+    source : str
+        Where it comes from: a publication, or in a line how it is derived.
+    chapter : str
+        One of ``CHAPTERS``, or another.
+    note : str
+        What a reader should know of the comparison, above all what is approximate in it and why.
+    """
+
+    title: str
+    formula: str
+    source: str
+    chapter: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One comparison: a number, or the worst of several, or a verdict.
+
+    Attributes
+    ----------
+    form : ClosedForm
+        What it is compared with.
+    test : str
+        Test that made it, as file::function.
+    case, solver, quantity, unit : str
+        Size and material; who computed; what.
+    computed, exact : float or str
+        The pair that differs most, or two verdicts.
+    count : int
+        Number of pairs.
+    error : float
+        Largest difference over the scale; 0 or infinite for verdicts.
+    allowed : float
+        Largest error that passes.
+    seconds : float
+        Wall time.
+    """
+
+    form: ClosedForm
+    test: str
+    case: str
+    solver: str
+    quantity: str
+    unit: str
+    computed: float | str
+    exact: float | str
+    count: int
+    error: float
+    allowed: float
+    seconds: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is allowed; NaN is not."""
+        return bool(self.error <= self.allowed)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.form.title}, {self.case}, {self.solver}: {self.quantity} {_number(self.computed)}, exact "
+            f"{_number(self.exact)} {self.unit}; error {self.error:.3g}, allowed {self.allowed:.3g}"
+        )
+
+
+class Verify:
+    """What the fixture ``verify`` is: compares, keeps and asserts.
+
+    Parameters
+    ----------
+    cases : list of Case
+        Where to keep.
+    test : str
+        Name of the test.
+    """
+
+    def __init__(self, cases: list[Case], test: str) -> None:
+        self._cases, self._test = cases, test
+        self._since = time.perf_counter()
+
+    def __call__(
+        self,
+        form: ClosedForm,
+        *,
+        case: str,
+        computed: Any,
+        exact: Any,
+        tolerance: float = 0.0,
+        scale: float | None = None,
+        solver: str = "",
+        quantity: str = "",
+        unit: str = "",
+    ) -> None:
+        """Compare what was computed with the closed form.
+
+        Parameters
+        ----------
+        form : ClosedForm
+            The closed form.
+        case : str
+            Size and material.
+        computed, exact : float, array of float, str or bool
+            What to compare; verdicts must be the same.
+        tolerance : float
+            Largest error that passes.
+        scale : float, optional
+            What errors are measured by, in the unit of the quantity; by default the largest exact value.
+        solver : str
+            ``explicit``, ``quasi_static``, ... or empty where there is none.
+        quantity, unit : str
+            What was computed, in SI units.
+
+        Notes
+        -----
+        The time of a case runs from the test's start, or from its last comparison, to the call.
+        """
+        now = time.perf_counter()
+        pair = compare(computed, exact, scale)
+        kept = Case(
+            form, self._test, case, solver, quantity, unit, *pair, allowed=tolerance, seconds=now - self._since
+        )  # fmt: skip
+        self._cases.append(kept)
+        self._since = time.perf_counter()
+        assert kept.passed, str(kept)
+
+
+def compare(computed: Any, exact: Any, scale: float | None) -> tuple[float | str, float | str, int, float]:
+    """Return the pair that differs most, the number of pairs, and the error."""
+    if isinstance(exact, str | bool | np.bool_):
+        words = tuple({True: "yes", False: "no"}[bool(v)] if not isinstance(v, str) else v for v in (computed, exact))
+        return words[0], words[1], 1, 0.0 if words[0] == words[1] else np.inf
+    found, known = np.broadcast_arrays(np.asarray(computed, dtype=float), np.asarray(exact, dtype=float))
+    if found.size == 0:
+        raise ValueError("nothing to compare")
+    by = float(np.abs(known).max()) if scale is None else scale
+    if not by > 0:
+        raise ValueError("errors are measured by the largest exact value, which is 0: give a scale")
+    error = np.abs(found - known).ravel() / by
+    worst = int(np.where(np.isnan(error), np.inf, error).argmax())
+    return float(found.ravel()[worst]), float(known.ravel()[worst]), found.size, float(error[worst])
+
+
+def size(*lengths: float) -> str:
+    """Return lengths (m) as words: ``240 x 75 mm``."""
+    return " x ".join(f"{1e3 * length:g}" for length in lengths) + " mm"
+
+
+def stiffness(k_n: float, name: str = "k_n") -> str:
+    """Return a joint's stiffness (Pa/m) as words."""
+    return f"{name} {1e-9 * k_n:g} N/mm³"
+
+
+@dataclass
+class Manual:
+    """The cases of a session.
+
+    Attributes
+    ----------
+    cases : list of Case
+        In the order of the tests.
+    failed : list of str
+        Tests that failed, in a comparison or otherwise.
+    left_out : int
+        Tests that were not run.
+    """
+
+    cases: list[Case] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
+    left_out: int = 0
+
+    def page(self) -> str:
+        """Return the page as Markdown."""
+        sections = self._sections()
+        lines = [
+            "# Verification manual",
+            "",
+            "What damagepred computes, beside what is known without it. The tests in this folder write this page:",
+            "",
+            f"    {COMMAND}",
+            "",
+            "SI units; tension, opening and anticlockwise rotation are positive, y is up. *Error* is the difference over "
+            "the exact value (over the largest one where several values are compared: the pair that differs most is "
+            "shown, and their number), or over the scale that the test names. *Time* is the wall time of the case on "
+            "one core, compilation excluded. `quasi_static` and `explicit` are the two solvers; other words in that "
+            "column say what else computed.",
+            "",
+            self._totals(len(sections)),
+            "",
+            "Versions: " + ", ".join(f"{name} {number}" for name, number in _versions()) + ".",
+            "",
+        ]
+        if self.failed:
+            lines += ["**Failed:** " + ", ".join(f"`{name}`" for name in self.failed) + ".", ""]
+        if self.left_out:
+            lines += [f"**Not whole:** {self.left_out} tests were left out of the run that wrote this page.", ""]
+        lines += ["## Contents", ""]
+        for chapter, group in itertools.groupby(sections, key=lambda s: s[0].chapter):
+            lines += [f"- {chapter}"]
+            lines += [f"  - [{form.title}](#{_anchor(form.title)}): {_worst(cases)}" for form, cases in group]
+        for chapter, group in itertools.groupby(sections, key=lambda s: s[0].chapter):
+            lines += ["", f"## {chapter}"]
+            for form, cases in group:
+                lines += ["", *_section(form, cases)]
+        return "\n".join(lines) + "\n"
+
+    def _sections(self) -> list[tuple[ClosedForm, list[Case]]]:
+        by_form: dict[ClosedForm, list[Case]] = {}
+        for case in self.cases:
+            by_form.setdefault(case.form, []).append(case)
+        titles = [form.title for form in by_form]
+        twice = {title for title in titles if titles.count(title) > 1}
+        if twice:
+            raise ValueError(f"two closed forms have the same title: {', '.join(sorted(twice))}")
+        chapters = list(CHAPTERS) + [form.chapter for form in by_form]
+        return sorted(by_form.items(), key=lambda item: chapters.index(item[0].chapter))
+
+    def _totals(self, sections: int) -> str:
+        passed = sum(case.passed for case in self.cases)
+        seconds = sum(case.seconds for case in self.cases)
+        return f"**{sections} closed forms, {len(self.cases)} cases, {passed} passed; {seconds:.0f} s.**"
+
+
+def _section(form: ClosedForm, cases: Sequence[Case]) -> list[str]:
+    tests = sorted({case.test for case in cases})
+    lines = [f"### {form.title}", ""]
+    lines += [f"    {line}" for line in form.formula.strip().splitlines()]
+    lines += ["", f"Source: {form.source}", ""]
+    if form.note:
+        lines += [form.note, ""]
+    lines += [
+        "| solver | case | quantity | computed | exact | error | allowed | time (s) |",
+        "|---|---|---|---:|---:|---:|---:|---:|",
+    ]
+    lines += [_row(case) for case in cases]
+    lines += ["", f"{_worst(cases).capitalize()}. Tests: {', '.join(f'`{test}`' for test in tests)}."]
+    return lines
+
+
+def _row(case: Case) -> str:
+    quantity = case.quantity + (f" ({case.unit})" if case.unit else "")
+    if case.count > 1:
+        quantity += f", worst of {case.count}"
+    verdict = isinstance(case.exact, str)
+    error = "-" if verdict and case.passed else _error(case.error)
+    cells = [
+        case.solver.replace("_", "\\_") or "-", case.case, quantity, _number(case.computed), _number(case.exact),
+        error if case.passed else f"**{error}**", "-" if verdict else _error(case.allowed), f"{case.seconds:.2f}",
+    ]  # fmt: skip
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _worst(cases: Sequence[Case]) -> str:
+    numbers = [case.error for case in cases if not isinstance(case.exact, str)]
+    failed = sum(not case.passed for case in cases)
+    words = f"{len(cases)} case{'s' if len(cases) > 1 else ''}"
+    if numbers:
+        words += f", worst error {_error(max(numbers, key=lambda e: np.inf if np.isnan(e) else e))}"
+    return words + (f", **{failed} failed**" if failed else "")
+
+
+def _error(error: float) -> str:
+    return f"{error:.1e}" if 0 < error < 1e-4 else f"{100 * error:.2g} %"
+
+
+def _number(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.6g}"
+
+
+def _anchor(title: str) -> str:
+    """Return the name that Markdown readers give a heading."""
+    return "".join(c for c in title.lower().replace(" ", "-") if c.isalnum() or c in "-_")
+
+
+def _versions() -> list[tuple[str, str]]:
+    libraries = [(name, version(name)) for name in ("numpy", "scipy", "numba")]
+    return [("damagepred", version("damagepred")), ("Python", platform.python_version()), *libraries]

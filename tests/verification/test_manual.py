@@ -1,0 +1,68 @@
+"""The manual itself: what it compares, what it refuses, and what its page says."""
+
+import numpy as np
+import pytest
+
+from tests.verification.manual import Case, ClosedForm, Manual, Verify
+
+FORM = ClosedForm(title="Two and two", formula="2 + 2 = 4", source="Derived.", chapter="Elastic joints")
+OTHER = ClosedForm(title="Three and | three", formula="3 + 3 = 6", source="Derived.", chapter="Dynamics", note="Odd.")
+
+
+@pytest.fixture
+def cases() -> list[Case]:
+    return []
+
+
+@pytest.mark.parametrize(
+    ("computed", "exact", "scale", "error"),
+    [
+        (4.1, 4.0, None, 0.025),
+        (-4.0, 4.0, None, 2.0),
+        ([1.0, 2.2, 4.0], [1.0, 2.0, 4.0], None, 0.05),
+        ([0.01], 0.0, 0.1, 0.1),
+        ([4.0, np.nan], 4.0, None, np.nan),
+        ([4.0, np.inf], 4.0, None, np.inf),
+        ("slides", "rests", None, np.inf),
+        (np.bool_(True), False, None, np.inf),
+    ],
+)
+def test_an_error_beyond_the_tolerance_fails_and_is_kept(cases, computed, exact, scale, error):
+    verify = Verify(cases, "file::test")
+    with pytest.raises(AssertionError, match="Two and two"):
+        verify(FORM, case="a", computed=computed, exact=exact, scale=scale, tolerance=0.02)
+    assert cases[0].error == pytest.approx(error, nan_ok=True)
+    page = Manual(cases, ["file::test"]).page()
+    assert "1 cases, 0 passed" in page
+    assert "**1 failed**" in page
+    assert "**Failed:** `file::test`" in page
+
+
+@pytest.mark.parametrize(("computed", "exact"), [([1.0], [0.0]), ([], []), (1.0, np.nan)])
+def test_what_cannot_be_compared_is_refused(cases, computed, exact):
+    with pytest.raises(ValueError, match=r"compare|scale"):
+        Verify(cases, "t")(FORM, case="a", computed=computed, exact=exact, tolerance=1.0)
+
+
+def test_the_page_has_chapters_in_order_and_all_cases(cases):
+    verify = Verify(cases, "test_sums.py::test_sum")
+    verify(OTHER, case="apples", solver="quasi_static", computed=6.0, exact=6, quantity="sum", tolerance=0.01)
+    verify(FORM, case="|x| < 1", computed=[4.0, 4.01], exact=4, unit="m", quantity="sum", tolerance=0.01)
+    verify(FORM, case="pears", computed=True, exact=True)
+    page = Manual(cases, left_out=2).page()
+    assert page.index("## Elastic joints") < page.index("### Two and two") < page.index("## Dynamics")
+    assert "2 closed forms, 3 cases, 3 passed" in page
+    assert "| - | \\|x\\| < 1 | sum (m), worst of 2 | 4.01 | 4 | 0.25 % | 1 % |" in page
+    assert "| quasi\\_static | apples | sum | 6 | 6 | 0 % | 1 % |" in page
+    assert "| pears |  | yes | yes | - | - |" in page
+    assert "2 tests were left out" in page
+    assert "(#three-and--three): 1 case, worst error 0 %" in page
+    assert page == Manual(cases, left_out=2).page()
+
+
+def test_one_title_is_one_closed_form(cases):
+    verify = Verify(cases, "t")
+    verify(FORM, case="a", computed=1.0, exact=1.0)
+    verify(ClosedForm(FORM.title, "2 + 3", "Derived.", "Zones"), case="a", computed=1.0, exact=1.0)
+    with pytest.raises(ValueError, match="same title: Two and two"):
+        Manual(cases).page()
