@@ -30,6 +30,8 @@ from typing import Any
 
 import numpy as np
 
+from tests.verification.blocks import table as units
+
 COMMAND = 'python -m pytest tests/verification -m "slow or not slow" --manual tests/verification/README.md'
 """Writes the page."""
 
@@ -197,16 +199,6 @@ def compare(computed: Any, exact: Any, scale: float | None) -> tuple[float | str
     return float(found.ravel()[worst]), float(known.ravel()[worst]), found.size, float(error[worst])
 
 
-def size(*lengths: float) -> str:
-    """Return lengths (m) as words: ``240 x 75 mm``."""
-    return " x ".join(f"{1e3 * length:g}" for length in lengths) + " mm"
-
-
-def stiffness(k_n: float, name: str = "k_n") -> str:
-    """Return a joint's stiffness (Pa/m) as words."""
-    return f"{name} {1e-9 * k_n:g} N/mm³"
-
-
 @dataclass
 class Manual:
     """The cases of a session.
@@ -235,11 +227,12 @@ class Manual:
             "",
             f"    {COMMAND}",
             "",
-            "SI units; tension, opening and anticlockwise rotation are positive, y is up. *Error* is the difference over "
-            "the exact value (over the largest one where several values are compared: the pair that differs most is "
-            "shown, and their number), or over the scale that the test names. *Time* is the wall time of the case on "
-            "one core, compilation excluded. `quasi_static` and `explicit` are the two solvers; other words in that "
-            "column say what else computed.",
+            "SI units; tension, opening and anticlockwise rotation are positive, y is up. *Error* is the difference "
+            "over the exact value (over the largest one where several values are compared: the pair that differs most "
+            "is shown, and their number), or over the scale that the test names. *Time* is the wall time of the case "
+            "on one core, compilation excluded. `quasi-static` and `explicit` are the two solvers, the explicit one "
+            "without its elastic start, so that it reaches every state by time stepping; other words in that column "
+            "say what else computed.",
             "",
             self._totals(len(sections)),
             "",
@@ -250,6 +243,7 @@ class Manual:
             lines += ["**Failed:** " + ", ".join(f"`{name}`" for name in self.failed) + ".", ""]
         if self.left_out:
             lines += [f"**Not whole:** {self.left_out} tests were left out of the run that wrote this page.", ""]
+        lines += ["Units of masonry that the cases name; every case names others by their size:", "", *units(), ""]
         lines += ["## Contents", ""]
         for chapter, group in itertools.groupby(sections, key=lambda s: s[0].chapter):
             lines += [f"- {chapter}"]
@@ -300,7 +294,7 @@ def _row(case: Case) -> str:
     verdict = isinstance(case.exact, str)
     error = "-" if verdict and case.passed else _error(case.error)
     cells = [
-        case.solver.replace("_", "\\_") or "-", case.case, quantity, _number(case.computed), _number(case.exact),
+        case.solver.replace("_", "-") or "-", case.case, quantity, _number(case.computed), _number(case.exact),
         error if case.passed else f"**{error}**", "-" if verdict else _error(case.allowed), f"{case.seconds:.2f}",
     ]  # fmt: skip
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
