@@ -136,10 +136,12 @@ def test_the_rule_for_the_contacts(verify: Verify, solver: Solver, rule: str, co
 def test_a_block_sticks_on_an_incline(
     verify: Verify, solver: Solver, unit: Unit, degrees: float, cohesion: float
 ) -> None:
-    """Without cohesion the explicit solver's block slips a hair while its weight comes on, unless the incline is flat."""
+    """Without a bond the explicit solver's block slips a hair while its weight comes on, unless the incline is flat."""
     angle = np.radians(degrees)
     assembly, block = on_plate(
-        unit, unit.joint(friction=0.9, cohesion=cohesion), (G * np.sin(angle), -G * np.cos(angle))
+        unit,
+        unit.joint(friction=0.9, cohesion=cohesion, tensile_strength=cohesion),
+        (G * np.sin(angle), -G * np.cos(angle)),
     )
     ds = damagepred.solve(assembly, solver=solver, increments=1).isel(increment=-1)
     assert (ds["contact_slip"].values == 0).all()
@@ -147,7 +149,7 @@ def test_a_block_sticks_on_an_incline(
     shear, along = unit.weight * np.sin(angle), unit.k_n * unit.t * unit.b**3 / 12
     verify(
         STUCK,
-        case=f"α = {degrees:g}°, tan φ 0.9, C {1e-3 * cohesion:g} kPa: {unit}",
+        case=f"α = {degrees:g}°, tan φ 0.9, C and f_t {1e-3 * cohesion:g} kPa: {unit}",
         solver=solver.method,
         quantity="shear displacement and h/2 times rotation",
         unit="m",
