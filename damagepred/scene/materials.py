@@ -10,7 +10,10 @@ from damagepred.scene.quantity import Count, Density, Force, FractureEnergy, Len
 
 @described
 class BlockMaterial:
-    """Elastic material of the bricks (``[block]``).
+    """Material of the bricks (``[block]``): elastic; zones may yield in shear (Mohr-Coulomb) and in tension.
+
+    Only zones, which deformable blocks are cut into, look at cohesion, friction, dilation and tensile strength.
+    Rigid blocks never yield.
 
     Attributes
     ----------
@@ -20,11 +23,35 @@ class BlockMaterial:
         Poisson's ratio (1).
     density : float
         Mass density (kg/m3).
+    cohesion : float or None
+        C (Pa). None: zones never yield in shear.
+    friction : float
+        tan(phi) (1), used where there is a cohesion.
+    dilation : float
+        tan(psi) (1): of the plastic flow in shear. At most the friction.
+    tensile_strength : float or None
+        Tension cut-off (Pa) of every principal stress. In effect at most cohesion / friction, the apex of the cone.
+        None: the apex, or no limit without cohesion.
     """
 
     elastic_modulus: Pressure = Field(default=9.0e9, gt=0)
     poisson_ratio: Pure = Field(default=0.19, ge=0, lt=0.5)
     density: Density = Field(default=2000.0, ge=0)
+    cohesion: Pressure | None = Field(default=None, ge=0)
+    friction: Pure = Field(default=0.75, ge=0)
+    dilation: Pure = Field(default=0.0, ge=0)
+    tensile_strength: Pressure | None = Field(default=None, ge=0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> BlockMaterial:
+        if self.dilation > self.friction:
+            raise ValueError(f"dilation = {self.dilation:g}: must not exceed friction = {self.friction:g}")
+        return self
+
+    @property
+    def yields(self) -> bool:
+        """Whether zones of this material can yield."""
+        return self.cohesion is not None or self.tensile_strength is not None
 
     @property
     def shear_modulus(self) -> float:

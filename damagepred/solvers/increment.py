@@ -19,6 +19,17 @@ class ContactState(IntEnum):
     SLIPPING = 2
 
 
+class ZoneState(IntEnum):
+    """What a zone does at an increment; the first four are what ``kernels.zone_law.zone_return`` tells."""
+
+    ELASTIC = 0
+    SHEAR = 1
+    TENSION = 2
+    SHEAR_AND_TENSION = 3
+    YIELDED = 4
+    """Elastic now, but it has yielded before."""
+
+
 @dataclass(frozen=True)
 class Increment:
     """Equilibrium at one point of the path; n blocks, m interfaces with q contacts each.

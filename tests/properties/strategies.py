@@ -53,11 +53,19 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
         "block_height": draw(number(0.03, 0.3)),
         "bond": draw(st.sampled_from(["running", "stack"])),
     }
+    block_friction = draw(number(0, 2))
     friction, cohesion, strength = draw(number(0, 2)), draw(number(0, 1e6)), draw(number(0, 1e6))
     tables: dict[str, Any] = {
         "title": draw(TITLES),
         "wall": wall,
-        "block": {"elastic_modulus": draw(number(1e6, 1e11)), "density": draw(number(0, 1e4))},
+        "block": {
+            "elastic_modulus": draw(number(1e6, 1e11)),
+            "density": draw(number(0, 1e4)),
+            "cohesion": draw(st.none() | number(0, 1e8)),
+            "friction": block_friction,
+            "dilation": draw(number(0, block_friction)),
+            "tensile_strength": draw(st.none() | number(0, 1e8)),
+        },
         "joint": {
             "normal_stiffness": draw(number(1e6, 1e13)),
             "friction": friction,

@@ -58,6 +58,13 @@ def test_shear_modulus():
     assert BlockMaterial().shear_modulus == pytest.approx(9e9 / 2.38)
 
 
+def test_blocks_yield_only_where_the_user_gives_a_strength():
+    assert not BlockMaterial().yields
+    assert (BlockMaterial().cohesion, BlockMaterial().tensile_strength) == (None, None)
+    assert BlockMaterial(cohesion=0.0).yields
+    assert BlockMaterial(tensile_strength=0.0).yields
+
+
 def test_material_file_and_defaults_agree(data_folder: Path):
     tables = tomllib.loads((data_folder / "materials" / "zhuge.toml").read_text())
     for table, described in (

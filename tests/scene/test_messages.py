@@ -78,6 +78,12 @@ BAD = {
     ),
     "no increments": ({"movement": {"increments": 0}}, ["[movement] increments = 0", "at least 1"]),
     "dilation above friction": ({"joint": {"dilation": 0.8}}, ["dilation = 0.8", "friction = 0.75", "not exceed"]),
+    "block dilation above friction": (
+        {"block": {"dilation": 0.5, "friction": 0.4}},
+        ["block", "dilation = 0.5", "friction = 0.4", "not exceed"],
+    ),
+    "negative block strength": ({"block": {"cohesion": -1.0}}, ["[block] cohesion = -1", "at least 0 Pa"]),
+    "stiffness for block cohesion": ({"block": {"cohesion": "1 N/mm3"}}, ["[block] cohesion", "wrong kind of unit"]),
     "residual above intact": (
         {"joint": {"residual_cohesion": "1 MPa"}},
         ["residual_cohesion = 1e+06", "must not exceed cohesion = 375000"],
