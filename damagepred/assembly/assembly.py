@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
+from damagepred.assembly.mesh import Mesh, mesh_of
 from damagepred.assembly.model import (
+    BlockLaw,
     Blocks,
     Ground,
     Interfaces,
@@ -46,6 +48,8 @@ class Geometry:
         Joint material of each interface.
     ground_x : array (g, q)
         Where the contacts with the ground lie (m).
+    mesh : Mesh or None
+        Zones of the deformable blocks.
     """
 
     blocks: Blocks
@@ -53,6 +57,7 @@ class Geometry:
     joints: Joints
     joint_material: IntArray
     ground_x: FloatArray
+    mesh: Mesh | None
 
 
 class Assembly:
@@ -99,6 +104,8 @@ class Assembly:
         self._course: list[int] = []
         self._block_materials = [block or BlockMaterial()]
         self._block_material: list[int] = []
+        self._zone_size: list[float | None] = []
+        self._thickness: list[float] = []
         self._joint_materials = [joint or Joint()]
         self._pairs: dict[tuple[int, int], tuple[int, Kind | None]] = {}
         self._levels: dict[int, tuple[int, Kind]] = {}
@@ -113,7 +120,15 @@ class Assembly:
         """Number of blocks so far."""
         return len(self._polygons)
 
-    def add_block(self, vertices: ArrayLike, material: BlockMaterial | None = None, course: int = -1) -> int:
+    def add_block(
+        self,
+        vertices: ArrayLike,
+        material: BlockMaterial | None = None,
+        course: int = -1,
+        *,
+        zone_size: float | None = None,
+        thickness: float | None = None,
+    ) -> int:
         """Add a convex polygon and return its number.
 
         Parameters
@@ -124,15 +139,25 @@ class Assembly:
             Its own material.
         course : int
             Course it belongs to, counted from 0, if there are courses.
+        zone_size : float, optional
+            Makes the block deformable, whatever the solver's settings say: largest edge of the cells, of four zones
+            each, into which it is cut (m). 0 keeps it rigid.
+        thickness : float, optional
+            Its own, out of plane (m).
 
         Raises
         ------
         InputError
-            If the polygon is degenerate or not convex.
+            If the polygon is degenerate or not convex, or a size is not a length.
         """
         number = len(self._polygons)
+        for name, value, least in (("zone_size", zone_size, 0.0), ("thickness", thickness, np.nextafter(0.0, 1.0))):
+            if value is not None and not (np.isfinite(value) and value >= least):
+                raise InputError(f"block {number}: {name} = {value!r}: must be a finite length in m, not negative.")
         self._polygons.append(convex_polygon(vertices, f"block {number}"))
         self._course.append(course)
+        self._zone_size.append(zone_size)
+        self._thickness.append(self.thickness if thickness is None else float(thickness))
         self._block_material.append(_numbered(self._block_materials, material))
         return number
 
@@ -251,22 +276,39 @@ class Assembly:
         """
         if not self._polygons:
             raise InputError("the assembly has no blocks; add some with add_block.")
+        settings = solver or Solver()
         blocks = self._blocks()
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
-        shared = shared_edges(blocks.vertices, blocks.first_vertex, tolerance)
-        grounded = self._ground_edges(blocks)
+        mesh = mesh_of(self._polygons, self._zone_sizes(settings))
+        outline, first_vertex, body = _outlines(blocks, mesh)
+        shared = shared_edges(outline, first_vertex, tolerance)
+        grounded = self._ground_edges(outline, first_vertex)
         edges = _joined(shared, grounded)
         kind, material = self._classify(edges, blocks, len(grounded.a))
         order = self._order(edges, kind, blocks, len(grounded.a))
-        edges = SharedEdges(edges.a[order], edges.b[order], edges.start[order], edges.end[order], edges.normal[order])
+        edges = SharedEdges(*(column[order] for column in edges))  # type: ignore[arg-type]
         kind, material = kind[order], material[order]
         joint, joints = _number_joints(edges, kind, blocks)
-        settings = solver or Solver()
-        interfaces = _place_contacts(edges, kind, joint, blocks, settings, self.thickness)
+        interfaces = _place_contacts(edges, kind, joint, body, blocks, mesh, settings, np.array(self._thickness))
         first = len(kind) - len(grounded.a)
         ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
-        return Geometry(blocks, interfaces, joints, material, ground_x)
+        return Geometry(blocks, interfaces, joints, material, ground_x, mesh)
+
+    def _zone_sizes(self, settings: Solver) -> dict[int, float]:
+        """Tell which blocks are deformable, and how large their cells are; what is held or moved as one is rigid."""
+        held = {dof // 3 for dof in self._prescribed}
+        sizes = {}
+        for block, own in enumerate(self._zone_size):
+            size = own
+            if own is None and settings.blocks == "deformable" and block not in held:
+                size = settings.zone_size or default_zone_size(self._polygons[block], settings.method)
+            if not size:
+                continue
+            if block in held:
+                raise InputError(f"block {block}: cannot be held as one and be deformable; leave out zone_size.")
+            sizes[block] = size
+        return sizes
 
     def build(self, solver: Solver | None = None, fields: Fields | None = None, span: float | None = None) -> Model:
         """Make the model the solvers take.
@@ -292,9 +334,10 @@ class Assembly:
                 properties, geometry.interfaces, blocks, self._block_materials, block_material
             )
         properties = brittle_where_soft(properties)
+        law = block_law(self._block_materials, block_material, np.array(self._thickness))
         density = np.array([m.density for m in self._block_materials])[block_material]
         load = np.zeros((len(density), 3))
-        load[:, :2] = (density * blocks.area * self.thickness)[:, None] * np.array(self.gravity)
+        load[:, :2] = (density * blocks.area * law.thickness)[:, None] * np.array(self.gravity)
         for block, extra in self._load.items():
             load[block] += extra
         extent = float(np.ptp(blocks.vertices[:, 0]))
@@ -318,6 +361,9 @@ class Assembly:
             span=length,
             central_deflection=abs(float(profile(np.array([middle]))[0])) if profile else self._largest_movement(),
             apex_limited=limited,
+            block_law=law,
+            mesh=geometry.mesh,
+            plane=settings.plane,
         )
 
     def _largest_movement(self) -> float:
@@ -331,23 +377,28 @@ class Assembly:
             np.concatenate(self._polygons), np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
         )  # fmt: skip
 
-    def _ground_edges(self, blocks: Blocks) -> SharedEdges:
-        starts, ends = [], []
+    def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> SharedEdges:
+        """Return the lowest edges of the blocks that rest on the ground; straight corners part them no further."""
+        found: list[tuple[int, int, float, float, float]] = []
         for block in self._grounded:
-            corners = self._polygons[block]
-            low = corners[:, 1].min()
-            level = corners[corners[:, 1] <= low + 1e-9 * np.ptp(corners[:, 1])]
-            if len(level) < 2:
+            first, last = first_vertex[block], first_vertex[block + 1]
+            corners = outline[first:last]
+            low, reach = corners[:, 1].min(), 1e-9 * np.ptp(corners[:, 1])
+            level = (corners[:, 1] <= low + reach) & (np.roll(corners[:, 1], -1) <= low + reach)
+            if not level.any():
                 raise InputError(f"block {block}: cannot rest on the ground, its underside is a corner.")
-            starts.append((level[:, 0].min(), low))
-            ends.append((level[:, 0].max(), low))
-        count = len(starts)
+            after = np.roll(corners[:, 0], -1)
+            found += [(block, first + i, corners[i, 0], after[i], low) for i in np.flatnonzero(level)]
+        block_b, edge, start, end, low_y = (np.array(column) for column in zip(*found)) if found else (np.empty(0),) * 5
+        count = len(found)
         return SharedEdges(
             np.full(count, len(self._polygons), dtype=np.int64),
-            np.array(self._grounded, dtype=np.int64),
-            np.array(starts).reshape(count, 2),
-            np.array(ends).reshape(count, 2),
+            block_b.astype(np.int64),
+            np.column_stack((start, low_y)),
+            np.column_stack((end, low_y)),
             np.broadcast_to(np.array([0.0, 1.0]), (count, 2)),
+            np.full(count, -1, dtype=np.int64),
+            edge.astype(np.int64),
         )
 
     def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: int) -> tuple[NDArray[np.int8], IntArray]:
@@ -400,13 +451,56 @@ def ground_movement(geometry: Geometry, profile: Callable[[FloatArray], FloatArr
 
 
 def _joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
-    return SharedEdges(
-        np.concatenate((first.a, second.a)),
-        np.concatenate((first.b, second.b)),
-        np.concatenate((first.start, second.start)),
-        np.concatenate((first.end, second.end)),
-        np.concatenate((first.normal, second.normal)),
-    )
+    return SharedEdges(*(np.concatenate(pair) for pair in zip(first, second)))
+
+
+def default_zone_size(polygon: FloatArray, method: str) -> float:
+    """Return the size of cells (m) of a block for which none is given: its width, or half of that if explicit.
+
+    A brick of 240 x 75 mm is cut into 8 x 2 cells of four zones for the explicit solver, as many as the paper has. The
+    quasi-static solver's work grows with the cube of the gridpoints along the joints of a course; it takes 4 x 1.
+    """
+    corners = polygon - polygon.mean(axis=0)
+    edge = np.roll(corners, -1, axis=0) - corners
+    outward = np.column_stack((edge[:, 1], -edge[:, 0])) / np.hypot(*edge.T)[:, None]
+    width = float(np.ptp(corners @ outward.T, axis=0).min())
+    return width if method == "quasi_static" else 0.5 * width
+
+
+def block_law(materials: Sequence[BlockMaterial], material: IntArray, thickness: FloatArray) -> BlockLaw:
+    """Return the law of each block.
+
+    Parameters
+    ----------
+    materials : sequence of BlockMaterial
+        The materials.
+    material : array of int (n,)
+        Which of them each block has.
+    thickness : array (n,)
+        Out of plane (m).
+    """
+
+    def each(name: str) -> FloatArray:
+        values = [getattr(m, name, None) for m in materials]
+        return np.array([np.inf if v is None else float(v) for v in values])[material]
+
+    return BlockLaw(**{name: each(name) for name in BlockLaw._fields[:-1]}, thickness=thickness)
+
+
+def _outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the outlines of all blocks, those of deformable ones facet by facet, and the body of each edge."""
+    count = len(blocks.x)
+    owner = np.repeat(np.arange(count), np.diff(blocks.first_vertex))
+    if mesh is None:
+        return blocks.vertices, blocks.first_vertex, owner
+    pieces, bodies = np.split(blocks.vertices, blocks.first_vertex[1:-1]), np.split(owner, blocks.first_vertex[1:-1])
+    for d, block in enumerate(mesh.block):
+        own = slice(mesh.first_facet[d], mesh.first_facet[d + 1])
+        start = mesh.facets[own, 0]
+        pieces[block] = np.column_stack((mesh.x[start], mesh.y[start]))
+        bodies[block] = count + 1 + np.arange(own.start, own.stop)
+    first = np.concatenate(([0], np.cumsum([len(p) for p in pieces])))
+    return np.concatenate(pieces), first, np.concatenate(bodies)
 
 
 def _numbered(materials: list[Any], material: object | None) -> int:
@@ -421,7 +515,8 @@ def _number_joints(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks) -
     """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
     course = np.append(blocks.course, -1)[edges.b]
     is_bed = (kind != Kind.HEAD_JOINT) & (course >= 0)
-    key = np.where(is_bed, edges.b, len(blocks.x) + 1 + np.arange(len(kind)))
+    count = len(blocks.x) + 1
+    key = np.where(is_bed, edges.b, count * (1 + edges.a) + edges.b)
     _, first, joint = np.unique(key, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))  # number them in the order in which the interfaces stand
     joint = rank[joint].astype(np.int64)
@@ -442,28 +537,36 @@ def _place_contacts(
     edges: SharedEdges,
     kind: NDArray[np.int8],
     joint: IntArray,
+    body: IntArray,
     blocks: Blocks,
+    mesh: Mesh | None,
     solver: Solver,
-    thickness: float,
+    thickness: FloatArray,
 ) -> Interfaces:
     points, weights = quadrature(solver.quadrature, solver.contacts_per_interface)
     middle = (edges.start + edges.end) / 2
     length = np.hypot(*(edges.end - edges.start).T)
     n_x, n_y = edges.normal.T
+    ground = len(blocks.x)
     centre = np.column_stack((blocks.x, blocks.y))
     centre = np.vstack((centre, [0.0, 0.0]))  # the ground does not turn: any centre serves
+    if mesh is not None:
+        ends = mesh.facets
+        centre = np.vstack((centre, np.column_stack((mesh.x[ends].mean(axis=1), mesh.y[ends].mean(axis=1)))))
+    body_a, body_b = np.where(edges.a == ground, ground, body[edges.edge_a]), body[edges.edge_b]
+    depth = np.minimum(np.append(thickness, np.inf)[edges.a], thickness[edges.b])
 
     def arms(block: IntArray) -> tuple[FloatArray, FloatArray]:
         r_x, r_y = (middle - centre[block]).T
         return -n_x * r_y + n_y * r_x, -n_y * r_y - n_x * r_x
 
-    (normal_a, shear_a), (normal_b, shear_b) = arms(edges.a), arms(edges.b)
+    (normal_a, shear_a), (normal_b, shear_b) = arms(body_a), arms(body_b)
     return Interfaces(
-        block_a=edges.a, block_b=edges.b, kind=kind, joint=joint,
+        block_a=edges.a, block_b=edges.b, body_a=body_a, body_b=body_b, kind=kind, joint=joint,
         x=middle[:, 0].copy(), y=middle[:, 1].copy(), length=length,
         normal_x=n_x.copy(), normal_y=n_y.copy(),
         arm_normal_a=normal_a, arm_shear_a=shear_a, arm_normal_b=normal_b, arm_shear_b=shear_b,
-        contact_offset=length[:, None] * points, contact_area=thickness * length[:, None] * weights,
+        contact_offset=length[:, None] * points, contact_area=(depth * length)[:, None] * weights,
     )  # fmt: skip
 
 

@@ -140,6 +140,8 @@ class SharedEdges(NamedTuple):
         Ends of the common edge (m), start to end along the tangent (normal_y, -normal_x).
     normal : array (m, 2)
         Unit normal.
+    edge_a, edge_b : array of int (m,)
+        The edges of a and b it is part of, by the number of the vertex they start from.
     """
 
     a: IntArray
@@ -147,6 +149,8 @@ class SharedEdges(NamedTuple):
     start: FloatArray
     end: FloatArray
     normal: FloatArray
+    edge_a: IntArray
+    edge_b: IntArray
 
 
 def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float) -> SharedEdges:
@@ -188,7 +192,7 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
     offset = ((vertices - centre) * line_normal).sum(axis=1)
     line = _lines(direction, offset, tolerance)
 
-    found: list[tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]] = []
+    found: list[tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]] = []
     order = np.argsort(line, kind="stable")
     for members in np.split(order, np.flatnonzero(np.diff(line[order])) + 1):
         if flip[members].all() or not flip[members].any():
@@ -209,11 +213,13 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
                 foot + s[:, None] * tangent,
                 foot + e[:, None] * tangent,
                 np.broadcast_to(n, (len(i), 2)),
+                members[below[i]],
+                members[above[j]],
             )
         )
     if not found:
-        none = np.empty((0, 2))
-        return SharedEdges(np.empty(0, np.int64), np.empty(0, np.int64), none, none, none)
+        none, nobody = np.empty((0, 2)), np.empty(0, np.int64)
+        return SharedEdges(nobody, nobody, none, none, none, nobody, nobody)
     return SharedEdges(*(np.concatenate(column) for column in zip(*found)))
 
 

@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.assembly.mesh import Mesh
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -24,7 +26,7 @@ class Kind(IntEnum):
 
 
 class Blocks(NamedTuple):
-    """Rigid blocks; n of them, with vertices of all polygons one after the other (counter-clockwise).
+    """Blocks, n of them, with vertices of all polygons one after the other (counter-clockwise).
 
     Attributes
     ----------
@@ -52,12 +54,15 @@ class Blocks(NamedTuple):
 class Interfaces(NamedTuple):
     """Common edges of two blocks; m of them, each with q contacts. Those with the ground come last.
 
-    The normal points from block a to block b, the tangent is (normal_y, -normal_x). The ground is block n.
+    The normal points from block a to block b, the tangent is (normal_y, -normal_x). The ground is block n. The edge
+    of a deformable block moves piece by piece: each of its facets is a body of its own, number n + 1 and up.
 
     Attributes
     ----------
     block_a, block_b : array of int (m,)
         The two blocks.
+    body_a, body_b : array of int (m,)
+        The bodies that move the two sides: the block itself if it is rigid, or its facet.
     kind : array of int8 (m,)
         A ``Kind``.
     joint : array of int (m,)
@@ -79,6 +84,8 @@ class Interfaces(NamedTuple):
 
     block_a: IntArray
     block_b: IntArray
+    body_a: IntArray
+    body_b: IntArray
     kind: NDArray[np.int8]
     joint: IntArray
     x: FloatArray
@@ -181,6 +188,21 @@ class Jambs(NamedTuple):
     right_arm_y: FloatArray
 
 
+class BlockLaw(NamedTuple):
+    """Material of each block (n,): the fields of ``damagepred.scene.BlockMaterial``; infinite where it does not yield.
+
+    Thickness (m) out of plane is each block's own.
+    """
+
+    elastic_modulus: FloatArray
+    poisson_ratio: FloatArray
+    cohesion: FloatArray
+    friction: FloatArray
+    dilation: FloatArray
+    tensile_strength: FloatArray
+    thickness: FloatArray
+
+
 @dataclass(frozen=True)
 class Model:
     """Blocks, interfaces, laws and what acts on them; see the parts for units and signs.
@@ -199,6 +221,14 @@ class Model:
         Deflection of the centre at full movement (m), not negative.
     apex_limited : int
         Number of joints whose tensile strength was cut to cohesion / friction, the apex of the cone.
+    block_law : BlockLaw
+        What the blocks are made of.
+    mesh : Mesh or None
+        Zones of the deformable blocks; None if all are rigid.
+    plane : {"stress", "strain"}
+        Whether zones are free or held out of plane.
+    edge_load : array (size,) or None
+        Dead load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
     """
 
     blocks: Blocks
@@ -213,6 +243,10 @@ class Model:
     span: float
     central_deflection: float
     apex_limited: int
+    block_law: BlockLaw
+    mesh: Mesh | None = None
+    plane: str = "stress"
+    edge_load: FloatArray | None = None
 
     @property
     def n_blocks(self) -> int:
@@ -225,9 +259,14 @@ class Model:
         return int(self.interfaces.contact_area.size)
 
     @property
+    def size(self) -> int:
+        """Number of degrees of freedom of all blocks, the ground, facets and gridpoints together; see ``Mesh``."""
+        return 3 * (self.n_blocks + 1) if self.mesh is None else self.mesh.size
+
+    @property
     def mass(self) -> FloatArray:
         """Mass of each block (kg)."""
-        return self.density * self.blocks.area * self.thickness
+        return self.density * self.blocks.area * self.block_law.thickness
 
     @property
     def mean_block_weight(self) -> float:

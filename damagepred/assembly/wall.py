@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly.assembly import GRAVITY, Assembly, Geometry, ground_movement, rectangle
+from damagepred.assembly.assembly import (
+    GRAVITY,
+    Assembly,
+    Geometry,
+    block_law,
+    default_zone_size,
+    ground_movement,
+    rectangle,
+)
 from damagepred.assembly.bond import Brick, gauge, lay_bricks
 from damagepred.assembly.model import Jambs, Kind, Model, Supports
 from damagepred.assembly.properties import brittle_where_soft, joint_properties, lump_block_elasticity
@@ -17,24 +26,40 @@ from damagepred.scene import Dpc, Joint, Opening, Scene, Solver, Wall
 
 FloatArray = NDArray[np.float64]
 
+ZONING = (
+    "method", "blocks", "above_dpc", "below_dpc", "zone_size", "zone_size_above_dpc", "zone_size_below_dpc",
+)  # fmt: skip
+"""Settings that decide on zones."""
 MORTAR, DPC = 0, 1
 """Numbers of the joint materials of a wall."""
 
 
 @lru_cache(maxsize=8)
 def _geometry(
-    wall: Wall, opening: tuple[Opening, ...], dpc_course: int | None, rule: str, contacts: int
+    wall: Wall, opening: tuple[Opening, ...], dpc_course: int | None, solver: Solver
 ) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     scene = Scene(wall=wall, opening=opening)
     bricks = lay_bricks(scene)
     assembly = Assembly(thickness=wall.thickness)
     for brick in bricks:
-        assembly.add_block(rectangle(brick.left, brick.bottom, brick.right, brick.top), course=brick.course)
+        corners = rectangle(brick.left, brick.bottom, brick.right, brick.top)
+        assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course))
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
     assembly.rest_on_ground(i for i, brick in enumerate(bricks) if brick.course == 0)
-    geometry = assembly.geometry(Solver(quadrature=rule, contacts_per_interface=contacts))  # type: ignore[arg-type]
+    geometry = assembly.geometry(solver)
     return geometry, tuple(bricks), _jambs(scene, bricks, geometry)
+
+
+def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None) -> float:
+    """Return the size of a brick's cells (m), 0 if it is rigid."""
+    below = dpc_course is not None and brick.course < dpc_course
+    blocks = (solver.below_dpc if below else solver.above_dpc) or solver.blocks
+    if blocks == "rigid":
+        return 0.0
+    size = (solver.zone_size_below_dpc if below else solver.zone_size_above_dpc) or solver.zone_size
+    corners = np.array(rectangle(brick.left, brick.bottom, brick.right, brick.top))
+    return size or default_zone_size(corners, solver.method)
 
 
 def wall_geometry(scene: Scene) -> Geometry:
@@ -53,7 +78,15 @@ def _cached(scene: Scene) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
-    return _geometry(scene.wall, scene.opening, course, scene.solver.quadrature, scene.solver.contacts_per_interface)
+    return _geometry(scene.wall, scene.opening, course, _meshing(scene.solver))
+
+
+def _meshing(solver: Solver) -> Solver:
+    """Keep of the settings only what shapes the geometry: samples that differ in other things share it."""
+    usual = Solver()
+    zoned = any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc))
+    names = ("quadrature", "contacts_per_interface") + (ZONING if zoned else ())
+    return replace(usual, **{name: getattr(solver, name) for name in names})
 
 
 def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
@@ -102,6 +135,9 @@ def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> 
         span=length,
         central_deflection=scene.movement.central_deflection,
         apex_limited=limited,
+        block_law=block_law([scene.block], every, np.full(len(bricks), scene.wall.thickness)),
+        mesh=geometry.mesh,
+        plane=scene.solver.plane,
     )
 
 

@@ -36,7 +36,7 @@ def middle_of(normal, arm_a, arm_b, drift, turn_a, turn_b):
 @law
 def relative(interfaces, displacement, i):
     """Return opening and shear in the middle of interface i, and its relative rotation."""
-    a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
+    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
     opening, shear = middle_of(
         (interfaces.normal_x[i], interfaces.normal_y[i]),

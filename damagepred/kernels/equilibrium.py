@@ -265,7 +265,7 @@ def joint_forces(
         row[6], row[7], row[8] = mn, ms, mm
         pull_x = total_n * n_x + total_s * n_y
         pull_y = total_n * n_y - total_s * n_x
-        a, b = 3 * interfaces.block_a[i], 3 * interfaces.block_b[i]
+        a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
         force[a] += pull_x
         force[a + 1] += pull_y
         force[a + 2] += total_n * interfaces.arm_normal_a[i] + total_s * interfaces.arm_shear_a[i] + total_m

@@ -19,10 +19,20 @@ class Solver:
     method : {"quasi_static", "explicit"}
         ``quasi_static``: the path of equilibria itself, bond by bond, without time, damping or loading rate.
         ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
-    blocks : {"rigid"}
-        Rigid blocks; their elasticity is lumped in series with the joints.
+    blocks : {"rigid", "deformable"}
+        ``rigid``: their elasticity is lumped in series with the joints. ``deformable``: cut into constant-strain
+        triangles, zones.
+    above_dpc, below_dpc : {"rigid", "deformable"} or None
+        Another choice for the blocks of one part of the wall; None: as ``blocks`` says. Without a dpc all is above.
+    zone_size : float or None
+        Largest edge of the cells, of four zones each, into which deformable blocks are cut (m). None: the width of the
+        block for ``quasi_static``, half of it for ``explicit``.
+    zone_size_above_dpc, zone_size_below_dpc : float or None
+        Another size in one part of the wall (m).
+    plane : {"stress", "strain"}
+        Whether zones are free to expand out of plane, as in a wall, or held.
     lump_block_elasticity : bool
-        Whether it is (True), or the joints alone are elastic.
+        Whether the elasticity of rigid blocks is lumped into the joints (True), or the joints alone are elastic.
     quadrature : {"lobatto", "midpoint"}
         Where the contacts of an interface lie. Lobatto includes both ends and is exact for the elastic joint
         from 3 contacts on (Simpson); with 2 the joint is three times too stiff in rotation.
@@ -49,7 +59,13 @@ class Solver:
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
-    blocks: Literal["rigid"] = "rigid"
+    blocks: Literal["rigid", "deformable"] = "rigid"
+    above_dpc: Literal["rigid", "deformable"] | None = None
+    below_dpc: Literal["rigid", "deformable"] | None = None
+    zone_size: Length | None = Field(default=None, gt=0)
+    zone_size_above_dpc: Length | None = Field(default=None, gt=0)
+    zone_size_below_dpc: Length | None = Field(default=None, gt=0)
+    plane: Literal["stress", "strain"] = "stress"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
     contacts_per_interface: Count = Field(default=3, ge=1, le=9)

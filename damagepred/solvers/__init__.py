@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from damagepred.assembly import Model
-from damagepred.errors import SolverError
+from damagepred.errors import InputError, SolverError
 from damagepred.scene import Solver
 from damagepred.solvers.increment import ContactState, Increment
 
@@ -31,6 +31,8 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     """
     from damagepred.solvers.half import symmetric_half
 
+    if model.mesh is not None:
+        raise InputError("solver.blocks = 'deformable': not yet solved; take 'rigid'.")
     half = symmetric_half(model) if settings.symmetric_half else None
     if half is None:
         yield from _path(model, settings, increments)

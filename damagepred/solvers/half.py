@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from damagepred.assembly import Model
-from damagepred.assembly.model import Blocks, Ground, Interfaces, Jambs, JointProperties, Supports
+from damagepred.assembly.model import BlockLaw, Blocks, Ground, Interfaces, Jambs, JointProperties, Supports
 from damagepred.errors import SolverError
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import Increment
@@ -121,7 +121,7 @@ class HalfModel(Model):
         What unbalanced forces are measured by (N), in place of the mean weight of the half's blocks.
     """
 
-    yardstick: float
+    yardstick: float = 1.0
 
     @property
     def mean_block_weight(self) -> float:
@@ -182,14 +182,16 @@ class Half:
 def symmetric_half(model: Model) -> Half | None:
     """Return the half of a wall that is its own mirror image; None if it is not.
 
-    Strengths must be the same to the last digit, all else up to rounding. The shape of a block counts by what the
-    solvers see of it: centroid, area, inertia and interfaces.
+    Walls with deformable blocks are not halved. Strengths must be the same to the last digit, all else up to rounding.
+    The shape of a block counts by what the solvers see of it: centroid, area, inertia and interfaces.
 
     Parameters
     ----------
     model : Model
         The wall: n blocks, m interfaces.
     """
+    if model.mesh is not None:
+        return None  # the axis would cut blocks through their zones
     fold = _known_fold(_Geometry(model.blocks, model.interfaces))
     if fold is None or not (_same_joints(model.properties, fold.mirror) and _same_actions(model, fold.mirror)):
         return None
@@ -207,6 +209,8 @@ def symmetric_half(model: Model) -> Half | None:
         span=model.span,
         central_deflection=model.central_deflection,
         apex_limited=model.apex_limited,
+        block_law=BlockLaw(*(values[fold.kept] for values in model.block_law)),
+        plane=model.plane,
         yardstick=weight / 2 if fold.cut.any() else weight,
     )
     return Half(half, model, fold)
@@ -403,6 +407,8 @@ def _faces_of_half(
     return part._replace(
         block_a=a,
         block_b=b,
+        body_a=a,
+        body_b=b,
         # the axis does not turn
         arm_normal_a=np.where(on_axis, 0.0, part.arm_normal_a),
         arm_shear_a=np.where(on_axis, 0.0, part.arm_shear_a),

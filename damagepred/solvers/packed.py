@@ -61,8 +61,8 @@ def pack(model: Model) -> PackedJoints:
     ground = aligned(ground_tiles, ground_type(points))
 
     tiles["dof_a"] = tiles["dof_b"] = 3 * model.n_blocks
-    put(tiles["dof_a"], lane, 3 * face.block_a)
-    put(tiles["dof_b"], lane, 3 * face.block_b)
+    put(tiles["dof_a"], lane, 3 * face.body_a)
+    put(tiles["dof_b"], lane, 3 * face.body_b)
     for name in (
         "normal_x", "normal_y", "arm_normal_a", "arm_shear_a", "arm_normal_b", "arm_shear_b",
         "contact_offset", "contact_area",
@@ -130,7 +130,7 @@ def _incidence(
     tile = lane // LANES * (record.itemsize // number) + lane % LANES
     fields: Any = record.fields
     position = np.concatenate([tile + fields[name][1] // number for name in ("on_a", "on_b")])
-    block = np.concatenate((face.block_a, face.block_b))
+    block = np.concatenate((face.body_a, face.body_b))
     order = np.argsort(block, kind="stable")
     first = np.searchsorted(block[order], np.arange(model.n_blocks + 2))
     return first.astype(np.uint64), position[order].astype(np.uint64)

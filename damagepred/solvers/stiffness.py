@@ -48,7 +48,7 @@ def elastic_stiffness(model: Model) -> sparse.csc_array:
     k_n = model.properties.normal_stiffness[:, None] * face.contact_area
     k_s = model.properties.shear_stiffness[:, None] * face.contact_area
     blocks = np.einsum("mq,mqi,mqj->mij", k_n, opening, opening) + np.einsum("mq,mqi,mqj->mij", k_s, shear, shear)
-    dof = np.concatenate((3 * face.block_a[:, None] + np.arange(3), 3 * face.block_b[:, None] + np.arange(3)), axis=1)
+    dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
     rows = np.broadcast_to(dof[:, :, None], blocks.shape).ravel()
     columns = np.broadcast_to(dof[:, None, :], blocks.shape).ravel()
     size = 3 * (model.n_blocks + 1)

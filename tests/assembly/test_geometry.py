@@ -30,7 +30,7 @@ def check_against_reference(polygons: list[np.ndarray], accuracy: float = 1e-12)
     found = shared_edges(vertices, first, tolerance)
     expected = reference.shared_lengths(polygons, tolerance)
     pairs: dict[tuple[int, int], float] = {}
-    for a, b, start, end, normal in zip(*found):
+    for a, b, start, end, normal, _, _ in zip(*found):
         pair = (min(a, b), max(a, b))
         length = float(np.hypot(*(end - start)))
         pairs[pair] = pairs.get(pair, 0.0) + length

@@ -1,0 +1,311 @@
+"""Deformable blocks: any convex polygon cut into constant-strain triangles (zones).
+
+A quadrilateral is divided into cells, a cell by both its diagonals into four zones: no direction is preferred, and
+crossed triangles do not lock when the material yields at constant volume (Nagtegaal, Parks and Rice 1974). Any other
+polygon is first cut into one quadrilateral for each corner, between the middles of the two edges that meet there and
+the centroid. Zones, gridpoints and facets of blocks of the same pattern are numbered alike, so that eight such blocks
+stand side by side in memory and are worked on together.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly.geometry import mass_properties
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SIDE_BY_SIDE = 8
+"""Blocks of one pattern that stand side by side in memory: as many numbers as the widest registers hold."""
+
+
+class Pattern(NamedTuple):
+    """How the zones of a block hang together, by its own numbers of gridpoints.
+
+    Attributes
+    ----------
+    zones : array of int (z, 3)
+        Gridpoints of each zone, counter-clockwise.
+    facets : array of int (f, 2)
+        Start and end of each piece of the boundary, counter-clockwise.
+    gridpoints : int
+        Their number.
+    """
+
+    zones: IntArray
+    facets: IntArray
+    gridpoints: int
+
+
+class Mesh(NamedTuple):
+    """Zones of all deformable blocks: d blocks, g gridpoints, z zones, f facets, each block's own one after the other.
+
+    Displacements and forces are vectors over degrees of freedom: 3 for each of n blocks, 3 for the ground, 3 for each
+    facet, and those of the gridpoints, in batches of blocks of one pattern: gridpoint by gridpoint x of all blocks of
+    the batch, then y. The three of a deformable block are its mean motion; those of a facet follow from its
+    gridpoints. Body number n + 1 + i is facet i: what interfaces join.
+
+    Attributes
+    ----------
+    patterns : tuple of Pattern
+        The different patterns.
+    block, pattern : array of int (d,)
+        Number of each deformable block, and of its pattern.
+    batch, lane : array of int (d,)
+        Where it stands in memory.
+    batch_pattern, batch_dof : array of int (b,), (b + 1,)
+        Pattern of each batch, and where its degrees of freedom begin.
+    first_gridpoint, first_zone, first_facet : array of int (d + 1,)
+        Where those of each deformable block begin.
+    x, y : array (g,)
+        Gridpoints (m).
+    zones : array of int (z, 3)
+        Gridpoints of each zone, counter-clockwise.
+    facets : array of int (f, 2)
+        Gridpoints at start and end of each facet; the outward normal is on the right.
+    dof_x, dof_y : array of int (g,)
+        Degrees of freedom of the gridpoints.
+    size : int
+        Length of the vectors.
+    """
+
+    patterns: tuple[Pattern, ...]
+    block: IntArray
+    pattern: IntArray
+    batch: IntArray
+    lane: IntArray
+    batch_pattern: IntArray
+    batch_dof: IntArray
+    first_gridpoint: IntArray
+    first_zone: IntArray
+    first_facet: IntArray
+    x: FloatArray
+    y: FloatArray
+    zones: IntArray
+    facets: IntArray
+    dof_x: IntArray
+    dof_y: IntArray
+    size: int
+
+    @property
+    def zone_block(self) -> IntArray:
+        """Block of each zone (z,)."""
+        return np.repeat(self.block, np.diff(self.first_zone))
+
+    @property
+    def facet_block(self) -> IntArray:
+        """Block of each facet (f,)."""
+        return np.repeat(self.block, np.diff(self.first_facet))
+
+    @property
+    def gridpoint_block(self) -> IntArray:
+        """Block of each gridpoint (g,)."""
+        return np.repeat(self.block, np.diff(self.first_gridpoint))
+
+    @property
+    def on_boundary(self) -> NDArray[np.bool_]:
+        """Whether a gridpoint (g,) lies on its block's boundary."""
+        on = np.zeros(self.x.size, dtype=np.bool_)
+        on[self.facets] = True
+        return on
+
+    @property
+    def zone_area(self) -> FloatArray:
+        """Area of each zone (z,) (m2)."""
+        x, y = self.x[self.zones], self.y[self.zones]
+        return 0.5 * ((x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0]))
+
+
+def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArray]:
+    """Cut a convex polygon into zones.
+
+    Parameters
+    ----------
+    polygon : array (v, 2)
+        Corners, counter-clockwise (m).
+    size : float
+        Largest edge of a cell, of four zones (m). In both directions of a quadrilateral the number of cells is even,
+        where there is more than one, so that gridpoints of a running bond's bricks meet.
+
+    Returns
+    -------
+    pattern : Pattern
+        How the zones hang together.
+    gridpoints : array (g, 2)
+        Where the gridpoints are (m).
+    """
+    corners = without_straight_corners(polygon)
+    if len(corners) == 4:
+        edge = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
+        cells = (cells_along(max(edge[0], edge[2]), size), cells_along(max(edge[1], edge[3]), size))
+        quads = [corners]
+    else:
+        # about the centroid, so that far-away coordinates lose no digits
+        _, x, y, _ = mass_properties(corners)
+        middle = 0.5 * (corners + np.roll(corners, -1, axis=0))
+        quads = [np.array([c, m, (x, y), b]) for c, m, b in zip(corners, middle, np.roll(middle, 1, axis=0))]
+        longest = max(np.hypot(*(np.roll(q, -1, axis=0) - q).T).max() for q in quads)
+        cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
+    return _joined_quads(quads, cells)
+
+
+def cells_along(length: float, size: float) -> int:
+    """Return the number of cells along an edge: even where more than one is needed."""
+    cells = int(np.ceil(length / size * (1 - 1e-9)))
+    return 1 if cells <= 1 else cells + cells % 2
+
+
+def without_straight_corners(polygon: FloatArray) -> FloatArray:
+    """Leave out corners at which the outline does not turn."""
+    before, after = polygon - np.roll(polygon, 1, axis=0), np.roll(polygon, -1, axis=0) - polygon
+    turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    straight = turn <= 1e-9 * np.hypot(*before.T) * np.hypot(*after.T)
+    return polygon[~straight]
+
+
+def _joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Pattern, FloatArray]:
+    """Divide quadrilaterals that share edges into cells, and put them together."""
+    along, up = cells
+    points: list[FloatArray] = []
+    zones: list[IntArray] = []
+    offset = 0
+    for quad in quads:
+        here, own = _quad(quad, along, up)
+        points.append(here)
+        zones.append(own + offset)
+        offset += len(here)
+    every, triangles = np.concatenate(points), np.concatenate(zones)
+    if len(quads) > 1:
+        origin = every.mean(axis=0)
+        scale = np.ptp(every, axis=0).max()
+        key = np.round((every - origin) / scale * 1e7).astype(np.int64)
+        first, place = _same_places(key)
+        every, triangles = every[first], place[triangles]
+    return Pattern(triangles, _outline(triangles), len(every)), every
+
+
+def _same_places(key: IntArray) -> tuple[IntArray, IntArray]:
+    """Number points by place, however it rounds, as they first come; return the first ones, and all numbers."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(key).query_pairs(2.5, output_type="ndarray")
+    leader = np.arange(len(key))
+    for a, b in pairs[np.argsort(pairs.max(axis=1))]:
+        leader[max(a, b)] = min(leader[a], leader[b])
+    first = np.flatnonzero(leader == np.arange(len(key)))
+    return first, np.searchsorted(first, leader)
+
+
+def _quad(quad: FloatArray, along: int, up: int) -> tuple[FloatArray, IntArray]:
+    """Divide one quadrilateral into along x up cells of four zones; gridpoints row by row, then the cells' middles."""
+    s, t = np.meshgrid(np.arange(along + 1) / along, np.arange(up + 1) / up)
+    s, t = s.ravel()[:, None], t.ravel()[:, None]
+    corners = (1 - s) * (1 - t) * quad[0] + s * (1 - t) * quad[1] + s * t * quad[2] + (1 - s) * t * quad[3]
+    row = along + 1
+    first = (np.arange(up)[:, None] * row + np.arange(along)).ravel()
+    cell = np.stack((first, first + 1, first + 1 + row, first + row), axis=1)
+    p = corners[cell]
+    middle = _crossing(p)
+    centre = len(corners) + np.arange(len(cell))
+    zones = np.stack([np.stack((cell[:, i], cell[:, (i + 1) % 4], centre), axis=1) for i in range(4)], axis=1)
+    return np.concatenate((corners, middle)), zones.reshape(-1, 3)
+
+
+def _crossing(cell: FloatArray) -> FloatArray:
+    """Return where the diagonals of convex cells (c, 4, 2) cross: there crossed triangles do not lock."""
+    d, e = cell[:, 2] - cell[:, 0], cell[:, 3] - cell[:, 1]
+    gap = cell[:, 1] - cell[:, 0]
+    share = (gap[:, 0] * e[:, 1] - gap[:, 1] * e[:, 0]) / (d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0])
+    crossing: FloatArray = cell[:, 0] + share[:, None] * d
+    return crossing
+
+
+def _outline(zones: IntArray) -> IntArray:
+    """Return the edges that belong to one zone only, one after the other along the outline."""
+    edges = np.concatenate((zones[:, [0, 1]], zones[:, [1, 2]], zones[:, [2, 0]]))
+    there = {(a, b) for a, b in edges.tolist()}
+    following = {a: b for a, b in edges.tolist() if (b, a) not in there}
+    start = min(following)
+    outline = [start]
+    while following[outline[-1]] != start:
+        outline.append(following[outline[-1]])
+    return np.column_stack((outline, np.roll(outline, -1))).astype(np.int64)
+
+
+def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
+    """Cut the blocks that are deformable into zones.
+
+    Parameters
+    ----------
+    polygons : list of array (v, 2)
+        All n blocks.
+    sizes : dict
+        Number of each deformable block -> largest edge of its cells (m).
+
+    Returns
+    -------
+    Mesh or None
+        None if no block is deformable.
+    """
+    if not sizes:
+        return None
+    patterns: list[Pattern] = []
+    known: dict[tuple[int, bytes], int] = {}
+    numbers, places = [], []
+    blocks = sorted(sizes)
+    for block in blocks:
+        origin = polygons[block].mean(axis=0)
+        pattern, points = cut_into_zones(polygons[block] - origin, sizes[block])
+        key = (pattern.gridpoints, pattern.zones.tobytes())
+        if key not in known:
+            known[key] = len(patterns)
+            patterns.append(pattern)
+        numbers.append(known[key])
+        places.append(points + origin)
+    number = np.array(numbers)
+    batch, lane, batch_pattern = _batches(number, [polygons[b] - polygons[b].mean(axis=0) for b in blocks])
+    count_g = np.array([patterns[p].gridpoints for p in number])
+    first_gridpoint = np.concatenate(([0], np.cumsum(count_g)))
+    facets = sum(len(patterns[p].facets) for p in number)
+    start = 3 * (len(polygons) + 1 + facets)
+    in_batch = np.array([2 * SIDE_BY_SIDE * patterns[p].gridpoints for p in batch_pattern])
+    batch_dof = start + np.concatenate(([0], np.cumsum(in_batch)))
+    owner = np.repeat(np.arange(len(blocks)), count_g)
+    local = np.arange(len(owner)) - first_gridpoint[owner]
+    dof_x = batch_dof[batch[owner]] + 2 * SIDE_BY_SIDE * local + lane[owner]
+    xy = np.concatenate(places)
+    return Mesh(
+        patterns=tuple(patterns), block=np.array(blocks), pattern=number, batch=batch, lane=lane,
+        batch_pattern=batch_pattern, batch_dof=batch_dof, first_gridpoint=first_gridpoint,
+        first_zone=np.concatenate(([0], np.cumsum([len(patterns[p].zones) for p in number]))),
+        first_facet=np.concatenate(([0], np.cumsum([len(patterns[p].facets) for p in number]))),
+        x=xy[:, 0].copy(), y=xy[:, 1].copy(),
+        zones=np.concatenate([patterns[p].zones + at for p, at in zip(number, first_gridpoint)]),
+        facets=np.concatenate([patterns[p].facets + at for p, at in zip(number, first_gridpoint)]),
+        dof_x=dof_x, dof_y=dof_x + SIDE_BY_SIDE, size=int(batch_dof[-1]),
+    )  # fmt: skip
+
+
+def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, IntArray, IntArray]:
+    """Put blocks of one pattern side by side, those of one shape first; return batch, lane, pattern of each batch."""
+    scale = max(np.abs(o).max() for o in outlines)
+    shapes: dict[tuple[int, bytes], int] = {}
+    shape = np.array(
+        [
+            shapes.setdefault((p, (np.round(o / scale * 1e9) + 0.0).tobytes()), len(shapes))
+            for p, o in zip(pattern.tolist(), outlines)
+        ]
+    )
+    batch, lane = np.zeros(len(pattern), np.int64), np.zeros(len(pattern), np.int64)
+    batch_pattern: list[int] = []
+    for p in range(int(pattern.max()) + 1):
+        members = np.flatnonzero(pattern == p)
+        members = members[np.argsort(shape[members], kind="stable")]
+        at = np.arange(len(members))
+        batch[members], lane[members] = len(batch_pattern) + at // SIDE_BY_SIDE, at % SIDE_BY_SIDE
+        batch_pattern += [p] * (-(-len(members) // SIDE_BY_SIDE))
+    return batch, lane, np.array(batch_pattern)
