@@ -14,21 +14,34 @@ import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
+from tests.verification.manual import ClosedForm, Verify
 
-SOLVERS = {
-    method: Solver(method=method, lump_block_elasticity=False, tolerance=1e-6)  # type: ignore[arg-type]
-    for method in ("explicit", "quasi_static")
-}
 B, H, T = 0.6, 0.4, 0.11
 STRENGTH, ENERGY, K_N = 0.2e6, 10.0, 82e9
 JOINT = Joint(tensile_strength=STRENGTH, fracture_energy=ENERGY)
 U_0, W_C = STRENGTH / K_N, 2 * ENERGY / STRENGTH
 CRACKED = 1
 
-
-@pytest.fixture(params=SOLVERS)
-def solver(request: pytest.FixtureRequest) -> Solver:
-    return SOLVERS[request.param]
+CHAPTER = "Joints that open, break and slide"
+PULL = ClosedForm(
+    chapter=CHAPTER,
+    title="Softening joint pulled open",
+    formula="F = A k_n u for u <= u_0,  A f_t (w_c - u)/(w_c - u_0) beyond;   u_0 = f_t/k_n,  w_c = 2 G_f/f_t;\n"
+    "∫ F du = A G_f",
+    source="Linear softening; the area under it is the fracture energy.",
+)
+PAIR = ClosedForm(
+    chapter=CHAPTER,
+    title="Two softening joints in a row",
+    formula="u_1 + u_2 = u,   f_t (w_c - u_1)/(w_c - u_0) = k_n u_2",
+    source="Both joints carry the same: the weaker one softens, the stronger one lets go elastically.",
+)
+TILT = ClosedForm(
+    chapter=CHAPTER,
+    title="Softening joint tilted open",
+    formula="Σ A_i σ(v + θ x_i) = 0,   M = Σ A_i σ(v + θ x_i) x_i",
+    source="Equilibrium of the contacts on their softening law, the rise v by a root finder (scipy.optimize.brentq).",
+)
 
 
 def envelope(opening: np.ndarray, strength: float = STRENGTH) -> np.ndarray:
@@ -53,7 +66,7 @@ def moment(ds: xr.Dataset, interface: int, middle: float) -> np.ndarray:
 
 @pytest.mark.parametrize("support", ["ground", "block"])
 @pytest.mark.parametrize("increments", [10, 40])
-def test_a_block_is_pulled_off(solver: Solver, support: str, increments: int) -> None:
+def test_a_block_is_pulled_off(verify: Verify, solver: Solver, support: str, increments: int) -> None:
     """F = A f_t (w_c - u) / (w_c - u_0); the work is A G_f."""
     assembly = Assembly(thickness=T, joint=JOINT)
     block = assembly.add_block(rectangle(0.0, 0.0, B, H))
@@ -66,16 +79,26 @@ def test_a_block_is_pulled_off(solver: Solver, support: str, increments: int) ->
     ds = damagepred.solve(assembly, solver=solver, increments=increments)
     pulled = np.arange(increments + 1) / increments * 1.25 * W_C
     force = normal_force(ds, 0)
-    np.testing.assert_allclose(force, B * T * envelope(pulled), atol=1e-9 * B * T * STRENGTH)
+    case = f"{B:g} m x {T:g} m on a {support}, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m, {increments} increments"
+    exact = B * T * envelope(pulled)
+    verify(
+        PULL, case=case, solver=solver.method, quantity="force", unit="N",
+        computed=force, exact=exact, scale=B * T * STRENGTH, tolerance=1e-9,
+    )  # fmt: skip
     np.testing.assert_allclose(ds["contact_opening"].values, np.tile(pulled[:, None], 3), rtol=1e-12)
     assert (ds["contact_state"].values[1:] == CRACKED).all()
     # from the first increment on, a path of straight pieces whose only corner is at the end
     first = 0.5 * B * T * STRENGTH * U_0 + 0.5 * (B * T * STRENGTH + force[1]) * (pulled[1] - U_0)
-    assert first + np.trapezoid(force[1:], pulled[1:]) == pytest.approx(B * T * ENERGY, rel=1e-9)
+    verify(
+        PULL, case=case, solver=solver.method, quantity="work", unit="J",
+        computed=first + np.trapezoid(force[1:], pulled[1:]), exact=B * T * ENERGY, tolerance=1e-9,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("weak", [0, 1])
-def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(solver: Solver, weak: int) -> None:
+def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(
+    verify: Verify, solver: Solver, weak: int
+) -> None:
     """u_1 + u_2 is given and both carry the same: f_t (w_c - u_1) / (w_c - u_0) = k_n u_2."""
     strong = replace(JOINT, tensile_strength=2 * STRENGTH, cohesion=1e6)
     assembly = Assembly(thickness=T, gravity=(0.0, 0.0), joint=strong)
@@ -92,7 +115,11 @@ def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(solve
     weaker = np.where(pulled > W_C, pulled, np.where(pulled < 2 * U_0, pulled / 2, weaker))
     force = B * T * envelope(weaker)
     for interface in (0, 1):
-        np.testing.assert_allclose(normal_force(ds, interface), force, atol=1e-5 * B * T * STRENGTH)
+        verify(
+            PAIR, case=f"joint {weak + 1} of 2 the weaker, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m",
+            solver=solver.method, quantity=f"force in joint {interface + 1}", unit="N",
+            computed=normal_force(ds, interface), exact=force, scale=B * T * STRENGTH, tolerance=1e-5,
+        )  # fmt: skip
     opening = ds["contact_opening"].values.reshape(49, 2, 3)
     np.testing.assert_allclose(opening[:, weak].T, np.tile(weaker, (3, 1)), atol=1e-4 * U_0)
     cracked = ds["contact_state"].values.reshape(49, 2, 3) == CRACKED
@@ -101,7 +128,7 @@ def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(solve
 
 
 @pytest.mark.parametrize("contacts", [3, 9])
-def test_a_block_is_tilted_off(solver: Solver, contacts: int) -> None:
+def test_a_block_is_tilted_off(verify: Verify, solver: Solver, contacts: int) -> None:
     """Turned by a support and free to rise: no force, and the moment of the contacts where they then are."""
     assembly = Assembly(thickness=T, gravity=(0.0, 0.0), joint=JOINT)
     plate = assembly.add_block(rectangle(-0.5, -0.1, 1.1, 0.0))
@@ -115,9 +142,15 @@ def test_a_block_is_tilted_off(solver: Solver, contacts: int) -> None:
     x = ((np.arange(contacts) + 0.5) / contacts - 0.5) * B
     area = B * T / contacts
     expected = np.array([tilted(turn * i / 30, x, area) for i in range(31)])
-    np.testing.assert_allclose(ds["block_displacement_y"].values[:, 1], expected[:, 0], atol=1e-4 * U_0)
-    found = moment(ds, 0, B / 2)
-    np.testing.assert_allclose(found, expected[:, 1], atol=1e-5 * expected[:, 1].max())
+    case = f"{contacts} midpoints, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m"
+    verify(
+        TILT, case=case, solver=solver.method, quantity="rise", unit="m",
+        computed=ds["block_displacement_y"].values[:, 1], exact=expected[:, 0], scale=U_0, tolerance=1e-4,
+    )  # fmt: skip
+    verify(
+        TILT, case=case, solver=solver.method, quantity="moment", unit="N m",
+        computed=moment(ds, 0, B / 2), exact=expected[:, 1], tolerance=1e-5,
+    )  # fmt: skip
     assert (ds["contact_state"].values[-1] == CRACKED).any()
 
 
