@@ -1,0 +1,242 @@
+"""Frequencies of stacks, and what the explicit time step makes of them.
+
+The explicit solver scales its masses to a time step of 1. Given the masses m / dt², its cycle is that of a dynamic run;
+the cases say "explicit cycle" where that is done.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import linalg
+
+from damagepred.assembly import Model
+from damagepred.scene import BlockMaterial, Solver
+from damagepred.solvers.explicit import Run
+from damagepred.solvers.stiffness import elastic_stiffness
+from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, Unit, stack
+from tests.verification.manual import ClosedForm, Verify
+
+FloatArray = NDArray[np.float64]
+CHAPTER = "Vibration and time stepping"
+
+CHAIN = ClosedForm(
+    chapter=CHAPTER,
+    title="Frequencies of a stack of blocks",
+    formula="ω_j = 2 √(K/m) sin[(2j - 1) π / (2 (2n + 1))],   K = k_n A,   j = 1 ... n",
+    source="Chain of n equal masses and springs, fixed at one end and free at the other (e.g. Rayleigh, The Theory of "
+    "Sound, §120).",
+    note="Stiffness matrix: all its vertical frequencies. Explicit cycle: the time between zeros of the top block, all "
+    "beginning in the mode; the time step shortens the period by (ω dt)²/24.",
+)
+LIMIT = ClosedForm(
+    chapter=CHAPTER,
+    title="Largest stable time step",
+    formula="ω_max dt = 2 / √(1 + α),   α: local damping",
+    source="Central differences (α = 0). Local damping adds α times the unbalanced force while a block moves away: in "
+    "the motion that alternates with every step it is as if the stiffness were (1 + α) times itself.",
+    note="Found by bisection: does the highest mode grow, begun as the motion that alternates?",
+)
+DECREMENT = ClosedForm(
+    chapter=CHAPTER,
+    title="Local damping of one block on a spring",
+    formula="|u_(i+1) / u_i| = √((1 - α)/(1 + α)) per half cycle; 1/3 for α = 0.8",
+    source="Derived: the block falls back under (1 - α) and moves on against (1 + α) times the spring's force.",
+    note="In the limit of short time steps; here ω dt = 0.005.",
+)
+DROP = ClosedForm(
+    chapter=CHAPTER,
+    title="Block dropped on its joint",
+    formula="u_max = (W/K) [1 + √(1 + 2 K H/W)];   rebounds to H",
+    source="Derived: conservation of energy; the joint carries no tension.",
+    note="Without damping, ω dt = 0.01.",
+)
+WAVE = ClosedForm(
+    chapter=CHAPTER,
+    title="Wave in a stack",
+    formula="c = √(E_eff/ρ),   1/E_eff = 1/E + 1/(k_n h),   rigid blocks: E_eff = k_n h;\n"
+    "a displacement let go at rest splits into two halves",
+    source="d'Alembert; stiffness of joint and block in series.",
+    note="A bell of displacement, 10 blocks (one standard deviation) wide, let go 140 blocks above the ground. Waves "
+    "of wave number κ lag by (κ h)²/24, which is the error seen.",
+)
+
+
+def vertical(model: Model) -> FloatArray:
+    """Return the stiffness of the vertical displacements (N/m)."""
+    return elastic_stiffness(model)[1:-3:3][:, 1:-3:3].toarray()
+
+
+def glued(unit: Unit, count: int, **material: float) -> Model:
+    """Return the model of a stack whose joints do not open."""
+    joint = unit.joint(tensile_strength=1e12, cohesion=1e12)
+    solver = Solver(method="explicit", lump_block_elasticity=bool(material))
+    made_of = BlockMaterial(density=unit.density, **material) if material else None
+    return stack(unit, count, joint, made_of).build(solver)
+
+
+def physical(model: Model, dt: float, damping: float = 0.0) -> Run:
+    """Return the explicit solver with physical masses, at rest and without load."""
+    run = Run(model, Solver(method="explicit", damping=damping))
+    mass = np.column_stack((model.mass, model.mass, model.density * model.thickness * model.blocks.polar))
+    run.motion.inverse_mass[:-3] = dt**2 / mass.ravel()
+    run.motion.load[:] = 0.0
+    return run
+
+
+def follow(run: Run, cycles: int, share: float, look: Callable[[FloatArray], float]) -> FloatArray:
+    """Return what a look at the displacements tells after every cycle, at a share of the dead load."""
+    seen = np.empty(cycles)
+    for i in range(cycles):
+        run._cycle(1, share, 0.0, 0.0)
+        seen[i] = look(run.motion.displacement)
+    return seen
+
+
+@pytest.mark.parametrize(("unit", "n"), [(BRICK, 1), (BLOCK, 5), (STONE, 20), (BRICK, 100)])
+def test_frequencies_of_a_stack(verify: Verify, unit: Unit, n: int) -> None:
+    stiffness = vertical(glued(unit, n))
+    verify(
+        CHAIN,
+        case=f"n = {n}: {unit}",
+        solver="stiffness matrix",
+        quantity="ω_1 ... ω_n",
+        unit="rad/s",
+        computed=np.sqrt(linalg.eigh(stiffness, unit.mass * np.eye(n), eigvals_only=True)),
+        exact=chain(unit, n, np.arange(1, n + 1)),
+        tolerance=1e-9,
+    )
+
+
+def chain(unit: Unit, n: int, j: int | NDArray[np.int64]) -> FloatArray:
+    """Return the frequencies of a stack (rad/s)."""
+    return 2 * np.sqrt(unit.k_n * unit.area / unit.mass) * np.sin((2 * j - 1) * np.pi / (2 * (2 * n + 1)))
+
+
+@pytest.mark.parametrize(("unit", "n", "j"), [(BRICK, 1, 1), (BLOCK, 5, 1), (BLOCK, 5, 5), (STONE, 20, 3)])
+def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: int) -> None:
+    dt = 0.1 / chain(unit, n, n)
+    run = physical(glued(unit, n), dt)
+    exact = float(chain(unit, n, j))
+    mode = np.sin((2 * j - 1) * np.pi / (2 * n + 1) * np.arange(1, n + 1))
+    run.motion.displacement[1:-3:3] = 1e-6 * mode
+    top = follow(run, int(10 * 2 * np.pi / (exact * dt)), 0.0, lambda u: u[-5])
+    before = np.flatnonzero(top[:-1] * top[1:] < 0)
+    zeros = (before + top[before] / (top[before] - top[before + 1])) * dt
+    verify(
+        CHAIN,
+        case=f"n = {n}, j = {j}, 10 periods, ω_n dt = 0.1: {unit}",
+        solver="explicit cycle",
+        quantity="ω",
+        unit="rad/s",
+        computed=np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0]),
+        exact=exact,
+        tolerance=1e-3,
+    )
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.4, 0.8])
+@pytest.mark.parametrize(("unit", "n"), [(BRICK, 1), (STONE, 5), (BLOCK, 40)])
+def test_the_largest_stable_time_step(verify: Verify, unit: Unit, n: int, damping: float) -> None:
+    model = glued(unit, n)
+    mode = np.sin((2 * n - 1) * np.pi / (2 * n + 1) * np.arange(1, n + 1))
+
+    def grows(omega_dt: float) -> bool:
+        run = physical(model, omega_dt / float(chain(unit, n, n)), damping)
+        run.motion.displacement[1:-3:3] = 1e-6 * mode
+        run.motion.velocity[1:-3:3] = 2e-6 * mode
+        for _ in range(50):
+            run._cycle(100, 0.0, 0.0, 0.0)
+            if not np.abs(run.motion.displacement).max() < 1.0:  # long before a joint breaks
+                return True
+        return False
+
+    stable, unstable = 1.0, 3.0
+    assert not grows(stable)
+    while unstable - stable > 1e-5:
+        middle = (stable + unstable) / 2
+        stable, unstable = (stable, middle) if grows(middle) else (middle, unstable)
+    verify(
+        LIMIT,
+        case=f"n = {n}, α = {damping:g}: {unit}",
+        solver="explicit cycle",
+        quantity="ω_max dt",
+        computed=stable,
+        exact=2 / np.sqrt(1 + damping),
+        tolerance=1e-4,
+    )
+
+
+@pytest.mark.parametrize("damping", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("unit", UNITS, ids=str)
+def test_local_damping_of_one_block(verify: Verify, unit: Unit, damping: float) -> None:
+    dt = 0.005 / float(chain(unit, 1, 1))
+    run = physical(glued(unit, 1), dt, damping)
+    run.motion.displacement[1] = 1e-3
+    u = follow(run, int(8 * np.pi / 0.005), 0.0, lambda u: u[1])
+    turns = u[1:-1][(np.abs(u[1:-1]) > np.abs(u[:-2])) & (np.abs(u[1:-1]) >= np.abs(u[2:]))]
+    peaks = np.abs(np.concatenate(([1e-3], turns[:3])))
+    verify(
+        DECREMENT,
+        case=f"α = {damping:g}, three half cycles: {unit}",
+        solver="explicit cycle",
+        quantity="ratio of amplitudes",
+        computed=peaks[1:] / peaks[:-1],
+        exact=np.sqrt((1 - damping) / (1 + damping)),
+        tolerance=1e-3,
+    )
+
+
+@pytest.mark.parametrize(("unit", "height"), [(BRICK, 0.0), (BLOCK, 1.0), (STONE, 30.0), (BRICK, 1000.0)])
+def test_a_block_dropped_on_its_joint(verify: Verify, unit: Unit, height: float) -> None:
+    sag = unit.weight / (unit.k_n * unit.area)
+    model = stack(unit, 1).build(Solver(method="explicit", lump_block_elasticity=False))
+    run = physical(model, 0.01 / float(chain(unit, 1, 1)))
+    run.motion.load[1] = -unit.weight
+    run.motion.displacement[1] = height * sag
+    fall = np.sqrt(2 * height)  # times 1/ω
+    u = follow(run, int((2 * fall + 2 * np.pi) / 0.01), 1.0, lambda u: u[1])
+    deepest = int(u.argmin())
+    verify(
+        DROP,
+        case=f"K H/W = {height:g}: {unit}",
+        solver="explicit cycle",
+        quantity="u_max and u_max + rebound",
+        unit="m",
+        computed=[-u[deepest], u[deepest:].max() - u[deepest]],
+        exact=[sag * (1 + np.sqrt(1 + 2 * height)), sag * (1 + np.sqrt(1 + 2 * height) + height)],
+        tolerance=1e-3,
+    )
+
+
+@pytest.mark.parametrize(
+    ("unit", "modulus"), [(BRICK, None), (BRICK, 9e9), (BLOCK, None), (BLOCK, 2e9), (STONE, 0.5e9)]
+)
+def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) -> None:
+    n, width, start, travelled = 240, 10.0, 140, 70
+    model = glued(unit, n, **({} if modulus is None else {"elastic_modulus": modulus}))
+    modulus_of_all = 1 / (1 / (unit.k_n * unit.h) + (0.0 if modulus is None else 1 / modulus))
+    exact = np.sqrt(modulus_of_all / unit.density)
+    steps = 1000
+    dt = travelled * unit.h / exact / steps
+    run = physical(model, dt)
+    place = np.arange(n)
+    run.motion.displacement[1:-3:3] = 1e-3 * np.exp(-0.5 * ((place - start) / width) ** 2)
+    # the velocities stand half a step before the displacements
+    force = -vertical(model) @ run.motion.displacement[1:-3:3]
+    run.motion.velocity[1:-3:3] = -0.5 * force * run.motion.inverse_mass[1:-3:3]
+    run._cycle(steps, 0.0, 0.0, 0.0)
+    u = run.motion.displacement[1:-3:3]
+    lower = int(u[:start].argmax())
+    left, middle, right = u[lower - 1 : lower + 2]
+    crest = lower + 0.5 * (left - right) / (left - 2 * middle + right)
+    case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
+    verify(
+        WAVE, case=case, solver="explicit cycle", quantity="speed of the lower crest", unit="m/s",
+        computed=(start - crest) * unit.h / (steps * dt), exact=exact, tolerance=2e-3,
+    )  # fmt: skip
+    verify(
+        WAVE, case=case, solver="explicit cycle", quantity="height of either crest", unit="m",
+        computed=[middle, u[start:].max()], exact=0.5e-3, tolerance=1e-2,
+    )  # fmt: skip
