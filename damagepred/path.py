@@ -130,7 +130,9 @@ def solve(
     xarray.Dataset
         Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``; SI units; see
         ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed, failed or interrupted;
-        ``solver_method`` tells which solver it was.
+        ``solver_method`` tells which solver it was. Of a wall that collapsed, ``collapse_progress`` is the progress of
+        the last equilibrium that was found, the collapse multiplier of a live load, and it fell at most
+        ``collapse_progress_uncertainty`` later.
 
     Raises
     ------
@@ -144,7 +146,7 @@ def solve(
         described = _with(scene, settings, judged)
         model = wall_model(described, fields)
         count = increments or scene.movement.increments
-        attributes = {"title": scene.title, "scene": described.to_toml()}
+        attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
     else:
         settings, judged = solver or Solver(), damage or Damage()
         model = scene.build(settings)
@@ -159,7 +161,10 @@ def solve(
                 on_step(step)
         if steps[-1].increment.collapsed:
             status = "collapsed"
-            message = f"part of the wall came loose in increment {steps[-1].increment.number}"
+            last = steps[-1].increment
+            message = f"part of the wall came loose in increment {last.number}"
+            attributes["collapse_progress"] = last.standing_progress
+            attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
     except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise
@@ -179,6 +184,11 @@ def _with(scene: Scene, solver: Solver, damage: Damage) -> Scene:
     return replace(scene, solver=solver, damage=damage)
 
 
+def _support_force(increment: Increment) -> FloatArray:
+    force = increment.support_force
+    return np.full_like(increment.displacement, np.nan) if force is None else force
+
+
 def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """Return what is known of each increment as a whole: arrays (increments,), openings (increments, openings).
 
@@ -191,6 +201,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """
     progress = np.array([s.increment.progress for s in steps])
     values = {
+        "progress": progress,
         "central_deflection": progress * model.central_deflection,
         "deflection_ratio": progress * model.central_deflection / model.span,
         "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
@@ -220,12 +231,15 @@ def _collect(model: Model, steps: list[Step], damage: Damage, attributes: Mappin
         return np.repeat(values, per_joint)
 
     moved = np.array([s.increment.displacement for s in steps])
+    support = np.array([_support_force(s.increment) for s in steps])
     values = {
         "increment": np.array([s.increment.number for s in steps], dtype=np.int64),
         **path_values(model, steps),
         **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height")},
         "block_x": blocks.x, "block_y": blocks.y, "block_course": blocks.course,
         "block_displacement_x": moved[..., 0], "block_displacement_y": moved[..., 1], "block_rotation": moved[..., 2],
+        "block_support_force_x": support[..., 0], "block_support_force_y": support[..., 1],
+        "block_support_moment": support[..., 2],
         "vertex_x": blocks.vertices[:, 0], "vertex_y": blocks.vertices[:, 1],
         "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
         "contact_x": joints.contact_x.ravel(), "contact_y": joints.contact_y.ravel(),

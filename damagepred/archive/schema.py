@@ -59,6 +59,7 @@ SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
 VARIABLES: dict[str, Variable] = {
     # the path
     "increment": Variable(_STEP, "1", "increment of the movement, 0 is dead load alone"),
+    "progress": Variable(_STEP, "1", "share of the full movement, and of the live load at full movement"),
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
     "unbalanced_force_ratio": Variable(_STEP, "1", "largest unbalanced force over the mean weight of a block"),
@@ -99,6 +100,9 @@ VARIABLES: dict[str, Variable] = {
     "block_displacement_x": Variable((*_STEP, *_BLOCK), "m", "displacement of the block along the wall"),
     "block_displacement_y": Variable((*_STEP, *_BLOCK), "m", "displacement of the block upwards"),
     "block_rotation": Variable((*_STEP, *_BLOCK), "rad", "rotation of the block, counter-clockwise positive"),
+    "block_support_force_x": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, along the wall"),
+    "block_support_force_y": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, upwards"),
+    "block_support_moment": Variable((*_STEP, *_BLOCK), "N m", "moment of what holds the block, counter-clockwise"),
     "vertex_x": Variable(_VERTEX, "m", "corner of a block along the wall"),
     "vertex_y": Variable(_VERTEX, "m", "height of a block's corner"),
     "vertex_block": Variable(_VERTEX, "1", "block the corner belongs to; corners stand counter-clockwise"),

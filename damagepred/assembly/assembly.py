@@ -113,7 +113,10 @@ class Assembly:
         self._ground_material = 0
         self._ground_profile: Callable[[FloatArray], FloatArray] | None = None
         self._load: dict[int, FloatArray] = {}
+        self._push: dict[int, FloatArray] = {}
+        self._push_body = np.zeros(2)
         self._prescribed: dict[int, float] = {}
+        self._after_load: set[int] = set()
 
     @property
     def n_blocks(self) -> int:
@@ -207,7 +210,21 @@ class Assembly:
         """Hold a block in the directions that are True."""
         for axis, held in enumerate((x, y, rotation)):
             if held:
-                self._prescribed[3 * self._check(block) + axis] = 0.0
+                dof = 3 * self._check(block) + axis
+                self._prescribed[dof] = 0.0
+                self._after_load.discard(dof)
+
+    def hold_after_load(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
+        """Leave a block free while the dead load comes on, then hold it where it stands in directions that are True.
+
+        So a loading beam goes down with the wall under its preload and keeps its height from then on. ``move`` may be
+        given as well: the block then moves from where it stands.
+        """
+        for axis, held in enumerate((x, y, rotation)):
+            if held:
+                dof = 3 * self._check(block) + axis
+                self._prescribed.setdefault(dof, 0.0)
+                self._after_load.add(dof)
 
     def move(
         self, block: int, *, x: float | None = None, y: float | None = None, rotation: float | None = None
@@ -243,14 +260,50 @@ class Assembly:
         at : tuple of float, optional
             Where the force acts (m); by default at the centroid.
         """
+        self._load[block] = self._load.get(block, np.zeros(3)) + self._force(block, (x, y), moment, at)
+
+    def push(
+        self,
+        block: int,
+        *,
+        x: float = 0.0,
+        y: float = 0.0,
+        moment: float = 0.0,
+        at: tuple[float, float] | None = None,
+    ) -> None:
+        """Add a live load to a block: it grows from nothing with the movement, in proportion, while dead load stays.
+
+        Where the wall falls under it, the dataset's attribute ``collapse_progress`` tells the share it still stood.
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        x, y, moment : float
+            Force (N) and moment (N m, counter-clockwise) at full movement.
+        at : tuple of float, optional
+            Where the force acts (m); by default at the centroid.
+        """
+        self._push[block] = self._push.get(block, np.zeros(3)) + self._force(block, (x, y), moment, at)
+
+    def push_body(self, *, x: float = 0.0, y: float = 0.0) -> None:
+        """Add a live load to all blocks: multiples of their weight along x and y at full movement."""
+        if not np.isfinite([x, y]).all():
+            raise InputError(f"push_body: multiples of the weight must be finite, got {(x, y)!r}.")
+        self._push_body = self._push_body + np.array([x, y])
+
+    def _force(
+        self, block: int, force: tuple[float, float], moment: float, at: tuple[float, float] | None
+    ) -> FloatArray:
         self._check(block)
+        x, y = force
         if not np.isfinite([x, y, moment, *(at or ())]).all():
             place = "" if at is None else f" at {at!r}"
             raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}{place}.")
         if at is not None:
             _, cx, cy, _ = mass_properties(self._polygons[block])
             moment += (at[0] - cx) * y - (at[1] - cy) * x
-        self._load[block] = self._load.get(block, np.zeros(3)) + np.array([x, y, moment])
+        return np.array([x, y, moment])
 
     def _check(self, block: int) -> int:
         if not 0 <= block < len(self._polygons):
@@ -336,10 +389,14 @@ class Assembly:
         properties = brittle_where_soft(properties)
         law = block_law(self._block_materials, block_material, np.array(self._thickness))
         density = np.array([m.density for m in self._block_materials])[block_material]
-        load = np.zeros((len(density), 3))
-        load[:, :2] = (density * blocks.area * law.thickness)[:, None] * np.array(self.gravity)
-        for block, extra in self._load.items():
-            load[block] += extra
+        load, live = np.zeros((len(density), 3)), np.zeros((len(density), 3))
+        mass = density * blocks.area * law.thickness
+        load[:, :2] = mass[:, None] * np.array(self.gravity)
+        live[:, :2] = mass[:, None] * float(np.hypot(*self.gravity)) * self._push_body
+        for total, part in ((load, self._load), (live, self._push)):
+            for block, extra in part.items():
+                total[block] += extra
+        prescribed = sorted(self._prescribed)
         extent = float(np.ptp(blocks.vertices[:, 0]))
         length = extent if span is None else span
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
@@ -350,9 +407,12 @@ class Assembly:
             properties=properties,
             ground=ground_movement(geometry, profile),
             supports=Supports(
-                np.array(sorted(self._prescribed), dtype=np.int64),
-                np.array([self._prescribed[d] for d in sorted(self._prescribed)], dtype=np.float64),
-                load.ravel(),
+                prescribed=np.array(prescribed, dtype=np.int64),
+                prescribed_displacement=np.array([self._prescribed[d] for d in prescribed], dtype=np.float64),
+                load=load.ravel(),
+                live_load=live.ravel(),
+                start=np.zeros(len(prescribed)),
+                after_load=np.array([d in self._after_load for d in prescribed], dtype=np.bool_),
             ),
             jambs=NO_JAMBS,
             joints=geometry.joints,

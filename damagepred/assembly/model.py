@@ -161,14 +161,33 @@ class Supports(NamedTuple):
     prescribed : array of int (p,)
         Degrees of freedom that are held or moved.
     prescribed_displacement : array (p,)
-        Their displacement at full movement (m, rad).
+        How far they move from where they start, at full movement (m, rad).
     load : array (3 n,)
         Dead load on each degree of freedom, self weight included (N, N m).
+    live_load : array (3 n,)
+        Load at full movement that grows with it from nothing, added to the dead load (N, N m).
+    start : array (p,)
+        Where what is prescribed starts (m, rad): 0 but for what was free while the dead load came on.
+    after_load : array of bool (p,)
+        What is free while the dead load comes on and held from then on, where it stands; see ``solvers.stages``.
     """
 
     prescribed: IntArray
     prescribed_displacement: FloatArray
     load: FloatArray
+    live_load: FloatArray
+    start: FloatArray
+    after_load: BoolArray
+
+    @classmethod
+    def none(cls, load: FloatArray) -> Supports:
+        """Return dead loads (3 n,) alone: nothing held, moved or pushed."""
+        empty = np.empty(0)
+        return cls(np.empty(0, np.int64), empty, load, np.zeros_like(load), empty, np.empty(0, np.bool_))
+
+    def displacement(self, progress: float) -> FloatArray:
+        """Return the displacement (p,) of what is prescribed at a share of the full movement (m, rad)."""
+        return self.start + progress * self.prescribed_displacement
 
 
 class Jambs(NamedTuple):
@@ -270,7 +289,10 @@ class Model:
 
     @property
     def mean_block_weight(self) -> float:
-        """Mean weight of a block (N), from the dead loads; the yardstick for unbalanced forces."""
-        forces = self.supports.load.reshape(-1, 3)[:, :2]
-        total = float(np.hypot(forces[:, 0], forces[:, 1]).mean())
-        return total if total > 0 else 1.0
+        """Mean weight of a block (N), from the dead loads, else the live ones; the yardstick for unbalanced forces."""
+        for load in (self.supports.load, self.supports.live_load):
+            forces = load.reshape(-1, 3)[:, :2]
+            total = float(np.hypot(forces[:, 0], forces[:, 1]).mean())
+            if total > 0:
+                return total
+        return 1.0

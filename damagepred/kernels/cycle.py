@@ -18,8 +18,8 @@ def run_cycles(joints, special, softening, motion, damping, load_share, progress
     softening : bool or None
         None if no bond softens.
     motion : NamedTuple of arrays
-        Load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with their
-        displacement at full movement.
+        Dead and live load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with
+        where they start and their displacement from there at full movement.
     damping : float
         Local damping.
     load_share : float
@@ -35,12 +35,15 @@ def run_cycles(joints, special, softening, motion, damping, load_share, progress
     for cycle in range(cycles):
         progress_now = progress + (cycle + 1) * progress_step
         for p in range(motion.prescribed.size):
-            displacement[motion.prescribed[p]] = progress_now * motion.prescribed_displacement[p]
+            displacement[motion.prescribed[p]] = motion.start[p] + progress_now * motion.prescribed_displacement[p]
         for t in range(tiles.size):
             gather(tiles[t], displacement)
         for t in range(first_ground):
             contact_forces(tiles[t], None, special, softening, progress_now)
         for t in range(ground.size):
             contact_forces(tiles[first_ground + t], ground[t], special, softening, progress_now)
-        sum_forces(joints.contributions, joints.first, joints.position, motion.load, load_share, force)
+        sum_forces(
+            joints.contributions, joints.first, joints.position, motion.load, load_share, motion.live_load,
+            progress_now, force,
+        )  # fmt: skip
         move(force, motion.inverse_mass, damping, motion.velocity, displacement)

@@ -10,7 +10,7 @@ NEXT = np.uint64(LANES)
 
 
 @law
-def sum_forces(contributions, first, position, load, load_share, force):
+def sum_forces(contributions, first, position, load, load_share, live_load, progress, force):
     """Sum up what acts on each block.
 
     Parameters
@@ -20,13 +20,15 @@ def sum_forces(contributions, first, position, load, load_share, force):
     first : array of unsigned int (blocks + 2,), position : array of unsigned int
         Where in ``contributions`` the forces x on block j are: ``position[first[j]:first[j + 1]]``; the force y and
         the moment follow at distances of ``LANES``.
-    load, force : array (3 (blocks + 1),)
-        Dead load at share 1, and the sum (N, N, N m).
-    load_share : float
-        Factor on the dead load.
+    load, live_load, force : array (3 (blocks + 1),)
+        Dead load at share 1, live load at full movement, and the sum (N, N, N m).
+    load_share, progress : float
+        Factors on the dead and on the live load.
     """
     for j in range(first.size - 1):
-        x, y, turning = load_share * load[3 * j], load_share * load[3 * j + 1], load_share * load[3 * j + 2]
+        x = load_share * load[3 * j] + progress * live_load[3 * j]
+        y = load_share * load[3 * j + 1] + progress * live_load[3 * j + 1]
+        turning = load_share * load[3 * j + 2] + progress * live_load[3 * j + 2]
         for p in range(first[j], first[j + 1]):
             at = position[p]
             x += contributions[at]

@@ -7,6 +7,7 @@ no physical time. Small displacements: geometry stays that of the undeformed wal
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +19,16 @@ from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack, remember
+from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
-from damagepred.solvers.stiffness import dof_arms, elastic_displacement, elastic_stiffness, held_dofs
+from damagepred.solvers.stiffness import (
+    base_reaction,
+    dof_arms,
+    elastic_displacement,
+    elastic_stiffness,
+    held_dofs,
+    support_force,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -30,6 +39,8 @@ CALM_CHECKS = 3
 """Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
 RAMP_STAGES = 100
 """Straight pieces of which a ramp is made."""
+FALL_FOUND = 1e-3
+"""Progress between a wall that stands under a live load and one that falls, at most."""
 ABSURD = 1e3
 """A displacement of that many wall sizes is no movement of a wall any more."""
 ENERGY_MARGIN = 10.0
@@ -40,12 +51,14 @@ class Motion(NamedTuple):
     """Motion of all degrees of freedom, arrays (3 (n + 1),) with the ground last; see ``run_cycles``."""
 
     load: FloatArray
+    live_load: FloatArray
     inverse_mass: FloatArray
     velocity: FloatArray
     displacement: FloatArray
     force: FloatArray
     prescribed: IntArray
     prescribed_displacement: FloatArray
+    start: FloatArray
 
 
 def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
@@ -93,12 +106,14 @@ class Run:
         held = held_dofs(model)
         self.motion = Motion(
             load=np.append(model.supports.load, np.zeros(3)),
+            live_load=np.append(model.supports.live_load, np.zeros(3)),
             inverse_mass=1.0 / scaled_mass(model, settings.damping, settings.time_step_safety),
             velocity=np.zeros(size),
             displacement=np.zeros(size),
             force=np.zeros(size),
             prescribed=model.supports.prescribed,
             prescribed_displacement=model.supports.prescribed_displacement,
+            start=model.supports.start,
         )
         self.free = np.setdiff1d(np.arange(size), held)
         self.arm = dof_arms(model)
@@ -139,6 +154,10 @@ class Run:
         remember(self.joints, memory)
         self.load_share, self.progress = load_share, progress
         self.halt()
+
+    def standing(self) -> tuple[FloatArray, JointMemory, float, float]:
+        """Return what ``resume`` takes to come back to the present state."""
+        return self.motion.displacement.copy(), memory_of(self.joints), self.load_share, self.progress
 
     def cycle(self, count: int) -> None:
         """Run cycles at standing movement and load."""
@@ -238,8 +257,9 @@ class Run:
         return 0.5 * float((speed**2 / self.motion.inverse_mass[self.free]).sum())
 
     def work_of_loads(self) -> float:
-        """Return a bound of the dead load's work so far (J)."""
-        return float(np.abs(self.motion.load * self.motion.displacement).sum())
+        """Return a bound of the work of dead and live load so far (J)."""
+        load = np.abs(self.motion.load) + self.progress * np.abs(self.motion.live_load)
+        return float((load * np.abs(self.motion.displacement)).sum())
 
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
@@ -255,15 +275,36 @@ class Run:
             shear_stress=fields.shear_stress,
             state=contact_states(memory),
             unbalanced_force_ratio=ratio,
-            base_reaction=self._reaction(),
+            base_reaction=base_reaction(self.model, self.motion.force),
             cycles=cycles,
             collapsed=collapsed,
+            support_force=support_force(self.model, self.motion.force),
         )
 
-    def _reaction(self) -> float:
-        """Vertical force of supports and ground on the wall (N): the opposite of what reaches them."""
-        held = held_dofs(self.model)
-        return -float(self.motion.force[held[held % 3 == 1]].sum())
+    def find_fall(self, stood: tuple[FloatArray, JointMemory, float, float], number: int) -> tuple[float, float]:
+        """Return the progress at which the wall still stands, and that at which it falls, close together.
+
+        Parameters
+        ----------
+        stood : tuple
+            The state it stood in last; it fell on the way from there to the present progress.
+        number : int
+            Increment.
+        """
+        falls = self.progress
+        while falls - stood[3] > FALL_FOUND:
+            middle = 0.5 * (stood[3] + falls)
+            self.resume(*stood)
+            self.ramp(middle)
+            try:
+                _, fell = self.settle(number)
+            except ConvergenceError:
+                break  # so near its limit that it neither falls nor comes to rest
+            if fell:
+                falls = middle
+            else:
+                stood = self.standing()
+        return stood[3], falls
 
 
 def gentle(share: float) -> float:
@@ -308,12 +349,23 @@ def explicit_path(
     ConvergenceError
         If an increment does not settle; the message names increment and block.
     """
-    run = Run(model, settings)
+    run = Run(while_loading(model), settings)
+    sought = bool(model.supports.live_load.any())
     for number in range(increments + 1):
-        before = run.cycles
+        before, stood = run.cycles, run.standing() if sought else None
         if number > 0 or not (elastic_start and run.start_elastic()):
             run.ramp(number / increments)
         ratio, collapsed = run.settle(number)
-        yield run.report(number, ratio, run.cycles - before, collapsed)
+        increment = run.report(number, ratio, run.cycles - before, collapsed)
         if collapsed:
+            standing, falls = (number - 1) / increments, number / increments
+            if stood is not None and number > 0:
+                standing, falls = run.find_fall(stood, number)
+            yield replace(increment, progress=falls, standing_progress=max(standing, 0.0), cycles=run.cycles - before)
             return
+        yield increment
+        if number == 0 and model.supports.after_load.any():
+            held = held_after_load(model, run.motion.displacement)
+            state = run.standing()
+            run = Run(held, settings)
+            run.resume(*state)

@@ -292,13 +292,17 @@ def _same_joints(law: JointProperties, mirror: Mirror) -> bool:
 def _same_actions(model: Model, mirror: Mirror) -> bool:
     """Tell whether loads, supports and movement are their own mirror images, and the blocks equally dense."""
     held, moved = _prescribed(model)
+    later = _per_block(model, model.supports.after_load)
     load, image = model.supports.load.reshape(-1, 3), mirror.block
+    live = model.supports.live_load.reshape(-1, 3)
     normal, shear = model.ground
     return bool(
         np.array_equal(model.density[image], model.density)
         and np.array_equal(held[image], held)
         and _agree(MIRRORED * moved[image], moved)
         and _agree(MIRRORED * load[image], load)
+        and _agree(MIRRORED * live[image], live)
+        and np.array_equal(later[image], later)
         and _agree(mirror.of_contacts(normal), normal)
         and _agree(-mirror.of_contacts(shear), shear)
     )
@@ -310,10 +314,15 @@ def _agree(one: FloatArray, other: FloatArray) -> bool:
 
 def _prescribed(model: Model) -> tuple[BoolArray, FloatArray]:
     """Return which degrees of freedom are held or moved, and by how much, as arrays (n, 3)."""
-    held, moved = np.zeros(3 * model.n_blocks, dtype=np.bool_), np.zeros(3 * model.n_blocks)
-    held[model.supports.prescribed] = True
-    moved[model.supports.prescribed] = model.supports.prescribed_displacement
-    return held.reshape(-1, 3), moved.reshape(-1, 3)
+    held = _per_block(model, np.ones(len(model.supports.prescribed), dtype=np.bool_))
+    return held, _per_block(model, model.supports.prescribed_displacement)
+
+
+def _per_block(model: Model, values: NDArray) -> NDArray:
+    """Return values (p,) of what is prescribed as an array (n, 3), 0 elsewhere."""
+    spread = np.zeros(3 * model.n_blocks, dtype=values.dtype)
+    spread[model.supports.prescribed] = values
+    return spread.reshape(-1, 3)
 
 
 # -- the geometry of the half -----------------------------------------------------------------------------------------
@@ -453,12 +462,16 @@ def _supports_of_half(model: Model, fold: Fold) -> Supports:
     """Return what holds, moves and loads the half."""
     held, moved = _prescribed(model)
     held, moved = held[fold.kept], moved[fold.kept]
-    load = model.supports.load.reshape(-1, 3)[fold.kept]
-    load[fold.cut] *= 0.5
+    later = _per_block(model, model.supports.after_load)[fold.kept]
+    loads = [values.reshape(-1, 3)[fold.kept] for values in (model.supports.load, model.supports.live_load)]
+    for load in loads:
+        load[fold.cut] *= 0.5
     to_and_fro = fold.cut[:, None] & (MIRRORED < 0)
-    held[to_and_fro], moved[to_and_fro] = True, 0.0
+    held[to_and_fro], moved[to_and_fro], later[to_and_fro] = True, 0.0, False
     dofs = np.flatnonzero(held)
-    return Supports(dofs, moved.ravel()[dofs], load.ravel())
+    return Supports(
+        dofs, moved.ravel()[dofs], loads[0].ravel(), loads[1].ravel(), np.zeros(len(dofs)), later.ravel()[dofs]
+    )
 
 
 # -- back to the whole ------------------------------------------------------------------------------------------------
@@ -483,6 +496,11 @@ def _displacement(fold: Fold, values: FloatArray) -> FloatArray:
     return fold.block_sign * values[fold.block_source]
 
 
+def _support_force(fold: Fold, values: FloatArray) -> FloatArray:
+    """Return twice the force on the half of a block on the axis; what holds it to the axis is no support."""
+    return _displacement(fold, np.where(fold.cut[:, None], np.array([0.0, 2.0, 0.0]) * values, values))
+
+
 UNFOLD: Mapping[str, Callable[[Fold, NDArray], NDArray]] = {
     "displacement": _displacement,
     "opening": _opening,
@@ -490,6 +508,7 @@ UNFOLD: Mapping[str, Callable[[Fold, NDArray], NDArray]] = {
     "normal_stress": _even,
     "shear_stress": _odd,
     "state": _even,
+    "support_force": _support_force,
 }
 """How each array of an ``Increment`` is made that of the whole wall."""
 

@@ -64,7 +64,12 @@ class Increment:
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
-        Whether a part of the wall has come loose; then this increment is no equilibrium.
+        Whether a part of the wall has come loose; then this increment is no equilibrium, and ``progress`` is where the
+        wall was found to fall.
+    standing_progress : float
+        Of an increment in which the wall collapsed, the progress of the last equilibrium before.
+    support_force : array (n, 3) or None
+        Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
     """
 
     number: int
@@ -88,3 +93,5 @@ class Increment:
     released_energy: float = float("nan")
     energy_error: float = float("nan")
     joint_law_violation: float = float("nan")
+    standing_progress: float = float("nan")
+    support_force: FloatArray | None = None

@@ -95,3 +95,31 @@ def held_dofs(model: Model) -> NDArray[np.int64]:
     """Return the degrees of freedom that do not move freely: supports and the ground."""
     ground = 3 * model.n_blocks + np.arange(3)
     return np.concatenate((model.supports.prescribed, ground))
+
+
+def base_reaction(model: Model, force: FloatArray) -> float:
+    """Return the vertical force of ground and supports on the wall (N, upwards): the opposite of what reaches them.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    force : array (3 (n + 1),)
+        Of joints and loads on the blocks and the ground, held ones included.
+    """
+    held = held_dofs(model)
+    return -float(force[held[held % 3 == 1]].sum())
+
+
+def support_force(model: Model, force: FloatArray) -> FloatArray:
+    """Return the force of the supports on each block, array (n, 3): x, y (N) and moment (N m), 0 where it is free.
+
+    Parameters
+    ----------
+    model, force
+        As ``base_reaction``.
+    """
+    found = np.zeros(3 * model.n_blocks)
+    held = model.supports.prescribed
+    found[held] = -force[held]
+    return found.reshape(-1, 3)

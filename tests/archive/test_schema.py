@@ -81,6 +81,8 @@ def test_every_variable_says_what_it_is(name: str):
 
 DIMENSION_BY_NAME = [
     (r"(^|_)(stress|strength|cohesion)$", "Pa"),
+    (r"(^|_)force_(x|y)$", "N"),
+    (r"moment$", "N m"),
     (r"_(x|y)$", None),  # places and displacements, but normals are pure
     (r"(width|width_max|width_change|length|opening|slip|sill|left|height|deflection|opening_max)$", "m"),
     (r"(ratio|friction|count|cycles)$", "1"),

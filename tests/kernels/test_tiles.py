@@ -85,14 +85,15 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         for field in JointMemory._fields:
             put(joints.tiles[field], joints.lane, getattr(memory, field))
         size = displacement.size
-        load = rng.normal(size=size)
-        displacement[model.supports.prescribed] = progress * model.supports.prescribed_displacement
+        load, live = rng.normal(size=(2, size))
+        start = 1e-4 * rng.normal(size=len(model.supports.prescribed))
+        displacement[model.supports.prescribed] = start + progress * model.supports.prescribed_displacement
         motion = explicit.Motion(
-            load, np.zeros(size), np.zeros(size), displacement.copy(), np.zeros(size),
-            model.supports.prescribed, model.supports.prescribed_displacement,
+            load, live, np.zeros(size), np.zeros(size), displacement.copy(), np.zeros(size),
+            model.supports.prescribed, model.supports.prescribed_displacement, start,
         )  # fmt: skip
         run_cycles(joints, special, softening, motion, 0.8, 0.25, progress, 0.0, 1)
-        expected = 0.25 * load + forces_by_contacts(model, memory, displacement, progress)
+        expected = 0.25 * load + progress * live + forces_by_contacts(model, memory, displacement, progress)
         assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()
         np.testing.assert_array_equal(motion.displacement, displacement)
         after = memory_of(joints)

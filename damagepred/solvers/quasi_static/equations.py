@@ -141,15 +141,15 @@ class LevelEquations:
         self._forget_changes()
         self._stale = in_play - 1
 
-    def condense(self, in_play: int, load: FloatArray) -> bool:
+    def condense(self, in_play: int, load: FloatArray, live_load: FloatArray | None = None) -> bool:
         """Take all levels from ``in_play`` on as elastic, and replace them by what they do to the level before.
 
         Parameters
         ----------
         in_play : int
             Number of levels, from the ground on, that are looked at joint by joint.
-        load : array (3 (n + 1),)
-            Dead load in full.
+        load, live_load : array (3 (n + 1),)
+            Dead and live load in full; None: there is no live load.
 
         Returns
         -------
@@ -170,15 +170,16 @@ class LevelEquations:
                     self.put_in_play(self.levels)
                     return False
         self.put_in_play(in_play)
-        weight = load[self.dofs]
-        self._hang = np.zeros(len(self.dofs))
+        loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
+        weight = np.ascontiguousarray(loads[:, self.dofs])
+        self._hang = np.zeros(weight.shape)
         hang(
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.up, in_play,
-            weight[None], self._hang[None],
+            weight, self._hang,
         )  # fmt: skip
         edge = slice(self.start[in_play - 1], self.start[in_play])
         self.edge_dofs = self.dofs[edge]
-        self._edge_load = weight[edge] - load[self.edge_dofs]
+        self._edge_load = weight[:, edge] - loads[:, self.edge_dofs]
         bridge = np.zeros((self.size[in_play - 1], self.size[in_play - 1]))
         add_within(
             self._bridges(in_play), self.model.interfaces, self.elastic, self.place, self.level, in_play - 1, bridge
@@ -186,18 +187,23 @@ class LevelEquations:
         self._edge_stiffness = (bridge - self._condensed[in_play - 1]).T
         return True
 
-    def edge_force(self, displacement: FloatArray, load: float) -> FloatArray:
-        """Return the force of the condensed levels on the last level in play, under a share of the dead load."""
-        return load * self._edge_load - self._edge_stiffness @ displacement[self.edge_dofs]
+    def edge_load(self, load: float, live: float) -> FloatArray:
+        """Return what comes down from the condensed levels on the last one in play: shares of dead and live load."""
+        return load * self._edge_load[0] + live * self._edge_load[1]
 
-    def recover(self, displacement: FloatArray, load: float) -> None:
+    def edge_force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
+        """Return the force of the condensed levels on the last level in play, under shares of dead and live load."""
+        return self.edge_load(load, live) - self._edge_stiffness @ displacement[self.edge_dofs]
+
+    def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
         """Fill in the displacements of the condensed levels, from the last level in play outwards."""
         if self.in_play == self.levels:
             return
         moved = displacement[self.dofs]
+        hanging = load * self._hang[0] + live * self._hang[1]
         reach(
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.down,
-            self.in_play, load, self._hang[None], moved[None],
+            self.in_play, 1.0, hanging[None], moved[None],
         )  # fmt: skip
         displacement[self.dofs] = moved
 

@@ -70,6 +70,7 @@ class Equilibrium:
         self.model, self.tolerance = model, tolerance
         self.held = held_dofs(model)
         self.dead_load = np.append(model.supports.load, np.zeros(3))
+        self.live_load = np.append(model.supports.live_load, np.zeros(3))
         self.weight = model.mean_block_weight
         self.per_weight = 1.0 / (dof_arms(model) * self.weight)
         self.newton = 0
@@ -85,13 +86,20 @@ class Equilibrium:
         self.equations = LevelEquations(model, self.held, self.stiffness.copy())
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
-        movers = np.append(supports.prescribed[supports.prescribed_displacement != 0.0] // 3, model.n_blocks)
-        face = model.interfaces
-        self._moved = np.flatnonzero(np.isin(face.block_a, movers) | np.isin(face.block_b, movers))
+        self._moved = self._interfaces_of(supports.prescribed[supports.prescribed_displacement != 0.0] // 3)
+        # what is condensed takes supports as standing still
+        displaced = supports.prescribed[(supports.prescribed_displacement != 0.0) | (supports.start != 0.0)] // 3
+        beside = self._interfaces_of(displaced, ground=False)
+        self._nearest = int(self.equations.interface_level[beside].max(initial=0))
         self._note_tangent(rest, rest.displacement)
         self.free = np.ones(self.dead_load.size, dtype=np.bool_)
         self.free[self.held] = False
         self.lost_at = 10.0 * float(np.ptp(model.blocks.vertices, axis=0).max())
+
+    def _interfaces_of(self, blocks: NDArray[np.int64], ground: bool = True) -> NDArray[np.int64]:
+        """Return the interfaces of some blocks, and those with the ground."""
+        face, listed = self.model.interfaces, np.append(blocks, self.model.n_blocks) if ground else blocks
+        return np.flatnonzero(np.isin(face.block_a, listed) | np.isin(face.block_b, listed))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -115,11 +123,26 @@ class Equilibrium:
             Whether the law holds as it is, or with frozen friction limits.
         """
         np.multiply(self.dead_load, state.load, out=self.force)
+        self.force += state.progress * self.live_load
         self._joint_forces(self.equations.active, state, displacement, live)
         if self.condensed:
-            self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load)
+            self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
         force = np.where(self.free, self.force, 0.0)
         return force, float(np.abs(force * self.per_weight).max(initial=0.0))
+
+    def forces(self, state: State) -> FloatArray:
+        """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
+        np.multiply(self.dead_load, state.load, out=self.force)
+        self.force += state.progress * self.live_load
+        self._joint_forces(np.arange(len(self.model.interfaces.kind)), state, state.displacement, live=True)
+        return self.force
+
+    def pull(self, load: float, progress: float) -> FloatArray:
+        """Return the force that a step of dead load and movement brings on, joints as they just were."""
+        force = load * self.dead_load + progress * self.rate
+        if self.condensed:
+            force[self.equations.edge_dofs] += self.equations.edge_load(load, progress)
+        return force
 
     def lost(self, state: State) -> bool:
         """Tell whether blocks have fallen so far that there is no equilibrium to be found."""
@@ -129,8 +152,9 @@ class Equilibrium:
 
     def open_up_to(self, level: int) -> None:
         """Look at all joints up to a level one by one; what is beyond stays elastic and condensed."""
+        level = max(level, self._nearest)
         if level + 1 > self.equations.in_play or not self.condensed:
-            self.condensed = self.equations.condense(level + 1, self.dead_load)
+            self.condensed = self.equations.condense(level + 1, self.dead_load, self.live_load)
             self.free[:] = False
             self.free[self.equations.dofs_in_play] = True
 
@@ -153,7 +177,7 @@ class Equilibrium:
             worst = self._find_in_play(state, start)
             if not self.condensed:
                 return worst
-            self.equations.recover(state.displacement, state.load)
+            self.equations.recover(state.displacement, state.load, state.progress)
             if worst >= self.tolerance:
                 return worst
             model, equations = self.model, self.equations
@@ -168,9 +192,8 @@ class Equilibrium:
 
     def _find_in_play(self, state: State, start: FloatArray | None) -> float:
         supports = self.model.supports
-        prescribed = state.progress * supports.prescribed_displacement
         begun = state.displacement.copy()
-        begun[supports.prescribed] = prescribed
+        begun[supports.prescribed] = supports.displacement(state.progress)
         first = begun if start is None else start
         found, worst = self._newton(state, first, DIRECT)
         if worst < self.tolerance:
@@ -189,7 +212,7 @@ class Equilibrium:
         found, worst = self._newton(state, state.displacement, DIRECT)
         if self.condensed and worst < self.tolerance:
             found = found.copy()
-            self.equations.recover(found, state.load)
+            self.equations.recover(found, state.load, state.progress)
         return worst, found
 
     # -- the law as it is -------------------------------------------------------------------------------------------
@@ -230,7 +253,7 @@ class Equilibrium:
         before = self.force.copy()
         self.force[:] = 0.0
         self._joint_forces(self._moved, nudged, nudged.displacement, live=True)
-        self.rate = (self.force - before) / NUDGE
+        self.rate = (self.force - before) / NUDGE + self.live_load
 
     def _step(self, force: FloatArray) -> FloatArray:
         self.equations.update(self.stiffness)

@@ -26,7 +26,9 @@ from damagepred.solvers.increment import Increment
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest
 from damagepred.solvers.quasi_static.work import WorkBalance, law_violation
+from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states
+from damagepred.solvers.stiffness import base_reaction, support_force
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -42,6 +44,8 @@ HALVINGS = 5
 """Times a step is halved that finds no equilibrium."""
 CUTS = 4
 """Times a step is cut to where a bond should break by its linear load; after that it is halved."""
+FALL_FOUND = 1e-4
+"""Progress between a wall that stands under a live load and one that falls, at most."""
 SHORTEST = 1e-5
 """Share of a step so short that what breaks within it breaks at its end."""
 
@@ -70,6 +74,7 @@ class Path:
         self.model = model
         self.tolerance = settings.tolerance_used
         self.equilibrium = Equilibrium(model, self.tolerance)
+        self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
         self.events = 0
         self.balance = WorkBalance()
         law = model.properties
@@ -95,6 +100,21 @@ class Path:
             levels = self.equilibrium.equations.interface_level[memory.cracked.any(axis=1)]
             self.equilibrium.open_up_to(int(levels.max(initial=0)))
         return State(0.0, 0.0, np.zeros(3 * (self.model.n_blocks + 1)), memory)
+
+    def hold(self, model: Model) -> None:
+        """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
+        before, memory = self.equilibrium, self.state.memory
+        self.model = model
+        self.equilibrium = Equilibrium(model, self.tolerance)
+        self.equilibrium.newton += before.newton
+        self.equilibrium.equations.factorisations += before.equations.factorisations
+        if before.condensed:
+            gave = memory.cracked | (memory.slip != 0.0) | (memory.dilated != 0.0)
+            levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
+            self.equilibrium.open_up_to(int(levels.max(initial=0)))
+        self.balance.go_on(model)
+        self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
+        self.remember(self.state, gave_way=False)
 
     @property
     def count(self) -> Count:
@@ -144,8 +164,8 @@ class Path:
         supports = self.model.supports
         if not supports.prescribed_displacement.any():
             return 0.0
-        self.equilibrium.unbalanced(state, state.displacement)
-        return -float(self.equilibrium.force[supports.prescribed] @ supports.prescribed_displacement)
+        force = self.equilibrium.forces(state)
+        return -float(force[supports.prescribed] @ supports.prescribed_displacement)
 
     # -- steps ------------------------------------------------------------------------------------------------------
 
@@ -156,11 +176,12 @@ class Path:
         shortest = SHORTEST * distance(state, goal)
         beyond: Point | None = None  # the nearest point at which a bond is known to be overloaded
         fallen: State | None = None
+        falls: Point | None = None  # the nearest point at which the wall is known to fall
         halvings = cuts = 0
         misses = 0  # times the tangent saw a bond break too soon
         far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
         while True:
-            target = far or beyond or goal
+            target = far or beyond or (goal if falls is None else between(state, falls, 0.5))
             ahead, share = self.foresee(state, target)
             if far is None and share < 1.0:
                 share = min(share * 2.0**misses, 1.0)
@@ -168,19 +189,28 @@ class Path:
                 ahead = state.displacement + share * (ahead - state.displacement)
             trial = state.at(*target)
             worst, jumped = self.equilibrium.find(trial, ahead), False
-            if fallen is None and self.equilibrium.lost(trial):
+            lost = self.equilibrium.lost(trial)
+            if fallen is None and lost:
                 fallen = trial
-            if worst >= self.tolerance and halvings < HALVINGS:
+            if worst >= self.tolerance and halvings < HALVINGS and falls is None:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
-            if worst >= self.tolerance and fallen is None:
+            if worst >= self.tolerance and (fallen is None or (falls is not None and not lost)):
                 trial, worst = self.jump(state.at(*target))
                 jumped = True
             if worst >= self.tolerance or self.equilibrium.lost(trial):
-                self.state = fallen or trial
-                return worst
-            fallen = None
+                self.standing = state.progress
+                self.state = trial if fallen is None else replace(fallen, load=target[0], progress=target[1])
+                if not self._sharply or distance(state, target) <= FALL_FOUND:
+                    return worst
+                if falls is None and not come_loose(self.model, self.state.displacement, target[1]).any():
+                    return worst
+                # whatever the reason: nearer to the last equilibrium there may be another
+                fallen, falls, far = self.state, target, between(state, target, 0.5)
+                continue
+            if falls is None:
+                fallen = None
             loaded = self.bond_loads(trial)
             heaviest = float(loaded.max(initial=0.0))
             if heaviest <= 1.0 + OVERLOAD:
@@ -198,7 +228,7 @@ class Path:
                 state, worst = self.cascade(trial, worst)
                 far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
                 if worst >= self.tolerance or self.equilibrium.lost(state):
-                    self.state = state
+                    self.standing, self.state = trial.progress, state
                     return worst
             else:
                 beyond, cuts = target, cuts + 1
@@ -212,13 +242,13 @@ class Path:
         """Return where the tangent takes the blocks by a target, and at which share of the way a bond breaks."""
         equilibrium, supports = self.equilibrium, self.model.supports
         equilibrium.equations.update(equilibrium.tangent)
-        pull = (target[0] - state.load) * equilibrium.dead_load + (target[1] - state.progress) * equilibrium.rate
+        pull = equilibrium.pull(target[0] - state.load, target[1] - state.progress)
         ahead = State(*target, state.displacement.copy(), state.memory)
         ahead.displacement += equilibrium.equations.solve(pull)
         equilibrium.newton += 1
-        ahead.displacement[supports.prescribed] = ahead.progress * supports.prescribed_displacement
+        ahead.displacement[supports.prescribed] = supports.displacement(ahead.progress)
         if equilibrium.condensed:
-            equilibrium.equations.recover(ahead.displacement, ahead.load)
+            equilibrium.equations.recover(ahead.displacement, ahead.load, ahead.progress)
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
         after_load = self.bond_loads(ahead)
@@ -289,8 +319,7 @@ class Path:
         """Take a picture of the present state."""
         model, state = self.model, self.state
         opening, sigma, tau = self.stresses(state)
-        self.equilibrium.unbalanced(state, state.displacement)
-        upwards = self.equilibrium.held[self.equilibrium.held % 3 == 1]
+        force = self.equilibrium.forces(state)
         now, balance = self.count, self.balance
         return Increment(
             number=number,
@@ -302,7 +331,7 @@ class Path:
             shear_stress=tau,
             state=contact_states(state.memory._replace(cracked=state.memory.cracked & ~self.unopened)),
             unbalanced_force_ratio=worst,
-            base_reaction=-float(self.equilibrium.force[upwards].sum()),
+            base_reaction=base_reaction(model, force),
             cycles=now.newton - before.newton,
             events=now.events - before.events,
             factorisations=now.factorisations - before.factorisations,
@@ -314,6 +343,8 @@ class Path:
             released_energy=balance.released_energy,
             energy_error=balance.energy_error,
             joint_law_violation=law_violation(model, state, sigma, tau),
+            standing_progress=self.standing if collapsed else np.nan,
+            support_force=support_force(model, force),
         )
 
 
@@ -352,7 +383,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     """
     # the matrices are small: threads would spend their time waiting for each other
     one_thread = ThreadpoolController().select(user_api="blas")
-    path = Path(model, settings)
+    path = Path(while_loading(model), settings)
     for number in range(increments + 1):
         before = replace(path.count)
         with one_thread.limit(limits=1):
@@ -371,3 +402,6 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         yield path.report(number, worst, before, collapsed)
         if collapsed:
             return
+        if number == 0 and model.supports.after_load.any():
+            with one_thread.limit(limits=1):
+                path.hold(held_after_load(model, state.displacement))

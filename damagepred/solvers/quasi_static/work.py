@@ -21,7 +21,7 @@ class WorkBalance:
     Attributes
     ----------
     external_work : float
-        Work of dead load and of the movement on the wall.
+        Work of dead load, live load and movement on the wall.
     elastic_energy : float
         Stored in the joints.
     friction_work, fracture_work : float
@@ -44,6 +44,10 @@ class WorkBalance:
         self._model = model
         self._keep(state)
         self._power = 0.0
+
+    def go_on(self, model: Model) -> None:
+        """Go on with a model of the same wall that is held otherwise."""
+        self._model = model
 
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
@@ -69,7 +73,8 @@ class WorkBalance:
         power += reaction
         moved = (state.displacement - self._displacement)[:-3]
         dead = 0.5 * (state.load + self._load) * float(model.supports.load @ moved)
-        work = dead + 0.5 * (power + self._power) * (state.progress - self._progress)
+        live = 0.5 * (state.progress + self._progress) * float(model.supports.live_load @ moved)
+        work = dead + live + 0.5 * (power + self._power) * (state.progress - self._progress)
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - friction
         self.external_work += work
         self.elastic_energy, self.fracture_work = stored, softened

@@ -1,0 +1,225 @@
+"""Live loads that grow with the movement, blocks held once the dead load is on, beams that stay level."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import damagepred
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.errors import InputError
+from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.solvers import solve_path
+from damagepred.solvers.half import symmetric_half
+from damagepred.solvers.quasi_static.path import FALL_FOUND
+
+SOLVERS = {
+    method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]
+    for method, tolerance in (("explicit", 1e-5), ("quasi_static", 1e-6))
+}
+DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6)
+T = 0.11
+
+
+@pytest.fixture(params=SOLVERS)
+def solver(request: pytest.FixtureRequest) -> Solver:
+    return SOLVERS[request.param]
+
+
+def block_on_plate(width: float, height: float, joint: Joint) -> tuple[Assembly, float]:
+    """Return a block on a plate that is held, and its weight (N)."""
+    wall = Assembly(thickness=T, joint=joint)
+    wall.support(wall.add_block(rectangle(-1.0, -0.1, 1.0 + width, 0.0)))
+    wall.add_block(rectangle(0.0, 0.0, width, height))
+    return wall, 2000.0 * width * height * T * 9.81
+
+
+# -- live loads -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("increments", [3, 10])
+def test_a_pushed_block_slides_at_the_friction_angle(solver: Solver, increments: int) -> None:
+    """Pushed low by P lambda, it slides where P lambda = W tan(phi)."""
+    wall, weight = block_on_plate(0.6, 0.3, DRY)
+    wall.push(1, x=weight, at=(0.3, 0.0))
+    ds = damagepred.solve(wall, solver=solver, increments=increments)
+    assert ds.attrs["status"] == "collapsed"
+    gap = ds.attrs["collapse_progress_uncertainty"]
+    # so near its limit the explicit solver may find that it neither falls nor comes to rest
+    assert 0 < gap <= (5e-3 if solver.method == "explicit" else FALL_FOUND * 1.0001)
+    assert ds.attrs["collapse_progress"] - gap < 0.6 < ds.attrs["collapse_progress"] + 2 * gap
+    assert ds["progress"].values[-1] == pytest.approx(ds.attrs["collapse_progress"] + gap)
+
+
+def test_a_pushed_block_topples_where_its_weight_leaves_the_base(solver: Solver) -> None:
+    """Pushed at mid-height by P lambda, it topples where P lambda h/2 = W b/2; rigid but for its joint."""
+    b, h = 0.1, 0.4
+    wall, _ = block_on_plate(b, h, replace(DRY, friction=2.0, normal_stiffness=1e12))
+    wall.push_body(x=0.5)
+    ds = damagepred.solve(wall, solver=solver, increments=8)
+    assert ds.attrs["status"] == "collapsed"
+    assert ds.attrs["collapse_progress"] == pytest.approx(2 * b / h, abs=2e-3)
+
+
+def test_a_body_force_is_a_multiple_of_the_weight() -> None:
+    wall, weight = block_on_plate(0.6, 0.3, DRY)
+    wall.push_body(x=0.25, y=-0.5)
+    wall.push(1, y=3.0, moment=2.0)
+    live = wall.build().supports.live_load.reshape(-1, 3)
+    np.testing.assert_allclose(live[1], [0.25 * weight, -0.5 * weight + 3.0, 2.0], rtol=1e-12)
+    with pytest.raises(InputError, match="finite"):
+        wall.push(1, x=np.nan)
+    with pytest.raises(InputError, match="finite"):
+        wall.push_body(y=np.inf)
+
+
+def bonded_wall(courses: int = 6, joint: Joint | None = None) -> Assembly:
+    wall = Assembly(thickness=T, joint=joint or Joint(tensile_strength=5e6, cohesion=5e6))
+    base = []
+    for course in range(courses):
+        edges = [0.0, 0.2, 0.4, 0.6] if course % 2 else [0.0, 0.1, 0.3, 0.5, 0.6]
+        for left, right in pairwise(edges):
+            block = wall.add_block(rectangle(left, 0.1 * course, right, 0.1 * (course + 1)), course=course)
+            if course == 0:
+                base.append(block)
+    wall.rest_on_ground(base)
+    return wall
+
+
+def test_an_elastic_wall_moves_alike_under_dead_and_live_load(solver: Solver) -> None:
+    """Superposition: dead and half of the live load, and the same as dead load."""
+    live, dead = bonded_wall(), bonded_wall()
+    live.push_body(x=0.4)
+    live.push(live.n_blocks - 1, x=200.0, y=-500.0, moment=10.0)
+    for block, load in enumerate(live.build().supports.live_load.reshape(-1, 3)):
+        dead.load(block, x=0.5 * load[0], y=0.5 * load[1], moment=0.5 * load[2])
+    exact = damagepred.solve(dead, solver=solver, increments=1).isel(increment=0)
+    found = damagepred.solve(live, solver=solver, increments=2).isel(increment=1)
+    for name in ("block_displacement_x", "block_displacement_y", "block_rotation"):
+        scale = float(np.abs(exact[name]).max())
+        assert float(np.abs(found[name] - exact[name]).max()) < 1e-4 * scale
+
+
+@pytest.mark.parametrize("weak", [False, True])
+def test_condensed_courses_carry_the_live_load(weak: bool) -> None:
+    """The same with courses condensed and looked at joint by joint; the wall cracks at its base."""
+    joint = Joint(tensile_strength=3e3, cohesion=20e3) if weak else None
+    paths = []
+    for condense in (True, False):
+        wall = bonded_wall(joint=joint)
+        wall.push_body(x=0.3)
+        wall.push(wall.n_blocks - 1, y=-300.0)
+        paths.append(damagepred.solve(wall, solver=replace(SOLVERS["quasi_static"], condense=condense), increments=4))
+    assert (paths[0]["contact_state"].values[-1] == 1).any() == weak
+    for name in ("block_displacement_x", "block_rotation", "contact_normal_stress"):
+        scale = float(np.abs(paths[1][name]).max())
+        np.testing.assert_allclose(paths[0][name], paths[1][name], atol=1e-6 * scale)
+    for ds in paths:
+        went = ds["elastic_energy"] + ds["friction_work"] + ds["released_energy"]
+        work = float(ds["external_work"][-1])
+        assert float(np.abs(ds["external_work"] - went)[-1]) < 1e-4 * work
+        assert float(ds["energy_error"][-1]) < 1e-4 * work
+
+
+def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
+    quasi_static = SOLVERS["quasi_static"]
+    wall = bonded_wall(courses=4)
+    wall.push_body(y=-0.5)
+    top = [b for b in range(wall.n_blocks) if wall._course[b] == 3]
+    wall.push(top[0], x=300.0)
+    wall.push(top[-1], x=-300.0)
+    wall.hold_after_load(top[1], x=False, y=True, rotation=False)
+    model = wall.build(quasi_static)
+    assert symmetric_half(model) is not None
+    for half, whole in zip(
+        solve_path(model, quasi_static, 2),
+        solve_path(model, replace(quasi_static, symmetric_half=False), 2),
+        strict=True,
+    ):
+        for name in ("displacement", "normal_stress", "support_force"):
+            there = getattr(whole, name)
+            np.testing.assert_allclose(getattr(half, name), there, atol=1e-6 * (np.abs(there).max() + 1e-9))
+        assert half.external_work == pytest.approx(whole.external_work, rel=1e-6)
+    assert abs(whole.support_force[top[1], 1]) > 1.0
+    wall.push(top[0], x=1.0)
+    assert symmetric_half(wall.build(quasi_static)) is None
+
+
+# -- held once the dead load is on ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dilation", [0.0, 0.2])
+def test_a_box_whose_height_is_held_after_load_presses_itself_as_it_climbs(solver: Solver, dilation: float) -> None:
+    """Slip s climbs by s tan(psi), which the support takes: s = (k_s u - C - p tan phi)/(k_s + k_n tan phi tan psi)."""
+    width, pressure = 0.6, 0.2e6
+    joint = Joint(dilation=dilation)
+    wall = Assembly(thickness=T, gravity=(0.0, 0.0), joint=joint)
+    wall.support(wall.add_block(rectangle(0.0, -0.1, width, 0.0)))
+    box = wall.add_block(rectangle(0.0, 0.0, width, 0.1))
+    wall.load(box, y=-pressure * width * T)
+    wall.support(box, x=False, y=False)
+    wall.hold_after_load(box, x=True, rotation=False)
+    limit = (joint.cohesion + pressure * joint.friction) / joint.shear_stiffness
+    moved = 3 * limit
+    wall.move(box, x=moved)
+    ds = damagepred.solve(wall, solver=solver, increments=6)
+    assert ds.attrs["status"] == "complete"
+    sunk = pressure / joint.normal_stiffness
+    np.testing.assert_allclose(ds["block_displacement_y"].values[:, box], -sunk, rtol=1e-5)
+    assert abs(ds["block_support_force_y"].values[0, box]) < 1.0
+    u = np.linspace(0, 1, 7) * moved
+    k_n, k_s, mu = joint.normal_stiffness, joint.shear_stiffness, joint.friction
+    slip = np.maximum(k_s * (u - limit), 0.0) / (k_s + k_n * mu * dilation)
+    np.testing.assert_allclose(np.abs(ds["contact_slip"].values[:, 1]), slip, rtol=1e-3, atol=1e-9)
+    stress = -pressure - k_n * dilation * slip
+    np.testing.assert_allclose(ds["contact_normal_stress"].values[:, 1], stress, rtol=1e-3)
+    pushed = k_s * (u - slip) * width * T
+    np.testing.assert_allclose(ds["block_support_force_x"].values[:, box], pushed, rtol=1e-3, atol=5.0)
+    np.testing.assert_allclose(ds["block_support_force_y"].values[:, box], (stress + pressure) * width * T, atol=50.0)
+
+
+def two_columns(solver: Solver, level: bool) -> np.ndarray:
+    """Return rotation and forces of a beam, loaded off-centre, on two columns of different stiffness."""
+    strong = Joint(normal_stiffness=50e9, tensile_strength=5e6, cohesion=5e6)
+    wall = Assembly(thickness=T, gravity=(0.0, 0.0), joint=strong)
+    wall.support(wall.add_block(rectangle(0.0, -0.2, 1.0, 0.0)))
+    for left, k in ((0.0, 20e9), (0.8, 60e9)):
+        column = wall.add_block(rectangle(left, 0.0, left + 0.2, 0.5))
+        wall.set_joint(0, column, replace(strong, normal_stiffness=k))
+    beam = wall.add_block(rectangle(0.0, 0.5, 1.0, 0.6), BlockMaterial(density=0.0))
+    if level:
+        wall.support(beam, x=False, y=False)
+    wall.load(beam, y=-20e3, at=(0.3, 0.55))
+    ds = damagepred.solve(wall, solver=solver, increments=1).isel(increment=-1)
+    return ds.sel(block=beam) if "block" in ds.coords else ds.isel(block=beam)
+
+
+def test_a_level_beam_stays_level_and_shares_its_load_by_stiffness(solver: Solver) -> None:
+    """Columns with 1/k = 1/20 + 1/50 and 1/60 + 1/50: they sink alike, and the support takes the moment."""
+    beam = two_columns(solver, level=True)
+    k = np.array([1 / (1 / 20e9 + 1 / 50e9), 1 / (1 / 60e9 + 1 / 50e9)]) * 0.2 * T
+    assert float(beam["block_rotation"]) == 0.0
+    assert float(beam["block_displacement_y"]) == pytest.approx(-20e3 / k.sum(), rel=1e-4)
+    # about the middle: columns push up at -0.4 and +0.4, the load down at -0.2
+    up = 20e3 * k / k.sum()
+    moment = -(-20e3 * -0.2) - (up * np.array([-0.4, 0.4])).sum()
+    assert float(beam["block_support_moment"]) == pytest.approx(moment, rel=1e-3)
+    assert abs(float(two_columns(solver, level=False)["block_rotation"])) > 1e-7
+
+
+def test_what_is_condensed_sees_a_beam_that_is_moved_on_top() -> None:
+    """A beam pushed along the top and free to rise is far from the ground, and yet moves what is below."""
+    paths = []
+    for condense in (True, False):
+        wall = bonded_wall()
+        beam = wall.add_block(rectangle(0.0, 0.6, 0.6, 0.7), course=6)
+        wall.load(beam, y=-5e3)
+        wall.support(beam, x=False, y=False)
+        wall.move(beam, x=2e-5)
+        solver = replace(SOLVERS["quasi_static"], condense=condense)
+        paths.append(damagepred.solve(wall, solver=solver, increments=2))
+    force = [ds["block_support_force_x"].values[-1, beam] for ds in paths]
+    assert force[0] == pytest.approx(force[1], rel=1e-6)
+    assert force[0] > 1e3
