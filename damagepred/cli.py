@@ -69,7 +69,8 @@ def solve(
 
     described = Scene.from_toml(scene)
     check_writable(output, plot)
-    with screen.Bar("solving", described.movement.increments + 1) as bar:
+    count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
+    with screen.Bar("solving", count + 1) as bar:
         ds = solve_wall(described, on_failure="return", on_step=bar.step)
     screen.wall_table(ds)
     raise typer.Exit(_keep_wall(ds, output, plot))

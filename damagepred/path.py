@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,8 +14,11 @@ from damagepred.archive.schema import dataset, name_categories
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.damage import JointMap, Verdict, damage_table, judge
 from damagepred.errors import SolverError
-from damagepred.scene import Damage, Movement, Scene, Solver
+from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
+
+if TYPE_CHECKING:
+    from damagepred.solvers.dynamic import DynamicRun
 
 FloatArray = NDArray[np.float64]
 
@@ -24,6 +27,10 @@ QUALITY = (
     "energy_error",
 )  # fmt: skip
 """What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
+
+
+IN_TIME = ("time", "kinetic_energy", "boundary_work", "damping_work", "searches")
+"""What an increment of a dynamic run tells besides."""
 
 
 class Step(NamedTuple):
@@ -57,7 +64,9 @@ def joint_map(model: Model) -> JointMap:
     )
 
 
-def follow(model: Model, solver: Solver, damage: Damage, increments: int) -> Iterator[Step]:
+def follow(
+    model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
+) -> Iterator[Step]:
     """Follow the movement and judge each increment; stop taking steps to stop the solver.
 
     Parameters
@@ -70,6 +79,8 @@ def follow(model: Model, solver: Solver, damage: Damage, increments: int) -> Ite
         How to judge.
     increments : int
         Number of equal steps of the movement.
+    run : iterable of Increment, optional
+        To be followed instead: a dynamic run.
 
     Raises
     ------
@@ -78,7 +89,7 @@ def follow(model: Model, solver: Solver, damage: Damage, increments: int) -> Ite
     """
     joints = joint_map(model)
     highest = damage_table(damage).highest
-    for increment in solve_path(model, solver, increments):
+    for increment in solve_path(model, solver, increments) if run is None else run:
         cracked = increment.state == ContactState.CRACKED
         verdict = judge(joints, increment.opening, increment.slip, cracked, damage)
         if increment.collapsed:
@@ -103,6 +114,7 @@ def solve(
     increments: int | None = None,
     solver: Solver | None = None,
     damage: Damage | None = None,
+    dynamics: Dynamics | None = None,
     fields: Mapping[str, FloatArray] | None = None,
     on_failure: str = "raise",
     on_step: Callable[[Step], None] | None = None,
@@ -117,6 +129,9 @@ def solve(
         Number of steps of the movement; by default the scene's, 20 for an assembly.
     solver, damage : Solver, Damage, optional
         In place of the scene's.
+    dynamics : Dynamics, optional
+        In place of the scene's: a run in physical time, with the blocks moving as far as they like. Its outputs are
+        the increments, and the coordinate ``time`` (s) tells when they are.
     fields : mapping of str to array (joints,), optional
         Values that vary from joint to joint; see ``damagepred.assembly.wall_model``. Only for a scene.
     on_failure : {"raise", "return"}
@@ -143,7 +158,8 @@ def solve(
     """
     if isinstance(scene, Scene):
         settings, judged = solver or scene.solver, damage or scene.damage
-        described = _with(scene, settings, judged)
+        dynamics = dynamics or scene.dynamics
+        described = _with(scene, settings, judged, dynamics)
         model = wall_model(described, fields)
         count = increments or scene.movement.increments
         attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
@@ -152,10 +168,16 @@ def solve(
         model = scene.build(settings)
         count = increments or Movement().increments
         attributes = {"title": "assembly of blocks"}
+    run: DynamicRun | None = None
+    if dynamics is not None:
+        from damagepred.solvers.dynamic import DynamicRun
+
+        run, count = DynamicRun(model, settings, dynamics), dynamics.outputs
+        attributes |= run.attributes()
     steps: list[Step] = []
     status, message = "complete", None
     try:
-        for step in follow(model, settings, judged, count):
+        for step in follow(model, settings, judged, count, run):
             steps.append(step)
             if on_step is not None:
                 on_step(step)
@@ -163,14 +185,16 @@ def solve(
             status = "collapsed"
             last = steps[-1].increment
             message = f"part of the wall came loose in increment {last.number}"
-            attributes["collapse_progress"] = last.standing_progress
-            attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
+            if run is None:
+                attributes["collapse_progress"] = last.standing_progress
+                attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
     except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise
         status = "failed" if isinstance(error, SolverError) else "interrupted"
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
-    ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": settings.method}
+    method = settings.method if run is None else "dynamic"
+    ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
     ds = _collect(model, steps, judged, attributes | ending)
     if isinstance(scene, Scene):
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
@@ -178,10 +202,10 @@ def solve(
     return ds
 
 
-def _with(scene: Scene, solver: Solver, damage: Damage) -> Scene:
+def _with(scene: Scene, solver: Solver, damage: Damage, dynamics: Dynamics | None) -> Scene:
     from dataclasses import replace
 
-    return replace(scene, solver=solver, damage=damage)
+    return replace(scene, solver=solver, damage=damage, dynamics=dynamics)
 
 
 def _support_force(increment: Increment) -> FloatArray:
@@ -212,6 +236,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
         "opening_width_change": np.array([s.opening_width_change for s in steps]).reshape(len(steps), -1),
     }
+    if np.isfinite(steps[0].increment.time):
+        values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in IN_TIME}
     for name in Verdict._fields:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     values["damage_category"] = values["damage_category"].astype(np.int8)

@@ -75,6 +75,11 @@ VARIABLES: dict[str, Variable] = {
     "elastic_energy": Variable(_STEP, "J", "energy stored in the joints"),
     "friction_work": Variable(_STEP, "J", "work taken by sliding joints so far"),
     "fracture_work": Variable(_STEP, "J", "work taken by softening bonds so far"),
+    "time": Variable(_STEP, "s", "physical time of a dynamic run"),
+    "kinetic_energy": Variable(_STEP, "J", "energy of motion of the blocks in a dynamic run"),
+    "boundary_work": Variable(_STEP, "J", "work put in so far by moving ground and supports in a dynamic run"),
+    "damping_work": Variable(_STEP, "J", "work taken so far by damping in a dynamic run"),
+    "searches": Variable(_STEP, "1", "times a dynamic run has looked so far for what blocks are near"),
     "released_energy": Variable(_STEP, "J", "energy set free so far where bonds broke or the wall gave way"),
     "energy_error": Variable(_STEP, "J", "work that does not balance so far, between the places where bonds broke"),
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
@@ -186,7 +191,7 @@ def dataset(
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (
-        {"central_deflection", "deflection_ratio"} & set(variables)
+        {"central_deflection", "deflection_ratio", "time"} & set(variables)
     )
     ds = xr.Dataset(
         {k: v for k, v in variables.items() if k not in coordinates},

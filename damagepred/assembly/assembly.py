@@ -117,6 +117,7 @@ class Assembly:
         self._push_body = np.zeros(2)
         self._prescribed: dict[int, float] = {}
         self._after_load: set[int] = set()
+        self._velocity: dict[int, tuple[float, float, float]] = {}
 
     @property
     def n_blocks(self) -> int:
@@ -239,6 +240,20 @@ class Assembly:
             if not np.isfinite(value):
                 raise InputError(f"block {block}: its displacement must be finite, got {value!r}.")
             self._prescribed[3 * self._check(block) + axis] = float(value)
+
+    def set_velocity(self, block: int, *, x: float = 0.0, y: float = 0.0, rotation: float = 0.0) -> None:
+        """Let a block start a dynamic run with a velocity.
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        x, y, rotation : float
+            Of its centroid (m/s), and counter-clockwise (rad/s).
+        """
+        if not np.isfinite([x, y, rotation]).all():
+            raise InputError(f"block {block}: its velocity must be finite, got {(x, y, rotation)!r}.")
+        self._velocity[self._check(block)] = (float(x), float(y), float(rotation))
 
     def load(
         self,
@@ -397,6 +412,10 @@ class Assembly:
             for block, extra in part.items():
                 total[block] += extra
         prescribed = sorted(self._prescribed)
+        velocity = np.zeros((len(density), 3))
+        for block, start in self._velocity.items():
+            velocity[block] = start
+        one = np.zeros(1, dtype=np.int64)
         extent = float(np.ptp(blocks.vertices[:, 0]))
         length = extent if span is None else span
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
@@ -424,6 +443,8 @@ class Assembly:
             block_law=law,
             mesh=geometry.mesh,
             plane=settings.plane,
+            loose_joint=joint_properties(self._joint_materials[:1], one, one, {})[0],
+            initial_velocity=velocity if self._velocity else None,
         )
 
     def _largest_movement(self) -> float:

@@ -248,6 +248,10 @@ class Model:
         Whether zones are free or held out of plane.
     edge_load : array (size,) or None
         Dead load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
+    loose_joint : JointProperties or None
+        One row: the law of what blocks meet that have no joint at all; None takes the first interface's.
+    initial_velocity : array (n, 3) or None
+        x, y (m/s) and rotation (rad/s) at the start of a dynamic run; None is rest.
     """
 
     blocks: Blocks
@@ -266,6 +270,8 @@ class Model:
     mesh: Mesh | None = None
     plane: str = "stress"
     edge_load: FloatArray | None = None
+    loose_joint: JointProperties | None = None
+    initial_velocity: FloatArray | None = None
 
     @property
     def n_blocks(self) -> int:

@@ -1,5 +1,6 @@
 """What the user says: frozen, validated descriptions of wall, footing, movement, loads and how to solve them."""
 
+from damagepred.scene.dynamics import BaseMotion, Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
 from damagepred.scene.movement import Movement
 from damagepred.scene.scene import Scene
@@ -7,9 +8,11 @@ from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.wall import Opening, Wall
 
 __all__ = [
+    "BaseMotion",
     "BlockMaterial",
     "Damage",
     "Dpc",
+    "Dynamics",
     "Footing",
     "Joint",
     "Loads",

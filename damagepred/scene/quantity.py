@@ -89,6 +89,10 @@ def _example(unit: str) -> str:
         "kg/m**3": "'2000 kg/m3'",
         "N": "'6 kN'",
         "N/m": "'10 N/m'",
+        "s": "'20 ms'",
+        "Hz": "'5 Hz'",
+        "m/s": "'10 mm/s'",
+        "m/s**2": "'3 m/s2'",
     }
     return examples.get(unit, "0.5 or '50 %'" if unit == "1" else f"a number in {unit}")
 
@@ -124,3 +128,7 @@ Density = Annotated[float, Quantity("kg/m**3")]
 Force = Annotated[float, Quantity("N")]
 FractureEnergy = Annotated[float, Quantity("N/m")]
 Pure = Annotated[float, Quantity("1")]
+Duration = Annotated[float, Quantity("s")]
+Frequency = Annotated[float, Quantity("Hz")]
+Speed = Annotated[float, Quantity("m/s")]
+Acceleration = Annotated[float, Quantity("m/s**2")]

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
+from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
 from damagepred.scene.movement import Movement
 from damagepred.scene.settings import Damage, Solver
@@ -23,13 +24,14 @@ from damagepred.scene.wall import Opening, Wall
 class Scene:
     """Everything about one wall; the scene file's tables are its fields.
 
-    A missing ``dpc`` means the wall has none; every other missing table takes the paper's values.
+    A missing ``dpc`` means the wall has none, and without ``dynamics`` the path is static; every other missing table
+    takes the paper's values.
 
     Attributes
     ----------
     title : str
         What the wall is, for plots and archives.
-    wall, block, joint, dpc, opening, footing, movement, loads, solver, damage
+    wall, block, joint, dpc, opening, footing, movement, loads, solver, damage, dynamics
         The tables of the scene file; see their classes.
     """
 
@@ -44,6 +46,7 @@ class Scene:
     loads: Loads = Field(default_factory=Loads)
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
+    dynamics: Dynamics | None = None
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:

@@ -60,7 +60,8 @@ class Increment:
     external_work, elastic_energy, friction_work, fracture_work, released_energy, energy_error : float
         Energy balance of the quasi-static solver (J), summed along the path: work of dead load and movement; what is
         stored in the joints; taken by friction; taken by softening bonds; set free where bonds broke; and what does
-        not balance in between.
+        not balance in between. Of dynamic runs too, summed in time; then external work is that of loads, ground and
+        supports.
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
@@ -68,6 +69,11 @@ class Increment:
         wall was found to fall.
     standing_progress : float
         Of an increment in which the wall collapsed, the progress of the last equilibrium before.
+    time, kinetic_energy, boundary_work, damping_work : float
+        Of a dynamic run: physical time (s), energy of motion, work put in by ground and supports, and taken by damping
+        (J).
+    searches : int
+        Times a dynamic run has looked so far for what blocks are near.
     support_force : array (n, 3) or None
         Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
     """
@@ -94,4 +100,9 @@ class Increment:
     energy_error: float = float("nan")
     joint_law_violation: float = float("nan")
     standing_progress: float = float("nan")
+    time: float = float("nan")
+    kinetic_energy: float = float("nan")
+    boundary_work: float = float("nan")
+    damping_work: float = float("nan")
+    searches: int = 0
     support_force: FloatArray | None = None

@@ -1,0 +1,88 @@
+"""The cycle of the dynamic solver: law of motion, law of the joints, again and again. Nothing is allocated here."""
+
+from damagepred.kernels.jit import kernel
+from damagepred.kernels.large_contact import HOME, act
+from damagepred.kernels.large_motion import BOUNDARY, farthest, kick_and_drift, push, work_at_boundary
+
+
+@kernel
+def run_steps(
+    scenery, near, motion, softening, imposed, pushed, drive, first, last, damping, time_step, seen, far, counts
+):  # fmt: skip
+    """Run steps ``first`` to ``last`` of a stretch; stop early where what is near has to be looked for anew.
+
+    Parameters
+    ----------
+    scenery : NamedTuple of arrays
+        ``points``, ``edges``, ``first_edge``, ``laws``, ``reach``; see ``damagepred.solvers.dynamic.scenery``.
+    near : NamedTuple of arrays
+        Blocks near each point.
+    motion : NamedTuple of arrays
+        See ``damagepred.kernels.large_motion``.
+    softening : bool or None
+        None if no bond softens.
+    imposed : NamedTuple of arrays
+        ``point`` (i,), ``normal`` and ``shear`` (i,): how the ground moves under points at full movement (m).
+    pushed : bool
+        Whether there are live loads.
+    drive : array (steps + 1, 3)
+        Base x, y (m) and share of the movement.
+    first, last : int
+        Range of steps.
+    damping : tuple of float
+        Local damping (1), mass-proportional (1/s), stiffness-proportional (s).
+    time_step : float
+        dt (s).
+    seen : array (n + 1, 3)
+        Displacements when what is near was last looked for.
+    far : float
+        Movement since then (m) at which it has to be looked for anew; 0 to never look and meet nothing.
+    counts : NamedTuple of arrays
+        ``tallies`` and ``works``, added to.
+
+    Returns
+    -------
+    int
+        The step reached.
+    """
+    local, mass_damping, stiffness_damping = damping
+    points = scenery.points
+    k = first
+    while k < last:
+        kick_and_drift(motion, drive, k, time_step, local, mass_damping, counts.works)
+        change = drive[k + 1, 2] - drive[k, 2]
+        if pushed:
+            push(motion, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
+        if change != 0.0:
+            for m in range(imposed.point.size):
+                p = points[imposed.point[m]]
+                if p.status == HOME:
+                    d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
+                    p.offset += d_n
+                    p.anchor += d_s
+                    counts.works[BOUNDARY] += 0.5 * p.area * (p.sigma * d_n - p.tau * d_s)
+        act(
+            points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, softening,
+            stiffness_damping / time_step, far > 0.0, counts.tallies,
+        )  # fmt: skip
+        if change != 0.0:
+            for m in range(imposed.point.size):
+                p = points[imposed.point[m]]
+                if p.status == HOME:
+                    d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
+                    counts.works[BOUNDARY] += 0.5 * p.area * (p.sigma * d_n - p.tau * d_s)
+        work_at_boundary(motion, time_step, counts.works)
+        k += 1
+        if far > 0.0 and not farthest(motion, seen, scenery.reach) <= far:
+            break
+    return k
+
+
+@kernel
+def first_forces(scenery, near, motion, softening, search, counts):
+    """Fill the forces at the start; arguments as of ``run_steps``."""
+    motion.force[:] = 0.0
+    act(
+        scenery.points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, softening,
+        0.0, search, counts.tallies,
+    )  # fmt: skip

@@ -1,0 +1,147 @@
+"""The energy audit of a run: where all that was put in has gone.
+
+Kinetic energy at a step is taken as m v(n - 1/2) v(n + 1/2) / 2. With it, central differences obey exactly
+
+    change of kinetic energy = sum over the steps of (F(n) + F(n + 1)) (x(n + 1) - x(n)) / 2,
+
+so all works are counted by the trapezoidal rule too, and elastic joints balance to the last digits. What does not
+balance is the error of the step: blocks that turn in it, and joints that touch or part in it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.kernels.large_contact import DASHPOT, FRACTURE, FRICTION, RELEASED
+from damagepred.kernels.large_motion import BOUNDARY, DAMPING, LIVE
+from damagepred.solvers.dynamic.motion import Motion
+from damagepred.solvers.dynamic.scenery import Scenery
+
+FloatArray = NDArray[np.float64]
+
+
+class Counts(NamedTuple):
+    """What kernels count: works of joints, see ``large_contact``, and of bodies, see ``large_motion`` (J)."""
+
+    tallies: FloatArray
+    works: FloatArray
+
+
+class Energies(NamedTuple):
+    """Balance at an output (J); works are summed from the start.
+
+    Attributes
+    ----------
+    kinetic_energy, elastic_energy : float
+        Of the blocks, and held in joints.
+    external_work, boundary_work : float
+        Of loads, ground and supports together; and of ground and supports alone.
+    friction_work, fracture_work, damping_work : float
+        Taken by sliding, by softening bonds, by damping.
+    released_energy : float
+        Set free where bonds broke and where a point left an edge under pressure.
+    energy_error : float
+        What does not balance.
+    """
+
+    kinetic_energy: float
+    elastic_energy: float
+    external_work: float
+    boundary_work: float
+    friction_work: float
+    fracture_work: float
+    released_energy: float
+    damping_work: float
+    energy_error: float
+
+
+class Audit:
+    """Balance of one run.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    scene : Scenery
+        Its points.
+    motion : Motion
+        Its bodies.
+    damping : tuple of float
+        Local (1), mass-proportional (1/s), stiffness-proportional (s).
+    time_step : float
+        dt (s).
+    counts : Counts
+        What kernels count.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        scene: Scenery,
+        motion: Motion,
+        damping: tuple[float, float, float],
+        time_step: float,
+        counts: Counts,
+    ) -> None:
+        self._scene, self._motion, self._counts = scene, motion, counts
+        self._damping, self._step = damping, time_step
+        inverse = motion.inverse_mass
+        self._mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+        self._start, self._dead = motion.displacement.copy(), motion.load.copy()
+        self._bonds = model.n_contacts
+        self._kinetic, self._damped = self._half_steps()
+        self._elastic = self.elastic_energy()
+
+    def _half_steps(self) -> tuple[float, float]:
+        """Return the kinetic energy, and the work of damping in the half step before now."""
+        motion, (local, viscous, _) = self._motion, self._damping
+        before = motion.velocity
+        base = np.array([*before[-1, :2], 0.0])
+        force = (motion.force + motion.load) * (motion.inverse_mass > 0)
+        drag = local * np.abs(force) * np.sign(before)
+        half = 0.5 * viscous * self._step
+        push = self._step * (force - drag) * motion.inverse_mass
+        after = (before * (1.0 - half) + 2.0 * half * base + push) / (1.0 + half)
+        dashpot = viscous * self._mass * (0.5 * (before + after) - base)
+        kinetic = 0.5 * float((self._mass * before * after).sum())
+        return kinetic, 0.5 * self._step * float((drag * before + dashpot * (before - base)).sum())
+
+    def elastic_energy(self) -> float:
+        """Return what the joints hold (J)."""
+        points = self._scene.points
+        law = self._scene.laws[points["law"]]
+        sigma = points["sigma"]
+        # a softening bond unloads to the origin
+        softened = (sigma > 0) & (points["cracked"] != 0) & (law[:, 11] > 0)
+        opening = np.where(softened, points["opening"] - points["dilated"], sigma / law[:, 0])
+        return 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law[:, 2])).sum())
+
+    def balance(self) -> Energies:
+        """Return the balance now."""
+        tallies, works = self._counts
+        kinetic, damped = self._half_steps()
+        elastic = self.elastic_energy()
+        boundary = float(works[BOUNDARY])
+        dead = float((self._dead * (self._motion.displacement - self._start)).sum())
+        external = boundary + dead + float(works[LIVE])
+        damping = float(works[DAMPING] + tallies[DASHPOT]) + damped - self._damped
+        friction, fracture, released = (float(tallies[k]) for k in (FRICTION, FRACTURE, RELEASED))
+        change = kinetic - self._kinetic + elastic - self._elastic
+        return Energies(
+            kinetic, elastic, external, boundary, friction, fracture, released, damping,
+            external - change - friction - fracture - released - damping,
+        )  # fmt: skip
+
+    def out_of_bounds(self, factor: float) -> bool:
+        """Tell whether energy is out of balance by more than a multiple of what there was, was put in and taken."""
+        now = self.balance()
+        there = (
+            abs(self._kinetic)
+            + self._elastic
+            + sum(abs(v) for v in (now.external_work, now.boundary_work, now.friction_work, now.released_energy))
+        )
+        return not abs(now.energy_error) <= factor * there + 1e-300 or not np.isfinite(there)

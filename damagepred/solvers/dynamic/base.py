@@ -1,0 +1,141 @@
+"""Where the base is at any time: pulses and records, integrated exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from damagepred.errors import InputError
+from damagepred.scene.dynamics import BaseMotion
+
+FloatArray = NDArray[np.float64]
+Displacement = Callable[[FloatArray], FloatArray]
+
+
+def base_displacement(motions: Sequence[BaseMotion]) -> Displacement:
+    """Return a function: time (k,) in s -> displacement (k, 2) of the base in x and y (m), 0 at time 0.
+
+    Parameters
+    ----------
+    motions : sequence of BaseMotion
+        They add up.
+
+    Raises
+    ------
+    InputError
+        If a record cannot be read.
+    """
+    parts = [(0 if motion.direction == "x" else 1, motion.start, _one(motion)) for motion in motions]
+
+    def displacement(time: FloatArray) -> FloatArray:
+        moved = np.zeros((len(time), 2))
+        for axis, start, part in parts:
+            moved[:, axis] += part(np.maximum(time - start, 0.0))
+        return moved
+
+    return displacement
+
+
+def _one(motion: BaseMotion) -> Displacement:
+    if motion.kind == "record":
+        time, values = _record(motion)
+        return from_record(time, motion.scale * values, motion.quantity, motion.baseline)
+    peak, length = motion.acceleration, motion.duration
+    return {"rectangular": rectangular, "half_sine": half_sine, "full_sine": full_sine}[motion.kind](peak, length)
+
+
+def rectangular(peak: float, length: float) -> Displacement:
+    """Return the displacement (m) of a base under constant acceleration (m/s2) for a time (s)."""
+
+    def displacement(t: FloatArray) -> FloatArray:
+        inside = np.minimum(t, length)
+        return np.asarray(0.5 * peak * inside**2 + peak * length * (t - inside))
+
+    return displacement
+
+
+def half_sine(peak: float, length: float) -> Displacement:
+    """Return the displacement (m) of a base under half a sine wave of acceleration (m/s2) that takes a time (s)."""
+    omega = np.pi / length
+
+    def displacement(t: FloatArray) -> FloatArray:
+        inside = np.minimum(t, length)
+        return np.asarray(peak / omega * (inside - np.sin(omega * inside) / omega) + 2.0 * peak / omega * (t - inside))
+
+    return displacement
+
+
+def full_sine(peak: float, length: float) -> Displacement:
+    """Return the displacement (m) of a base under one sine wave of acceleration (m/s2) that takes a time (s)."""
+    omega = 2.0 * np.pi / length
+
+    def displacement(t: FloatArray) -> FloatArray:
+        inside = np.minimum(t, length)
+        return np.asarray(peak / omega * (inside - np.sin(omega * inside) / omega))
+
+    return displacement
+
+
+def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: str) -> Displacement:
+    """Return the displacement (m) that a record tells; before it rest, after it constant velocity (or rest).
+
+    Parameters
+    ----------
+    time, values : array (k,)
+        Points of the record (s, SI).
+    quantity : {"acceleration", "velocity", "displacement"}
+        What it tells.
+    baseline : {"none", "velocity"}
+        Whether the constant acceleration is taken off that lets the base end at rest.
+    """
+    step = np.diff(time)
+    if quantity == "displacement":
+        curve = CubicSpline(time, values - values[0])
+        return lambda t: np.asarray(curve(np.clip(t, time[0], time[-1])))
+    if quantity == "velocity":
+        velocity, acceleration = values, np.append(np.diff(values) / step, 0.0)
+        jerk = np.zeros(len(time))
+    else:
+        acceleration = values
+        velocity = np.concatenate(([0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))))
+        if baseline == "velocity":
+            drift = velocity[-1] / (time[-1] - time[0])
+            acceleration, velocity = acceleration - drift, velocity - drift * (time - time[0])
+        jerk = np.append(np.diff(acceleration) / step, 0.0)
+        acceleration = np.append(acceleration[:-1], 0.0)
+    way = velocity[:-1] * step + acceleration[:-1] * step**2 / 2 + jerk[:-1] * step**3 / 6
+    place = np.concatenate(([0.0], np.cumsum(way)))
+
+    def displacement(t: FloatArray) -> FloatArray:
+        i = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 1)
+        s = np.maximum(t - time[i], 0.0)
+        return np.asarray(place[i] + velocity[i] * s + acceleration[i] * s**2 / 2 + jerk[i] * s**3 / 6)
+
+    return displacement
+
+
+def _record(motion: BaseMotion) -> tuple[FloatArray, FloatArray]:
+    if motion.file is None:
+        return np.array(motion.time), np.array(motion.values)
+    rows = []
+    try:
+        text = Path(motion.file).read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"dynamics.base file = {motion.file!r}: cannot be read ({error.strerror}).") from None
+    for line in text.splitlines():
+        try:
+            rows.append([float(word) for word in line.replace(";", ",").replace(",", " ").split()[:2]])
+        except ValueError:
+            continue  # a heading
+    rows = [row for row in rows if len(row) == 2]
+    time, values = np.array(rows).reshape(-1, 2).T
+    if len(time) < 2 or not np.isfinite(rows).all() or (np.diff(time) <= 0).any():
+        raise InputError(
+            f"dynamics.base file = {motion.file!r}: needs two lines or more with time (s, rising) and value (SI) in "
+            f"the first two columns; found {len(time)}."
+        )
+    return time, values

@@ -1,0 +1,310 @@
+"""A run in physical time: steps between outputs, the search for new contacts, and what is reported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.errors import DivergenceError, InputError
+from damagepred.kernels.dynamic_cycle import first_forces, run_steps
+from damagepred.kernels.large_contact import HOME, TALLIES
+from damagepred.kernels.large_motion import WORKS
+from damagepred.scene import Solver
+from damagepred.scene.dynamics import Dynamics
+from damagepred.solvers.dynamic.audit import Audit, Counts
+from damagepred.solvers.dynamic.base import base_displacement
+from damagepred.solvers.dynamic.beginning import static_equilibrium
+from damagepred.solvers.dynamic.motion import motion_of, put_bodies
+from damagepred.solvers.dynamic.near import Near, find_near, nothing_near, places
+from damagepred.solvers.dynamic.scenery import scenery
+from damagepred.solvers.dynamic.step import highest_frequency, time_step
+from damagepred.solvers.explicit import describe_block
+from damagepred.solvers.increment import ContactState, Increment
+from damagepred.solvers.packed import needs_softening
+from damagepred.solvers.state import JointMemory, come_loose
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MARGIN = 0.1
+"""What is nearer than this share of the smallest block's size is near."""
+SEEN = 0.4
+"""What is near is looked for anew once a point may have moved this share of the margin: two that come nearer have not
+met then, and one step more does not bring them together."""
+STRETCH = 5_000_000
+"""Points times steps between two looks at the interrupt key and at whether all is finite."""
+AT_REST = 3
+"""Outputs in a row at which all must be slow."""
+ABSURD = 10.0
+"""Energy out of balance over the energy there was and was put in, from which a run has diverged."""
+
+
+class Imposed(NamedTuple):
+    """How the ground moves under points at full movement: arrays (i,), numbers of the points, and m."""
+
+    point: IntArray
+    normal: FloatArray
+    shear: FloatArray
+
+
+class DynamicRun:
+    """One run; iterate over it to follow it, output by output.
+
+    Parameters
+    ----------
+    model : Model
+        Rigid blocks.
+    settings : Solver
+        Of the static solution from which the run begins.
+    dynamics : Dynamics
+        Time, damping, base motion.
+
+    Attributes
+    ----------
+    time_step : float
+        dt (s).
+    frequency : HighestFrequency
+        From which it follows.
+    steps, searches : int
+        Steps so far, and how often it was looked for what is near.
+
+    Raises
+    ------
+    InputError
+        If the model cannot be run in time.
+    """
+
+    def __init__(self, model: Model, settings: Solver, dynamics: Dynamics) -> None:
+        _refuse(model, settings, dynamics)
+        self.model, self.dynamics = model, dynamics
+        self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
+        self.motion = motion_of(model, self.origin)
+        self.scene = scenery(model, self.origin)
+        points = self.scene.points
+        self.home = points[: 2 * model.n_contacts].copy()
+        self.frequency = highest_frequency(model, self.scene, self.motion.inverse_mass)
+        highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
+        self.interval = dynamics.duration / dynamics.outputs
+        self.steps_each = max(1, int(np.ceil(self.interval / time_step(highest, dynamics) - 1e-9)))
+        self.time_step = self.interval / self.steps_each
+        local = dynamics.local_damping if dynamics.damping == "local" else 0.0
+        self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping)
+        self.softening = True if needs_softening(model) else None
+        self.imposed, self.pushed = _imposed(model), bool(model.supports.live_load.any())
+        self.base = base_displacement(dynamics.base)
+        self.margin = MARGIN * float(np.sqrt(model.blocks.area.min()))
+        self.far = SEEN * self.margin if dynamics.new_contacts else 0.0
+        self.near: Near = nothing_near(self.scene)
+        self.seen = np.zeros_like(self.motion.displacement)
+        self.steps = self.searches = self.output = 0
+        self.counts = Counts(np.zeros(TALLIES), np.zeros(WORKS))
+        self._begin(settings)
+        self.audit = Audit(model, self.scene, self.motion, self.damping, self.time_step, self.counts)
+
+    def _begin(self, settings: Solver) -> None:
+        motion, points = self.motion, self.scene.points
+        found = static_equilibrium(self.model, settings) if self.dynamics.start == "equilibrium" else None
+        self.begins_in_equilibrium = found is not None
+        if found is not None:
+            motion.displacement[:], memory = found
+            m, q = self.model.interfaces.contact_area.shape
+            for name in JointMemory._fields:
+                points[name][: 2 * m * q] = np.repeat(getattr(memory, name)[:, None, :], 2, axis=1).ravel()
+        motion.held_start[:] = motion.displacement.ravel()[motion.held]
+        put_bodies(motion)
+        self._look_around()
+        # what contacts did in the last cycle: nothing has moved since
+        opening, shear = self._home_gaps()
+        points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
+        search = self.dynamics.new_contacts
+        still = Counts(np.zeros(TALLIES), np.zeros(WORKS))
+        first_forces(self.scene, self.near, motion, self.softening, search, still)
+        if self.model.initial_velocity is not None:
+            motion.velocity[:-1] = self.model.initial_velocity
+        motion.velocity[:] -= 0.5 * self.time_step * (motion.force + motion.load) * motion.inverse_mass
+
+    def _look_around(self) -> None:
+        if self.far > 0.0:
+            self.near = find_near(self.scene, self.motion.pose, self.margin)
+            self.seen[:] = self.motion.displacement
+            self.searches += 1
+
+    @property
+    def time(self) -> float:
+        """Physical time (s)."""
+        return self.output * self.interval
+
+    def progress(self, time: FloatArray) -> FloatArray:
+        """Return the share of the movement that is reached at times (s)."""
+        whole = self.dynamics.movement_time
+        return np.zeros_like(time) if whole is None else gently(np.clip(time / whole, 0.0, 1.0))
+
+    def __iter__(self) -> Iterator[Increment]:
+        """Yield the state at the start and after each interval.
+
+        Raises
+        ------
+        DivergenceError
+            If blocks move as nothing could move them; the message names block and time.
+        """
+        slow = 0
+        yield self.report(0)
+        while self.output < self.dynamics.outputs:
+            before = self.steps
+            self.advance()
+            yield self.report(self.steps - before)
+            slow = slow + 1 if self.speed() < self.dynamics.rest_speed else 0
+            if self.dynamics.stop_at_rest and slow >= AT_REST:
+                return
+
+    def advance(self) -> None:
+        """Run to the next output."""
+        count = self.steps_each
+        time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
+        drive = np.column_stack((self.base(time), self.progress(time)))
+        stretch = max(1, STRETCH // len(self.scene.points))
+        done = 0
+        while done < count:
+            reached = run_steps(
+                self.scene, self.near, self.motion, self.softening, self.imposed, self.pushed, drive, done,
+                min(count, done + stretch), self.damping, self.time_step, self.seen, self.far, self.counts,
+            )  # fmt: skip
+            self.steps += reached - done
+            done = reached
+            if not np.isfinite(self.motion.displacement).all():
+                self._diverged(time[done])
+            if self.far > 0.0 and self._moved() > self.far:
+                self._look_around()
+        self.output += 1
+        if self.audit.out_of_bounds(ABSURD):
+            self._diverged(self.time)
+
+    def _moved(self) -> float:
+        """Return how far a point may have moved since it was last looked for what is near (m); as ``farthest``."""
+        moved = self.motion.displacement - self.seen
+        moved = np.abs(moved[:-1] - np.array([*moved[-1, :2], 0.0]))
+        return float((moved[:, 0] + moved[:, 1] + self.scene.reach * moved[:, 2]).max())
+
+    def _diverged(self, time: float) -> None:
+        speed = np.hypot(*self.motion.velocity[:-1, :2].T)
+        block = int(np.where(np.isfinite(speed), speed, np.inf).argmax())
+        raise DivergenceError(
+            f"diverged at {time:.4g} s (step {self.steps}): blocks move with more energy than was put in; fastest is "
+            f"{describe_block(self.model, block)}. Lower dynamics.time_step_safety.",
+            increment=self.output,
+            block=block,
+        )
+
+    def speed(self) -> float:
+        """Return the root mean square speed relative to the base, by mass (m/s)."""
+        inverse = self.motion.inverse_mass[:-1]
+        mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+        velocity = self.motion.velocity[:-1] - self.motion.velocity[-1]
+        total = float(mass[:, :2].sum())
+        return float(np.sqrt((mass * velocity**2).sum() / total)) if total > 0 else 0.0
+
+    def attributes(self) -> dict[str, object]:
+        """Return what is to be kept of the run as a whole."""
+        return {
+            "time_step": self.time_step,
+            "highest_frequency": self.frequency.intact,
+            "highest_frequency_bound": self.frequency.touched,
+            "begins_in_equilibrium": self.begins_in_equilibrium,
+            "contact_points": len(self.scene.points),
+        }
+
+    # -- reports ----------------------------------------------------------------------------------------------------
+
+    def _home_gaps(self) -> tuple[FloatArray, FloatArray]:
+        """Return opening and shear (m) of all contacts against their first edges, arrays (m, 2, q)."""
+        m, q = self.model.interfaces.contact_area.shape
+        home, pose = self.home, self.motion.pose
+        at = places(pose, home["body"], home["x"], home["y"])
+        edge = self.scene.edges[home["target"]]
+        b = edge["body"]
+        x, y = at[:, 0] - pose[b, 0], at[:, 1] - pose[b, 1]
+        local_x = pose[b, 2] * x + pose[b, 3] * y - edge["x"]
+        local_y = pose[b, 2] * y - pose[b, 3] * x - edge["y"]
+        opening = edge["along_x"] * local_y - edge["along_y"] * local_x + home["offset"]
+        shear = edge["along_x"] * local_x + edge["along_y"] * local_y - home["anchor"]
+        return opening.reshape(m, 2, q), shear.reshape(m, 2, q)
+
+    def report(self, steps: int) -> Increment:
+        """Take a picture of the present state."""
+        model, motion = self.model, self.motion
+        m, q = model.interfaces.contact_area.shape
+        points = self.scene.points[: 2 * m * q].reshape(m, 2, q)
+        at_home = points["status"] == HOME
+        opening, shear = self._home_gaps()
+        progress = float(self.progress(np.array([self.time]))[0])
+        first = m - len(model.ground.normal)
+        opening[first:] -= progress * model.ground.normal[:, None, :]
+        shear[first:] -= progress * model.ground.shear[:, None, :]
+        slip = np.where(at_home, points["slip"], shear).mean(axis=1)
+        cracked = ((points["cracked"] != 0) | ~at_home).any(axis=1)
+        slipped = np.where(slip != 0.0, ContactState.SLIPPING, ContactState.INTACT)
+        moved = motion.displacement.copy()
+        moved[:, :2] -= motion.displacement[-1, :2]
+        loose = come_loose(model, moved.ravel(), progress)
+        energy = self.audit.balance()
+        return Increment(
+            number=self.output,
+            progress=progress,
+            displacement=motion.displacement[:-1].copy(),
+            opening=opening.mean(axis=1),
+            slip=slip,
+            normal_stress=np.where(at_home, points["sigma"], 0.0).mean(axis=1),
+            shear_stress=np.where(at_home, points["tau"], 0.0).mean(axis=1),
+            state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
+            unbalanced_force_ratio=self._unbalanced(),
+            base_reaction=self._reaction(),
+            cycles=steps,
+            support_force=self._support_force(),
+            collapsed=bool(loose.any()),
+            time=self.time,
+            searches=self.searches,
+            **energy._asdict(),
+        )
+
+    def _support_force(self) -> FloatArray:
+        force = np.zeros((self.model.n_blocks, 3))
+        force.ravel()[self.motion.held] = -(self.motion.force + self.motion.load).ravel()[self.motion.held]
+        return force
+
+    def _unbalanced(self) -> float:
+        force = np.abs(self.motion.force + self.motion.load)[self.motion.inverse_mass > 0]
+        return float(force.max(initial=0.0)) / self.model.mean_block_weight
+
+    def _reaction(self) -> float:
+        """Vertical force of supports and ground on the wall (N): the opposite of what reaches them."""
+        force = self.motion.force + self.motion.load
+        held = self.motion.held
+        return -float(force[-1, 1] + force.ravel()[held[held % 3 == 1]].sum())
+
+
+def gently(share: FloatArray) -> FloatArray:
+    """Rise from 0 to 1 with neither speed nor acceleration at either end."""
+    return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
+
+
+def _imposed(model: Model) -> Imposed:
+    """Return the points whose ground moves by itself."""
+    m, q = model.interfaces.contact_area.shape
+    first = m - len(model.ground.normal)
+    normal, shear = (np.repeat(values[:, None, :], 2, axis=1).ravel() for values in model.ground)
+    moves = (normal != 0) | (shear != 0)
+    return Imposed((2 * first * q + np.arange(len(normal)))[moves], normal[moves], shear[moves])
+
+
+def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
+    if model.mesh is not None:
+        raise InputError("solver.blocks = 'deformable': not yet run in time; take 'rigid'.")
+    if settings.quadrature == "midpoint" and dynamics.new_contacts:
+        raise InputError(
+            "solver.quadrature = 'midpoint': leaves the corners of blocks without a contact, so they could pass "
+            "through each other; take 'lobatto', or dynamics.new_contacts = false."
+        )

@@ -1,0 +1,247 @@
+"""Edges, boundary points and laws of a model, as the kernels of large movement take them.
+
+The contacts of an interface become two points each: one on the face of either block, measured against the face of the
+other, with half the area, the same law and a memory of its own. So their elastic stiffness is that of the contacts of
+small displacements. Faces and parts of faces without a joint get points too, corners included; their law is that of
+the block's longest joint with its bond broken.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.assembly.model import JointProperties
+from damagepred.assembly.quadrature import quadrature
+from damagepred.kernels.joint import bond_slope, slip_compliance
+from damagepred.kernels.large_contact import EDGE, FREE, HOME, LAW, POINT
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+REACH = 0.02
+"""A point may pass the end of the edge it faces by this share of the length it stands for."""
+RELEASE = 0.1
+"""A point whose bond is broken is free once it has parted from its first edge by this share of that length."""
+LONG = 1e9
+"""Length of the ground to either side (m)."""
+
+
+class Scenery(NamedTuple):
+    """What bodies look like to each other.
+
+    Attributes
+    ----------
+    points : array of record (p,)
+        Boundary points; first the 2 m q of the interfaces, (m, 2, q): those of block b, then those of block a.
+    edges : array of record (e,)
+        Edges of the blocks, then those of the ground.
+    first_edge : array of int (polygons + 1,)
+        Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground.
+    laws : array (l, LAW)
+        Laws of bonds, each followed by the one of what is met later.
+    reach : array (n,)
+        Largest distance of a corner from its block's centroid (m).
+    """
+
+    points: NDArray[Any]
+    edges: NDArray[Any]
+    first_edge: IntArray
+    laws: FloatArray
+    reach: FloatArray
+
+
+def scenery(model: Model, origin: FloatArray) -> Scenery:
+    """Return edges, points and laws of a model.
+
+    Parameters
+    ----------
+    model : Model
+        n rigid blocks, m interfaces with q contacts.
+    origin : array (2,)
+        Place that becomes the origin (m): far away, coordinates have few digits left.
+    """
+    edges, first_edge = _edges(model, origin)
+    home_a, home_b = _home_edges(model, edges, first_edge, origin)
+    joined, free = _joined_points(model, edges, home_a, home_b, origin), _free_points(model, edges, home_a, home_b)
+    points = np.concatenate((joined, free))
+    vertices, first = model.blocks.vertices, model.blocks.first_vertex
+    owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
+    arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
+    return Scenery(points, edges, first_edge, _laws(model), np.maximum.reduceat(arm, first[:-1]))
+
+
+def _edges(model: Model, origin: FloatArray) -> tuple[NDArray[Any], IntArray]:
+    blocks, n = model.blocks, model.n_blocks
+    sizes = np.diff(blocks.first_vertex)
+    owner = np.repeat(np.arange(n), sizes)
+    following = np.arange(len(blocks.vertices)) + 1
+    following[blocks.first_vertex[1:] - 1] = blocks.first_vertex[:-1]
+    end, start = blocks.vertices, blocks.vertices[following]  # clockwise: from the later corner to the earlier
+    levels = _ground_levels(model)
+    edges = np.zeros(len(end) + len(levels), dtype=EDGE)
+    own = edges[: len(end)]
+    own["body"] = own["polygon"] = owner
+    own["x"], own["y"] = start[:, 0] - blocks.x[owner], start[:, 1] - blocks.y[owner]
+    length = np.hypot(*(end - start).T)
+    way = (end - start) / length[:, None]
+    own["along_x"], own["along_y"], own["length"] = way[:, 0], way[:, 1], length
+    # the ground: a line, whose outward normal points up, its lowest level last and endless
+    face = model.interfaces
+    ground = edges[len(end) :]
+    ground["body"] = ground["polygon"] = n
+    ground["along_x"] = 1.0
+    for i, level in enumerate(levels):
+        ground["y"][i] = level - origin[1]
+        if i == len(levels) - 1:
+            ground["x"][i], ground["length"][i] = -LONG, 2 * LONG
+            continue
+        on = _on_ground(model) & (face.y == level)
+        left, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
+        ground["x"][i], ground["length"][i] = left - origin[0], right - left
+    ends = [len(end) + len(levels) - 1, len(edges)] if len(levels) else [len(end)]
+    return edges, np.concatenate((blocks.first_vertex[:-1], ends)).astype(np.int64)
+
+
+def _on_ground(model: Model) -> NDArray[np.bool_]:
+    return np.asarray(model.interfaces.block_a == model.n_blocks)
+
+
+def _ground_levels(model: Model) -> list[float]:
+    """Levels at which blocks rest on the ground (m), the lowest last."""
+    return sorted(set(model.interfaces.y[_on_ground(model)].tolist()), reverse=True)
+
+
+def _home_edges(
+    model: Model, edges: NDArray[Any], first_edge: IntArray, origin: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """Return the edge of block a and that of block b on which each interface lies."""
+    face, n = model.interfaces, model.n_blocks
+    levels = _ground_levels(model)
+    first_ground = len(edges) - len(levels)
+
+    def find(block: int, i: int, sign: float) -> int:
+        if block == n:
+            return first_ground + levels.index(face.y[i])
+        own = edges[first_edge[block] : first_edge[block + 1]]
+        across = -own["along_y"] * face.normal_x[i] * sign + own["along_x"] * face.normal_y[i] * sign
+        x, y = face.x[i] - model.blocks.x[block] - own["x"], face.y[i] - model.blocks.y[block] - own["y"]
+        along = own["along_x"] * x + own["along_y"] * y
+        off = np.abs(own["along_x"] * y - own["along_y"] * x)
+        outside = np.maximum(-along, along - own["length"]).clip(min=0.0)
+        # among the edges that look the right way, the one the joint's middle lies on
+        miss = np.where(across > 1.0 - 1e-6, off + outside, np.inf)
+        return int(first_edge[block] + miss.argmin())
+
+    count = len(face.kind)
+    home_a = np.array([find(int(face.block_a[i]), i, 1.0) for i in range(count)], dtype=np.int64)
+    home_b = np.array([find(int(face.block_b[i]), i, -1.0) for i in range(count)], dtype=np.int64)
+    return home_a, home_b
+
+
+def _centres(model: Model) -> FloatArray:
+    """Centroids of the blocks, and the origin for the ground (m)."""
+    return np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
+
+
+def _joined_points(
+    model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray, origin: FloatArray
+) -> NDArray[Any]:
+    face = model.interfaces
+    m, q = face.contact_area.shape
+    points = np.zeros((m, 2, q), dtype=POINT)
+    x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
+    y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
+    centre = _centres(model)
+    centre[-1] = origin
+    for side, (own, other, own_home, other_home) in enumerate(
+        ((face.block_b, face.block_a, home_b, home_a), (face.block_a, face.block_b, home_a, home_b))
+    ):
+        p = points[:, side]
+        p["body"], p["own_edge"], p["target"] = own[:, None], own_home[:, None], other_home[:, None]
+        p["x"], p["y"] = x - centre[own, 0][:, None], y - centre[own, 1][:, None]
+        at_x, at_y = x - centre[other, 0][:, None], y - centre[other, 1][:, None]
+        e = edges[other_home]
+        at_x, at_y = at_x - e["x"][:, None], at_y - e["y"][:, None]
+        p["anchor"] = e["along_x"][:, None] * at_x + e["along_y"][:, None] * at_y
+        p["offset"] = -(e["along_x"][:, None] * at_y - e["along_y"][:, None] * at_x)
+    points["area"] = 0.5 * face.contact_area[:, None, :]
+    points["law"] = 2 * np.arange(m)[:, None, None]
+    length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
+    points["reach"], points["release"] = REACH * length[:, None, :], RELEASE * length[:, None, :]
+    points["status"] = HOME
+    return points.ravel()
+
+
+def _free_points(model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray) -> NDArray[Any]:
+    """Put points on what of the faces of blocks has no joint, corners included."""
+    face, n = model.interfaces, model.n_blocks
+    share, weight = quadrature("lobatto", max(3, face.contact_area.shape[1] if face.contact_area.size else 3))
+    law = _usual_law(model)
+    covered: dict[int, list[tuple[float, float]]] = {}
+    for block, home in ((face.block_a, home_a), (face.block_b, home_b)):
+        own = block < n
+        centre = _centres(model)[block]
+        e = edges[home]
+        along = e["along_x"] * (face.x - centre[:, 0] - e["x"]) + e["along_y"] * (face.y - centre[:, 1] - e["y"])
+        for edge, middle, length in zip(home[own].tolist(), along[own].tolist(), face.length[own].tolist()):
+            covered.setdefault(edge, []).append((middle - length / 2, middle + length / 2))
+    found: list[tuple[int, float, float]] = []
+    for edge in range(int((edges["polygon"] < n).sum())):
+        length, reached = float(edges["length"][edge]), 0.0
+        for start, end in [*sorted(covered.get(edge, [])), (length, length)]:
+            if start - reached > 1e-6 * length:
+                found.append((edge, reached, start))
+            reached = max(reached, end)
+    on = np.array([edge for edge, _, _ in found], dtype=np.int64)
+    begin, width = (np.array(column) for column in zip(*((a, b - a) for _, a, b in found))) if found else (on, on)
+    points = np.zeros((len(found), len(share)), dtype=POINT)
+    e = edges[on]
+    along = begin[:, None] + width[:, None] * (share + 0.5)
+    points["body"], points["own_edge"] = e["body"][:, None], on[:, None]
+    points["x"] = e["x"][:, None] + e["along_x"][:, None] * along
+    points["y"] = e["y"][:, None] + e["along_y"][:, None] * along
+    stretch = width[:, None] * weight
+    points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]][:, None]
+    points["reach"], points["release"] = REACH * stretch, RELEASE * stretch
+    points["law"] = 2 * law[e["polygon"]][:, None] + 1
+    points["status"] = FREE
+    points["cracked"] = 1.0
+    return points.ravel()
+
+
+def _usual_law(model: Model) -> IntArray:
+    """Return whose law each block has where it has no joint: its longest joint's, or that of the model's loose ends."""
+    face, n = model.interfaces, model.n_blocks
+    usual = np.full(n + 1, len(face.kind), dtype=np.int64)  # the law after those of the interfaces
+    for i in np.argsort(face.length, kind="stable").tolist():
+        usual[face.block_a[i]] = usual[face.block_b[i]] = i
+    return usual[:-1]
+
+
+def _laws(model: Model) -> FloatArray:
+    """Return the laws of the interfaces and, last, the one of blocks without any, each followed by its bare one."""
+    own = model.properties
+    loose = model.loose_joint or JointProperties._make(values[:1] for values in own)
+    properties = JointProperties._make(np.concatenate(pair) for pair in zip(own, loose))
+    laws = np.zeros((len(properties.friction), 2, LAW))
+    k_n, k_s = properties.normal_stiffness, properties.shear_stiffness
+    laws[..., 0], laws[..., 1], laws[..., 2] = k_n[:, None], k_s[:, None], 1.0 / k_s[:, None]
+    bond, bare = laws[:, 0], laws[:, 1]
+    bond[:, 3:6] = np.column_stack((properties.tensile_strength, properties.cohesion, properties.friction))
+    bond[:, 6] = slip_compliance.py_func(k_n, k_s, properties.friction, properties.dilation)
+    bond[:, 7:10] = np.column_stack(
+        (properties.residual_tensile_strength, properties.residual_cohesion, properties.residual_friction)
+    )
+    bond[:, 10] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, properties.dilation)
+    bond[:, 11] = properties.critical_opening
+    bond[:, 12] = bond_slope.py_func(k_n, properties.tensile_strength, properties.critical_opening)
+    bond[:, 13], bond[:, 14] = properties.dilation, properties.brittle_shear
+    for first in (3, 7):
+        bare[:, first + 2] = properties.residual_friction
+        bare[:, first + 3] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, 0.0)
+    bare[:, 12] = bond_slope.py_func(k_n, 0.0, 0.0)
+    return np.ascontiguousarray(laws.reshape(-1, LAW))
