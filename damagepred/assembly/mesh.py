@@ -189,7 +189,7 @@ def _joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Patt
 
 
 def _same_places(key: IntArray) -> tuple[IntArray, IntArray]:
-    """Number points by place, however it rounds, as they first come; return the first ones, and all numbers."""
+    """Give points at one place one number, as they first come; return the first of each, and all numbers."""
     from scipy.spatial import cKDTree
 
     pairs = cKDTree(key).query_pairs(2.5, output_type="ndarray")

@@ -246,12 +246,12 @@ class Model:
         Zones of the deformable blocks; None if all are rigid.
     plane : {"stress", "strain"}
         Whether zones are free or held out of plane.
-    edge_load : array (size,) or None
-        Dead load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
     loose_joint : JointProperties or None
         One row: the law of what blocks meet that have no joint at all; None takes the first interface's.
     initial_velocity : array (n, 3) or None
         x, y (m/s) and rotation (rad/s) at the start of a dynamic run; None is rest.
+    edge_load, live_edge_load : array (size,) or None
+        Dead and live load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
     """
 
     blocks: Blocks
@@ -272,6 +272,7 @@ class Model:
     edge_load: FloatArray | None = None
     loose_joint: JointProperties | None = None
     initial_velocity: FloatArray | None = None
+    live_edge_load: FloatArray | None = None
 
     @property
     def n_blocks(self) -> int:
@@ -282,6 +283,11 @@ class Model:
     def n_contacts(self) -> int:
         """Number of contacts."""
         return int(self.interfaces.contact_area.size)
+
+    @property
+    def n_bodies(self) -> int:
+        """Number of bodies that joints act on: blocks, the ground, and facets of deformable blocks."""
+        return self.n_blocks + 1 + (0 if self.mesh is None else len(self.mesh.facets))
 
     @property
     def size(self) -> int:

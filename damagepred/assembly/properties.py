@@ -92,7 +92,7 @@ def lump_block_elasticity(
     properties : JointProperties
         Of the joints alone.
     interfaces, blocks
-        Geometry; the ground, block number n, adds nothing.
+        Geometry; the ground, body number n, and facets of deformable blocks, beyond it, add nothing.
     materials : sequence of BlockMaterial
         Block materials.
     material : array of int (n,)
@@ -102,7 +102,7 @@ def lump_block_elasticity(
     soft_s = 1.0 / properties.shear_stiffness
     modulus = np.array([m.elastic_modulus for m in materials])
     shear = np.array([m.shear_modulus for m in materials])
-    for side in (interfaces.block_a, interfaces.block_b):
+    for side in (interfaces.body_a, interfaces.body_b):
         is_block = side < blocks.x.size
         number = np.where(is_block, side, 0)
         depth = np.abs(

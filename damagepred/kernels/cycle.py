@@ -3,10 +3,11 @@
 from damagepred.kernels.contact import contact_forces, gather
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.motion import move, sum_forces
+from damagepred.kernels.zones import hand_on, place_facets, zone_forces
 
 
 @kernel
-def run_cycles(joints, special, softening, motion, damping, load_share, progress, progress_step, cycles):
+def run_cycles(joints, special, softening, zoned, motion, damping, load_share, progress, progress_step, cycles):
     """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
 
     Parameters
@@ -17,6 +18,8 @@ def run_cycles(joints, special, softening, motion, damping, load_share, progress
         None if no joint dilates or breaks in shear.
     softening : bool or None
         None if no bond softens.
+    zoned : tuple or None
+        Facets and zones of the deformable blocks, see ``damagepred.solvers.zoned``; None if all blocks are rigid.
     motion : NamedTuple of arrays
         Dead and live load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with
         where they start and their displacement from there at full movement.
@@ -36,6 +39,8 @@ def run_cycles(joints, special, softening, motion, damping, load_share, progress
         progress_now = progress + (cycle + 1) * progress_step
         for p in range(motion.prescribed.size):
             displacement[motion.prescribed[p]] = motion.start[p] + progress_now * motion.prescribed_displacement[p]
+        if zoned is not None:
+            place_facets(zoned[0], displacement)
         for t in range(tiles.size):
             gather(tiles[t], displacement)
         for t in range(first_ground):
@@ -46,4 +51,16 @@ def run_cycles(joints, special, softening, motion, damping, load_share, progress
             joints.contributions, joints.first, joints.position, motion.load, load_share, motion.live_load,
             progress_now, force,
         )  # fmt: skip
-        move(force, motion.inverse_mass, damping, motion.velocity, displacement)
+        if zoned is None:
+            move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, force.size)
+        else:
+            facets, gridpoints = zoned[0].first_dof, 3 * (joints.first.size - 1)
+            for j in range(gridpoints, force.size):
+                force[j] = load_share * motion.load[j] + progress_now * motion.live_load[j]
+            zone_forces(zoned[1], displacement, force)
+            hand_on(zoned[0], force)
+            # facets follow their gridpoints
+            move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, facets)
+            move(force, motion.inverse_mass, damping, motion.velocity, displacement, gridpoints, force.size)
+    if zoned is not None:
+        place_facets(zoned[0], displacement)

@@ -40,7 +40,7 @@ def sum_forces(contributions, first, position, load, load_share, live_load, prog
 
 
 @law
-def move(force, inverse_mass, damping, velocity, displacement):
+def move(force, inverse_mass, damping, velocity, displacement, first, last):
     """Advance velocity and displacement by one time step of length 1.
 
     Parameters
@@ -49,8 +49,10 @@ def move(force, inverse_mass, damping, velocity, displacement):
         Unbalanced force and state of each degree of freedom; inverse mass 0 holds it.
     damping : float
         Local damping: this share of the unbalanced force's size opposes the velocity.
+    first, last : int
+        Degrees of freedom to move: from the first to before the last.
     """
-    for j in range(force.size):
+    for j in range(first, last):
         drag = copysign(damping * abs(force[j]), velocity[j]) if velocity[j] != 0.0 else 0.0
         velocity[j] += (force[j] - drag) * inverse_mass[j]
         displacement[j] += velocity[j]

@@ -3,39 +3,51 @@
 Strain and stress are constant in a triangle (paper, Eqs 5 and 6): with the gridpoints' displacement u relative to the
 first one and the slopes of the shape functions, e = sum of u grad N. The law is written in total strain with the
 plastic strain as memory, so what stays elastic remembers nothing and is not rounded. A batch is up to eight blocks
-with zones of the same pattern: one value of each block side by side.
+with zones of the same pattern: one value of each block side by side. Zones come in cells of four, which share a
+gridpoint.
 """
 
 import numpy as np
 
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.zone_law import yield_limit, zone_return
+from damagepred.kernels.zone_law import surely_elastic, zone_return
 
 LANES = 8
 """Blocks in a batch."""
 Y = np.uint64(LANES)
 
 
-def row_type():
-    """Return the record type of a row: one zone of all blocks of a batch.
+def shape_type():
+    """Return the record type of the shape of a cell, four zones round their common gridpoint, in a batch's blocks.
 
-    ``slopes``: of the shape functions of the second gridpoint along x and y, and of the third (1/m). ``volume``: area
-    times thickness (m3), 0 in empty lanes. ``plastic``: strain e_xx, e_yy, g_xy, e_zz. ``state``: what yields now, 0
-    nothing, 1 shear, 2 tension, 3 both.
+    ``slopes``: of the shape functions of a zone's second gridpoint along x and y, and of the common one (1/m).
+    ``volume``: area times thickness (m3).
     """
-    lane = (LANES,)
-    return np.dtype(
-        [("slopes", "f8", (4, LANES)), ("volume", "f8", lane), ("plastic", "f8", (4, LANES)), ("state", "f8", lane)]
-    )
+    return np.dtype([("slopes", "f8", (4, 4, LANES)), ("volume", "f8", (4, LANES))])
+
+
+def memory_type():
+    """Return the record type of what the zones of a cell remember, where they can yield.
+
+    ``plastic``: strain e_xx, e_yy, g_xy, e_zz. ``state``: what yields now, 0 nothing, 1 shear, 2 tension, 3 both.
+    """
+    return np.dtype([("plastic", "f8", (4, 4, LANES)), ("state", "f8", (4, LANES))])
 
 
 def work_type():
-    """Return the record type of what a row works with.
+    """Return the record type of what a cell works with.
 
-    ``moved``: displacement x, y of the second gridpoint against the first, then of the third. ``push``: force x, y with
-    which they are pulled back. ``beyond``: 1 where the stress is more than the zone bears.
+    ``moved``, ``push``: displacement of, and force on, the four corners and the common gridpoint, x and y. ``beyond``:
+    1 where the stress of a zone is more than it bears.  ``lanes``: 8. All that the law needs being in records, the
+    compiler knows that nothing overlaps and works on all lanes at once; it would not if it knew their number, for then
+    it would write them out one by one.
     """
-    return np.dtype([("moved_b", "f8", (2 * LANES,)), ("moved_c", "f8", (2 * LANES,)), ("push_b", "f8", (2 * LANES,)), ("push_c", "f8", (2 * LANES,)), ("beyond", "f8", (LANES,)), ("lanes", "u8")])
+    return np.dtype(
+        [
+            ("moved", "f8", (5, 2, LANES)), ("push", "f8", (5, 2, LANES)), ("beyond", "f8", (4, LANES)),
+            ("lanes", "u8"),
+        ]
+    )  # fmt: skip
 
 
 def moduli_type():
@@ -79,82 +91,104 @@ def hand_on(facets, force):
 
 
 @law
-def gather(displacement, a, b, c, work):
-    """Bring how a row's second and third gridpoints moved against the first to where its law reads it.
+def gather(displacement, start, corners, work):
+    """Bring the displacements of a cell's gridpoints to where its law reads them.
 
     Parameters
     ----------
-    displacement : array
+    displacement : array (size,)
         Of all degrees of freedom.
-    a, b, c : unsigned int
-        First degree of freedom of the row's gridpoints.
+    start : unsigned int
+        Where those of the batch begin.
+    corners : array of unsigned int (5,)
+        Where those of the cell's gridpoints begin in the batch.
     work : record
-        Of ``work_type``. All that the law needs being in records, the compiler knows that nothing overlaps, and works
-        on all lanes at once.
+        Of ``work_type``.
     """
-    for lane in range(work.lanes):
-        work.moved_b[lane] = displacement[b + lane] - displacement[a + lane]
-        work.moved_b[Y + lane] = displacement[b + Y + lane] - displacement[a + Y + lane]
-        work.moved_c[lane] = displacement[c + lane] - displacement[a + lane]
-        work.moved_c[Y + lane] = displacement[c + Y + lane] - displacement[a + Y + lane]
+    for p in range(5):
+        at = start + corners[p]
+        for lane in range(work.lanes):
+            work.moved[p, 0, lane] = displacement[at + lane]
+            work.moved[p, 1, lane] = displacement[at + Y + lane]
 
 
 @law
-def scatter(work, a, b, c, force):
-    """Add the forces of a row on its gridpoints to all others there, one gridpoint after the other."""
-    for lane in range(work.lanes):
-        force[b + lane] -= work.push_b[lane]
-        force[b + Y + lane] -= work.push_b[Y + lane]
-    for lane in range(work.lanes):
-        force[c + lane] -= work.push_c[lane]
-        force[c + Y + lane] -= work.push_c[Y + lane]
-    for lane in range(work.lanes):
-        force[a + lane] += work.push_b[lane] + work.push_c[lane]
-        force[a + Y + lane] += work.push_b[Y + lane] + work.push_c[Y + lane]
+def scatter(work, start, corners, force):
+    """Add the forces of a cell on its gridpoints to all others there."""
+    for p in range(5):
+        at = start + corners[p]
+        for lane in range(work.lanes):
+            force[at + lane] += work.push[p, 0, lane]
+            force[at + Y + lane] += work.push[p, 1, lane]
 
 
 @law
-def elastic_stress(work, row, moduli, lane):
-    """Return s_xx, s_yy, s_xy and s_zz (Pa) of a zone that has never yielded; see ``zone_law``."""
-    k = moduli.elasticity
-    x_b, y_b, x_c, y_c = work.moved_b[lane], work.moved_b[Y + lane], work.moved_c[lane], work.moved_c[Y + lane]
-    e_xx = row.slopes[0, lane] * x_b + row.slopes[2, lane] * x_c
-    e_yy = row.slopes[1, lane] * y_b + row.slopes[3, lane] * y_c
-    g_xy = row.slopes[1, lane] * x_b + row.slopes[3, lane] * x_c + row.slopes[0, lane] * y_b + row.slopes[2, lane] * y_c
-    return k[0, lane] * e_xx + k[1, lane] * e_yy, k[1, lane] * e_xx + k[0, lane] * e_yy, k[2, lane] * g_xy
+def elastic_stress(work, cell, k, moduli, lane):
+    """Return s_xx, s_yy and s_xy (Pa) of zone k of a cell if it never yields; see ``zone_law``."""
+    c, slopes, at = moduli.elasticity, cell.slopes, work.moved
+    b = (k + 1) % 4
+    x_b, y_b = at[b, 0, lane] - at[k, 0, lane], at[b, 1, lane] - at[k, 1, lane]
+    x_c, y_c = at[4, 0, lane] - at[k, 0, lane], at[4, 1, lane] - at[k, 1, lane]
+    e_xx = slopes[k, 0, lane] * x_b + slopes[k, 2, lane] * x_c
+    e_yy = slopes[k, 1, lane] * y_b + slopes[k, 3, lane] * y_c
+    g_xy = slopes[k, 1, lane] * x_b + slopes[k, 3, lane] * x_c + slopes[k, 0, lane] * y_b + slopes[k, 2, lane] * y_c
+    return c[0, lane] * e_xx + c[1, lane] * e_yy, c[1, lane] * e_xx + c[0, lane] * e_yy, c[2, lane] * g_xy
 
 
 @law
-def trial_stress(work, row, moduli, lane):
-    """Return s_xx, s_yy, s_xy and s_zz (Pa) if a zone does not yield any further."""
-    k, p = moduli.elasticity, row.plastic
-    s_xx, s_yy, s_xy = elastic_stress(work, row, moduli, lane)
-    e_xx, e_yy, e_zz = p[0, lane], p[1, lane], p[3, lane]
+def trial_stress(work, cell, memory, k, moduli, lane):
+    """Return s_xx, s_yy, s_xy and s_zz (Pa) of zone k of a cell if it does not yield any further."""
+    c, p = moduli.elasticity, memory.plastic
+    s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+    e_xx, e_yy, g_xy, e_zz = p[k, 0, lane], p[k, 1, lane], p[k, 2, lane], p[k, 3, lane]
+    held = c[5, lane] if c[3, lane] > 0.0 else 0.0  # plane strain: nu
     return (
-        s_xx - (k[0, lane] * e_xx + k[1, lane] * e_yy + k[3, lane] * e_zz),
-        s_yy - (k[1, lane] * e_xx + k[0, lane] * e_yy + k[3, lane] * e_zz),
-        s_xy - k[2, lane] * p[2, lane],
-        k[5, lane] * (s_xx + s_yy) * (k[3, lane] > 0.0) - k[3, lane] * (e_xx + e_yy) - k[4, lane] * e_zz,
+        s_xx - (c[0, lane] * e_xx + c[1, lane] * e_yy + c[3, lane] * e_zz),
+        s_yy - (c[1, lane] * e_xx + c[0, lane] * e_yy + c[3, lane] * e_zz),
+        s_xy - c[2, lane] * g_xy,
+        held * (s_xx + s_yy) - c[3, lane] * (e_xx + e_yy) - c[4, lane] * e_zz,
     )
 
 
 @law
-def push_back(work, row, s_xx, s_yy, s_xy, lane):
-    """Note the forces with which a zone's stress (Pa) resists."""
-    volume, slopes = row.volume[lane], row.slopes
+def pull(cell, k, s_xx, s_yy, s_xy, lane):
+    """Return force x, y with which zone k of a cell, stressed (Pa), resists at its second and its third gridpoint."""
+    volume, slopes = cell.volume[k, lane], cell.slopes
     s_xx, s_yy, s_xy = volume * s_xx, volume * s_yy, volume * s_xy
-    work.push_b[lane] = slopes[0, lane] * s_xx + slopes[1, lane] * s_xy
-    work.push_b[Y + lane] = slopes[0, lane] * s_xy + slopes[1, lane] * s_yy
-    work.push_c[lane] = slopes[2, lane] * s_xx + slopes[3, lane] * s_xy
-    work.push_c[Y + lane] = slopes[2, lane] * s_xy + slopes[3, lane] * s_yy
+    return (
+        slopes[k, 0, lane] * s_xx + slopes[k, 1, lane] * s_xy,
+        slopes[k, 0, lane] * s_xy + slopes[k, 1, lane] * s_yy,
+        slopes[k, 2, lane] * s_xx + slopes[k, 3, lane] * s_xy,
+        slopes[k, 2, lane] * s_xy + slopes[k, 3, lane] * s_yy,
+    )
 
 
 @law
-def elastic_row(work, row, moduli):
-    """Let a row of zones that never yield push back."""
+def push_all(work, p, q, r, s, lane):
+    """Note the forces on a cell's gridpoints from what its four zones pull with; those of each add up to nothing."""
+    push = work.push
+    push[0, 0, lane], push[0, 1, lane] = p[0] + p[2] - s[0], p[1] + p[3] - s[1]
+    push[1, 0, lane], push[1, 1, lane] = q[0] + q[2] - p[0], q[1] + q[3] - p[1]
+    push[2, 0, lane], push[2, 1, lane] = r[0] + r[2] - q[0], r[1] + r[3] - q[1]
+    push[3, 0, lane], push[3, 1, lane] = s[0] + s[2] - r[0], s[1] + s[3] - r[1]
+    push[4, 0, lane], push[4, 1, lane] = -((p[2] + q[2]) + (r[2] + s[2])), -((p[3] + q[3]) + (r[3] + s[3]))
+
+
+@law
+def elastic_pull(work, cell, k, moduli, lane):
+    """Return what zone k of a cell pulls with if it never yields; see ``pull``."""
+    s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+    return pull(cell, k, s_xx, s_yy, s_xy, lane)
+
+
+@law
+def elastic_cell(work, cell, moduli):
+    """Let a cell push back whose zones never yield."""
     for lane in range(work.lanes):
-        s_xx, s_yy, s_xy = elastic_stress(work, row, moduli, lane)
-        push_back(work, row, s_xx, s_yy, s_xy, lane)
+        push_all(
+            work, elastic_pull(work, cell, 0, moduli, lane), elastic_pull(work, cell, 1, moduli, lane),
+            elastic_pull(work, cell, 2, moduli, lane), elastic_pull(work, cell, 3, moduli, lane), lane,
+        )  # fmt: skip
 
 
 @law
@@ -164,44 +198,60 @@ def beyond_limits(s_xx, s_yy, s_xy, s_zz, strength, lane):
         strength[0, lane], strength[1, lane], strength[2, lane], strength[3, lane], strength[4, lane],
         strength[5, lane], strength[6, lane],
     )  # fmt: skip
-    half = 0.5 * (s_xx - s_yy)
-    limit = yield_limit(0.5 * (s_xx + s_yy), s_zz, limits)
-    return not ((limit >= 0.0) & (half * half + s_xy * s_xy <= limit * limit))
+    return not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits)
 
 
 @law
-def yielding_row(work, row, moduli):
-    """Let a row of zones push back as if nothing yielded; return how many are beyond what they bear."""
+def trial_pull(work, cell, memory, k, moduli, lane):
+    """Return what zone k of a cell pulls with if it does not yield, and note whether it does and that it is elastic."""
+    s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, memory, k, moduli, lane)
+    work.beyond[k, lane] = 1.0 if beyond_limits(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
+    memory.state[k, lane] = 0.0
+    return pull(cell, k, s_xx, s_yy, s_xy, lane)
+
+
+@law
+def yielding_cell(work, cell, memory, moduli):
+    """Let a cell push back as if nothing yielded; return how many zones are beyond what they bear."""
     for lane in range(work.lanes):
-        s_xx, s_yy, s_xy, s_zz = trial_stress(work, row, moduli, lane)
-        work.beyond[lane] = 1.0 if beyond_limits(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
-        row.state[lane] = 0.0
-        push_back(work, row, s_xx, s_yy, s_xy, lane)
+        push_all(
+            work, trial_pull(work, cell, memory, 0, moduli, lane), trial_pull(work, cell, memory, 1, moduli, lane),
+            trial_pull(work, cell, memory, 2, moduli, lane), trial_pull(work, cell, memory, 3, moduli, lane), lane,
+        )  # fmt: skip
     beyond = 0.0
-    for i in range(LANES):
-        beyond += work.beyond[np.uint64(i)]
+    for k in range(4):
+        for lane in range(work.lanes):
+            beyond += work.beyond[k, lane]
     return beyond
 
 
 @rule
-def give_way(work, row, moduli):
-    """Bring the zones of a row back that are beyond what they bear."""
-    k, l, p = moduli.elasticity, moduli.strength, row.plastic
-    for lane in range(work.lanes):
-        if work.beyond[lane] == 0.0:
-            continue
-        s_xx, s_yy, s_xy, s_zz = trial_stress(work, row, moduli, lane)
-        s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
-            s_xx, s_yy, s_xy, s_zz,
-            (k[0, lane], k[1, lane], k[2, lane], k[3, lane], k[4, lane], k[5, lane], k[6, lane]),
-            (l[0, lane], l[1, lane], l[2, lane], l[3, lane], l[4, lane], l[5, lane], l[6, lane]),
-        )  # fmt: skip
-        p[0, lane] += p_xx
-        p[1, lane] += p_yy
-        p[2, lane] += p_xy
-        p[3, lane] += p_zz
-        row.state[lane] = how
-        push_back(work, row, s_xx, s_yy, s_xy, lane)
+def give_way(work, cell, memory, moduli):
+    """Bring the zones of a cell back that are beyond what they bear; their trial stress pushes back already."""
+    c, l, p, push = moduli.elasticity, moduli.strength, memory.plastic, work.push
+    for k in range(4):
+        for lane in range(work.lanes):
+            if work.beyond[k, lane] == 0.0:
+                continue
+            t_xx, t_yy, t_xy, t_zz = trial_stress(work, cell, memory, k, moduli, lane)
+            s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
+                t_xx, t_yy, t_xy, t_zz,
+                (c[0, lane], c[1, lane], c[2, lane], c[3, lane], c[4, lane], c[5, lane], c[6, lane]),
+                (l[0, lane], l[1, lane], l[2, lane], l[3, lane], l[4, lane], l[5, lane], l[6, lane]),
+            )  # fmt: skip
+            p[k, 0, lane] += p_xx
+            p[k, 1, lane] += p_yy
+            p[k, 2, lane] += p_xy
+            p[k, 3, lane] += p_zz
+            memory.state[k, lane] = how
+            x_b, y_b, x_c, y_c = pull(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            b = (k + 1) % 4
+            push[k, 0, lane] += x_b + x_c
+            push[k, 1, lane] += y_b + y_c
+            push[b, 0, lane] -= x_b
+            push[b, 1, lane] -= y_b
+            push[4, 0, lane] -= x_c
+            push[4, 1, lane] -= y_c
 
 
 @law
@@ -217,33 +267,90 @@ def zone_forces(zones, displacement, force):
     """
     work = zones.work[0]
     for batch in range(zones.first_dof.size - 1):
-        start, row = zones.first_dof[batch], zones.first_row[batch]
-        first = zones.first_zone[zones.pattern[batch]]
+        start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
+        shape, memory = zones.first_shape[batch], zones.first_memory[batch]
         moduli = zones.moduli[batch]
-        yields = zones.yields[batch]
-        for z in range(zones.first_row[batch + 1] - row):
-            a, b, c = (start + zones.zone[first + z, 0], start + zones.zone[first + z, 1], start + zones.zone[first + z, 2])
-            here = zones.rows[row + z]
-            gather(displacement, a, b, c, work)
-            if yields:
-                if yielding_row(work, here, moduli) > 0.0:
-                    give_way(work, here, moduli)
-            else:
-                elastic_row(work, here, moduli)
-            scatter(work, a, b, c, force)
+        for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
+            corners, cell = zones.corners[first + i], zones.shapes[shape + i]
+            gather(displacement, start, corners, work)
+            if memory < 0:
+                elastic_cell(work, cell, moduli)
+            elif yielding_cell(work, cell, zones.memory[memory + i], moduli) > 0.0:
+                give_way(work, cell, zones.memory[memory + i], moduli)
+            scatter(work, start, corners, force)
 
 
 @kernel
 def zone_stresses(zones, displacement, stress):
-    """Fill s_xx, s_yy, s_xy and s_zz (Pa) of all zones, array (rows, 4, LANES), at a displacement; no memory moves."""
-    work = zones.work[0]
+    """Fill s_xx, s_yy, s_xy and s_zz (Pa) of all zones, array (cells, 4, 4, 8), if none yields any further.
+
+    Parameters
+    ----------
+    zones : NamedTuple of arrays
+        As ``zone_forces``; no memory moves.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    stress : array (cells, 4, 4, 8)
+        Filled, batch by batch: zone, component, lane.
+    """
+    work, at = zones.work[0], 0
     for batch in range(zones.first_dof.size - 1):
-        start, row = zones.first_dof[batch], zones.first_row[batch]
-        first = zones.first_zone[zones.pattern[batch]]
-        for z in range(zones.first_row[batch + 1] - row):
-            a, b, c = (start + zones.zone[first + z, 0], start + zones.zone[first + z, 1], start + zones.zone[first + z, 2])
-            gather(displacement, a, b, c, work)
-            for i in range(LANES):
-                s = trial_stress(work, zones.rows[row + z], zones.moduli[batch], np.uint64(i))
-                for j in range(4):
-                    stress[row + z, j, i] = s[j]
+        start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
+        shape, memory = zones.first_shape[batch], zones.first_memory[batch]
+        moduli = zones.moduli[batch]
+        for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
+            gather(displacement, start, zones.corners[first + i], work)
+            cell = zones.shapes[shape + i]
+            for k in range(4):
+                for lane in range(work.lanes):
+                    if memory < 0:
+                        s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+                        held = moduli.elasticity[5, lane] if moduli.elasticity[3, lane] > 0.0 else 0.0
+                        s_zz = held * (s_xx + s_yy)
+                    else:
+                        s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, zones.memory[memory + i], k, moduli, lane)
+                    stress[at, k, 0, lane], stress[at, k, 1, lane] = s_xx, s_yy
+                    stress[at, k, 2, lane], stress[at, k, 3, lane] = s_xy, s_zz
+            at += 1
+
+
+@kernel
+def zones_beyond(stress, strength, block, beyond):
+    """Tell which zones are stressed beyond what they bear.
+
+    Parameters
+    ----------
+    stress : array (z, 4)
+        s_xx, s_yy, s_xy, s_zz (Pa).
+    strength : array (n, 7)
+        Of the blocks; see ``zone_law``.
+    block : array of int (z,)
+        Block of each zone.
+    beyond : array of bool (z,)
+        Filled.
+    """
+    for z in range(block.size):
+        l = strength[block[z]]
+        limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
+        beyond[z] = not surely_elastic(stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], limits)
+
+
+@kernel
+def return_all(stress, elasticity, strength, block):
+    """Bring stresses back to what the zones bear; no memory moves.
+
+    Parameters
+    ----------
+    stress : array (z, 4)
+        s_xx, s_yy, s_xy, s_zz (Pa); changed in place.
+    elasticity, strength : array (n, 7)
+        Of the blocks; see ``zone_law``.
+    block : array of int (z,)
+        Block of each zone.
+    """
+    for z in range(block.size):
+        c, l = elasticity[block[z]], strength[block[z]]
+        stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], _, _, _, _, _ = zone_return(
+            stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3],
+            (c[0], c[1], c[2], c[3], c[4], c[5], c[6]), (l[0], l[1], l[2], l[3], l[4], l[5], l[6]),
+        )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Cundall's explicit scheme for rigid blocks: time stepping with local damping until forces balance.
+"""Cundall's explicit scheme: time stepping with local damping until forces balance.
 
 The time step is 1 and the masses are scaled to it, each degree of freedom by its own stiffness: a static run needs
 no physical time. Small displacements: geometry stays that of the undeformed wall.
@@ -23,12 +23,16 @@ from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
 from damagepred.solvers.stiffness import (
     base_reaction,
+    block_of_dof,
+    dead_load,
     dof_arms,
     elastic_displacement,
     elastic_stiffness,
     held_dofs,
+    live_load,
     support_force,
 )
+from damagepred.solvers.zone_field import ZoneField
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -47,8 +51,12 @@ ENERGY_MARGIN = 10.0
 """Blocks with so many times the work of the loads as energy did not merely fall."""
 
 
+Standing = tuple[FloatArray, JointMemory, float, float, FloatArray | None]
+"""A state to come back to: what ``Run.resume`` takes."""
+
+
 class Motion(NamedTuple):
-    """Motion of all degrees of freedom, arrays (3 (n + 1),) with the ground last; see ``run_cycles``."""
+    """Motion of all degrees of freedom, arrays (size,); see ``run_cycles`` and ``damagepred.assembly.mesh.Mesh``."""
 
     load: FloatArray
     live_load: FloatArray
@@ -79,7 +87,7 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
 
     Returns
     -------
-    array (3 (n + 1),)
+    array (size,)
         Mass of each degree of freedom (kg, kg m2); infinite where it is held, and where nothing joins it.
     """
     scale = dof_arms(model)
@@ -102,11 +110,12 @@ class Run:
         self.joints = pack(model)
         self.special = True if needs_all_of_the_law(model) else None
         self.softening = True if needs_softening(model) else None
-        size = 3 * (model.n_blocks + 1)
+        self.zones = None if model.mesh is None else ZoneField(model)
+        size = model.size
         held = held_dofs(model)
         self.motion = Motion(
-            load=np.append(model.supports.load, np.zeros(3)),
-            live_load=np.append(model.supports.live_load, np.zeros(3)),
+            load=dead_load(model),
+            live_load=live_load(model),
             inverse_mass=1.0 / scaled_mass(model, settings.damping, settings.time_step_safety),
             velocity=np.zeros(size),
             displacement=np.zeros(size),
@@ -134,30 +143,44 @@ class Run:
             and np.array_equal(fields.shear_stress, law.shear_stiffness[:, None] * fields.shear)
         ):
             return False
+        if self.zones is not None and not self.zones.within_limits(displacement):
+            return False
         self.motion.displacement[:] = displacement
         self.load_share = 1.0
         return True
 
-    def resume(self, displacement: FloatArray, memory: JointMemory, load_share: float, progress: float) -> None:
+    def resume(
+        self,
+        displacement: FloatArray,
+        memory: JointMemory,
+        load_share: float,
+        progress: float,
+        plastic: FloatArray | None = None,
+    ) -> None:
         """Put the blocks somewhere, with joints that remember something, at rest.
 
         Parameters
         ----------
-        displacement : array (3 (n + 1),)
-            Of the blocks and the ground.
+        displacement : array (size,)
+            Of all degrees of freedom.
         memory : JointMemory
             Of the joints.
         load_share, progress : float
             Share of the dead load and of the full movement.
+        plastic : array (z, 4), optional
+            Plastic strain of the zones.
         """
         self.motion.displacement[:] = displacement
+        if self.zones is not None and plastic is not None:
+            self.zones.remember(plastic)
         remember(self.joints, memory)
         self.load_share, self.progress = load_share, progress
         self.halt()
 
-    def standing(self) -> tuple[FloatArray, JointMemory, float, float]:
+    def standing(self) -> Standing:
         """Return what ``resume`` takes to come back to the present state."""
-        return self.motion.displacement.copy(), memory_of(self.joints), self.load_share, self.progress
+        plastic = None if self.zones is None else self.zones.plastic()
+        return self.motion.displacement.copy(), memory_of(self.joints), self.load_share, self.progress, plastic
 
     def cycle(self, count: int) -> None:
         """Run cycles at standing movement and load."""
@@ -185,10 +208,12 @@ class Run:
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
         run_cycles(
-            self.joints, self.special, self.softening, self.motion, self.settings.damping,
-            load_share, progress, step, count,
+            self.joints, self.special, self.softening, self.zones and self.zones.packed, self.motion,
+            self.settings.damping, load_share, progress, step, count,
         )  # fmt: skip
         self.cycles += count
+        if self.zones is not None:
+            self.zones.mean_motion(self.motion.displacement)
 
     def unbalanced(self) -> FloatArray:
         """Return the unbalanced force of every degree of freedom over the mean block weight, 0 where it is held."""
@@ -216,7 +241,7 @@ class Run:
             if loose:
                 return largest, True
             if spent >= self.settings.maximum_cycles:
-                worst = int(ratio.argmax()) // 3
+                worst = block_of_dof(self.model, int(ratio.argmax()))
                 raise ConvergenceError(
                     f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
                     f"{largest:.2g} block weights at {describe_block(self.model, worst)}, allowed is "
@@ -233,7 +258,7 @@ class Run:
         DivergenceError
             If a block is beyond all bounds, or loose and faster than a fall explains.
         """
-        path = np.abs(self.motion.displacement[:-3])
+        path = np.abs(self.motion.displacement)
         if not (path < self.absurd_at).all():
             reason = "a displacement is beyond all bounds or no longer a number"
         elif not come_loose(self.model, self.motion.displacement, self.progress).any():
@@ -242,7 +267,7 @@ class Run:
             reason = "blocks fly off with more energy than the loads can have given them"
         else:
             return True
-        path = np.where(np.isfinite(path), path, np.inf).reshape(-1, 3)
+        path = np.where(np.isfinite(path), path, np.inf)[: 3 * self.model.n_blocks].reshape(-1, 3)
         block = int(np.hypot(path[:, 0], path[:, 1]).argmax())
         raise DivergenceError(
             f"diverged in increment {increment} after {spent} cycles: {reason}; furthest is "
@@ -268,7 +293,7 @@ class Run:
         return Increment(
             number=number,
             progress=self.progress,
-            displacement=self.motion.displacement[:-3].reshape(-1, 3).copy(),
+            displacement=self.motion.displacement[: 3 * self.model.n_blocks].reshape(-1, 3).copy(),
             opening=fields.opening,
             slip=memory.slip,
             normal_stress=fields.normal_stress,
@@ -279,9 +304,10 @@ class Run:
             cycles=cycles,
             collapsed=collapsed,
             support_force=support_force(self.model, self.motion.force),
+            zones=None if self.zones is None else self.zones.picture(self.motion.displacement),
         )
 
-    def find_fall(self, stood: tuple[FloatArray, JointMemory, float, float], number: int) -> tuple[float, float]:
+    def find_fall(self, stood: Standing, number: int) -> tuple[float, float]:
         """Return the progress at which the wall still stands, and that at which it falls, close together.
 
         Parameters

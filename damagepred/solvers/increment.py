@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,24 @@ class ZoneState(IntEnum):
     SHEAR_AND_TENSION = 3
     YIELDED = 4
     """Elastic now, but it has yielded before."""
+
+
+class ZonePicture(NamedTuple):
+    """Deformable blocks at an increment; g gridpoints, z zones.
+
+    Attributes
+    ----------
+    displacement : array (g, 2)
+        x, y of the gridpoints (m).
+    stress : array (z, 4)
+        s_xx, s_yy, s_xy and s_zz, tension positive (Pa).
+    state : array of int8 (z,)
+        ``ZoneState``.
+    """
+
+    displacement: FloatArray
+    stress: FloatArray
+    state: NDArray[np.int8]
 
 
 @dataclass(frozen=True)
@@ -76,6 +95,8 @@ class Increment:
         Times a dynamic run has looked so far for what blocks are near.
     support_force : array (n, 3) or None
         Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
+    zones : ZonePicture or None
+        Of the deformable blocks; ``displacement`` has their mean motion.
     """
 
     number: int
@@ -106,3 +127,4 @@ class Increment:
     damping_work: float = float("nan")
     searches: int = 0
     support_force: FloatArray | None = None
+    zones: ZonePicture | None = None

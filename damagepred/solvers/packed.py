@@ -29,8 +29,8 @@ class PackedJoints(NamedTuple):
         How the ground moves under the last g tiles.
     contributions : array of float
         The tiles' own memory seen as plain numbers.
-    first : array of unsigned int (n + 2,), position : array of unsigned int (2 m,)
-        ``position[first[j]:first[j + 1]]`` is where ``contributions`` holds the forces on block j.
+    first : array of unsigned int (bodies + 1,), position : array of unsigned int (2 m,)
+        ``position[first[j]:first[j + 1]]`` is where ``contributions`` holds the forces on body j.
     lane : array of int (m,)
         Place of each interface: tile * LANES + lane.
     """
@@ -125,12 +125,12 @@ def take(field: NDArray[Any], lane: NDArray[np.int64]) -> NDArray[Any]:
 def _incidence(
     model: Model, record: np.dtype[Any], lane: NDArray[np.int64]
 ) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
-    """Tell where the forces on each block stand, block by block."""
+    """Tell where the forces on each body stand, one after the other."""
     face, number = model.interfaces, np.dtype(np.float64).itemsize
     tile = lane // LANES * (record.itemsize // number) + lane % LANES
     fields: Any = record.fields
     position = np.concatenate([tile + fields[name][1] // number for name in ("on_a", "on_b")])
     block = np.concatenate((face.body_a, face.body_b))
     order = np.argsort(block, kind="stable")
-    first = np.searchsorted(block[order], np.arange(model.n_blocks + 2))
+    first = np.searchsorted(block[order], np.arange(model.n_bodies + 1))
     return first.astype(np.uint64), position[order].astype(np.uint64)

@@ -93,7 +93,7 @@ def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArr
     progress : float
         Share of the full movement.
     """
-    moved = displacement[:-3].reshape(-1, 3)
+    moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
     ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
     supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
     # half a block beyond twice what ground and supports have moved

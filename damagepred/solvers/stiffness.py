@@ -1,4 +1,4 @@
-"""Elastic stiffness of all joints together."""
+"""Elastic stiffness of all joints and zones together, and what is held of it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from damagepred.assembly import Model
+from damagepred.solvers.zoned import idle_dofs, kinematics, rigid_motion, spread, zone_stiffness
 
 FloatArray = NDArray[np.float64]
 
@@ -22,9 +23,20 @@ def elastic_stiffness(model: Model) -> sparse.csc_array:
 
     Returns
     -------
-    csc_array (3 (n + 1), 3 (n + 1))
-        Force on each degree of freedom for unit displacements (N/m, N, N m); the last three are the ground's.
+    csc_array (size, size)
+        Force on each degree of freedom for unit displacements (N/m, N, N m): three of each block, the ground's, and
+        those of deformable blocks (``damagepred.assembly.mesh.Mesh``), nothing where they follow from others.
     """
+    joints = joint_stiffness(model)
+    if model.mesh is None:
+        return joints
+    bodies = joints.shape[0]
+    follow = kinematics(model)[:bodies]
+    return (follow.T @ joints @ follow + zone_stiffness(model)).tocsc()
+
+
+def joint_stiffness(model: Model) -> sparse.csc_array:
+    """Return the stiffness of the intact joints alone, (3 bodies, 3 bodies); see ``elastic_stiffness``."""
     face = model.interfaces
     q = face.contact_area.shape[1]
     ones = np.ones((1, q))
@@ -51,7 +63,7 @@ def elastic_stiffness(model: Model) -> sparse.csc_array:
     dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
     rows = np.broadcast_to(dof[:, :, None], blocks.shape).ravel()
     columns = np.broadcast_to(dof[:, None, :], blocks.shape).ravel()
-    size = 3 * (model.n_blocks + 1)
+    size = 3 * model.n_bodies
     return sparse.coo_array((blocks.ravel(), (rows, columns)), shape=(size, size)).tocsc()
 
 
@@ -65,18 +77,48 @@ def elastic_displacement(model: Model) -> FloatArray | None:
 
     Returns
     -------
-    array (3 (n + 1),) or None
-        Of the blocks and the ground; None if the wall is not held in place by its joints.
+    array (size,) or None
+        Of blocks, ground, facets and gridpoints; None if the wall is not held in place by its joints.
     """
-    displacement = np.zeros(3 * (model.n_blocks + 1))
+    displacement = np.zeros(model.size)
     free = np.setdiff1d(np.arange(displacement.size), held_dofs(model))
     stiffness = elastic_stiffness(model)[free][:, free].tocsc()
     try:  # symmetric ordering and pivoting: a fifteenth of the time of the default
         factors = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # singular
         return None
-    displacement[free] = factors.solve(model.supports.load[free])
-    return displacement if np.isfinite(displacement).all() else None
+    displacement[free] = factors.solve(dead_load(model)[free])
+    return follow_up(model, displacement) if np.isfinite(displacement).all() else None
+
+
+def follow_up(model: Model, displacement: FloatArray) -> FloatArray:
+    """Return displacements in which facets and deformable blocks as a whole follow from the gridpoints.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    """
+    if model.mesh is None:
+        return displacement
+    followed = kinematics(model) @ displacement
+    whole = 3 * model.mesh.block[:, None] + np.arange(3)
+    followed[whole] = (rigid_motion(model) @ displacement)[whole]
+    return np.asarray(followed)
+
+
+def dead_load(model: Model) -> FloatArray:
+    """Return the dead load on all degrees of freedom (size,) (N, N m)."""
+    load = spread(model, model.supports.load)
+    return load if model.edge_load is None else load + model.edge_load
+
+
+def live_load(model: Model) -> FloatArray:
+    """Return the load at full movement that grows with it, on all degrees of freedom (size,) (N, N m)."""
+    load = spread(model, model.supports.live_load)
+    return load if model.live_edge_load is None else load + model.live_edge_load
 
 
 def turning_length(model: Model) -> FloatArray:
@@ -85,16 +127,25 @@ def turning_length(model: Model) -> FloatArray:
 
 
 def dof_arms(model: Model) -> FloatArray:
-    """Return the arm that makes each degree of freedom a displacement (m), array (3 (n + 1),): 1 where it is one."""
-    arms = np.ones((model.n_blocks + 1, 3))
-    arms[:-1, 2] = turning_length(model)
-    return arms.ravel()
+    """Return the arm that makes each degree of freedom a displacement (m), array (size,): 1 where it is one."""
+    arms = np.ones(model.size)
+    arms[2 : 3 * model.n_blocks : 3] = turning_length(model)
+    return arms
 
 
 def held_dofs(model: Model) -> NDArray[np.int64]:
-    """Return the degrees of freedom that do not move freely: supports and the ground."""
+    """Return the degrees of freedom that do not move freely: supports, the ground, and what follows from others."""
     ground = 3 * model.n_blocks + np.arange(3)
-    return np.concatenate((model.supports.prescribed, ground))
+    return np.concatenate((model.supports.prescribed, ground, idle_dofs(model)))
+
+
+def block_of_dof(model: Model, dof: int) -> int:
+    """Return the block that a degree of freedom belongs to."""
+    if dof < 3 * (model.n_blocks + 1) or model.mesh is None:
+        return dof // 3
+    mesh = model.mesh
+    here = np.flatnonzero((mesh.dof_x == dof) | (mesh.dof_y == dof))
+    return int(mesh.gridpoint_block[here[0]]) if here.size else model.n_blocks
 
 
 def base_reaction(model: Model, force: FloatArray) -> float:
@@ -104,11 +155,11 @@ def base_reaction(model: Model, force: FloatArray) -> float:
     ----------
     model : Model
         n blocks.
-    force : array (3 (n + 1),)
-        Of joints and loads on the blocks and the ground, held ones included.
+    force : array (size,)
+        Of joints, zones and loads on all degrees of freedom, held ones included.
     """
-    held = held_dofs(model)
-    return -float(force[held[held % 3 == 1]].sum())
+    ground = -float(force[3 * model.n_blocks + 1])
+    return ground + float(support_force(model, force)[:, 1].sum())
 
 
 def support_force(model: Model, force: FloatArray) -> FloatArray:
@@ -121,5 +172,16 @@ def support_force(model: Model, force: FloatArray) -> FloatArray:
     """
     found = np.zeros(3 * model.n_blocks)
     held = model.supports.prescribed
-    found[held] = -force[held]
-    return found.reshape(-1, 3)
+    whole = held[held < found.size]
+    found[whole] = -force[whole]
+    by_block = found.reshape(-1, 3)
+    if model.mesh is not None and whole.size < held.size:
+        mesh, block = model.mesh, model.mesh.gridpoint_block
+        single = np.zeros(model.size)
+        points = held[held >= found.size]
+        single[points] = -force[points]
+        x, y = single[mesh.dof_x], single[mesh.dof_y]
+        turning = x * (model.blocks.y[block] - mesh.y) + y * (mesh.x - model.blocks.x[block])
+        for axis, values in enumerate((x, y, turning)):
+            by_block[:, axis] += np.bincount(block, values, model.n_blocks)
+    return by_block

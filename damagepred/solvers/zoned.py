@@ -1,4 +1,4 @@
-"""Deformable blocks for the solvers: zones and facets as kernels take them, masses, and what follows from gridpoints."""
+"""Deformable blocks for the solvers: zones and facets as kernels take them, and what follows from gridpoints."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from damagepred.assembly import Model
-from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh
+from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh, Pattern
 from damagepred.kernels.zone_law import NO_LIMIT, zone_elasticity, zone_strength
-from damagepred.kernels.zones import moduli_type, row_type, work_type
+from damagepred.kernels.zones import memory_type, moduli_type, shape_type, work_type
 from damagepred.solvers.packed import aligned
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Facets(NamedTuple):
 
 
 class PackedZones(NamedTuple):
-    """Zones in batches of blocks of one pattern, one value of each block side by side; see ``damagepred.kernels.zones``.
+    """Zones in batches of blocks of one pattern, their values side by side; see ``damagepred.kernels.zones``.
 
     Attributes
     ----------
@@ -50,26 +50,28 @@ class PackedZones(NamedTuple):
         Where the degrees of freedom of each batch begin.
     pattern : array of int (b,)
         Pattern of each batch.
-    first_zone : array of int (p + 1,), zone : array of unsigned int (z, 3)
-        Where the zones of each pattern begin, and the first degrees of freedom of their gridpoints in a batch.
-    first_row : array of int (b + 1,)
-        A row is one zone of all blocks of a batch; where the rows of each batch begin.
-    rows : array of record (r,), moduli : array of record (b,)
-        Zones with their memory, and materials.
-    yields : array of bool (b,)
-        Whether any block of the batch has a strength.
+    first_corner : array of int (p + 1,), corners : array of unsigned int (c, 5)
+        Where the cells of each pattern begin; where the degrees of freedom of a cell's four corners and of the
+        gridpoint in its middle begin in a batch.
+    first_shape : array of int (b,), shapes : array of record
+        Where the shapes of each batch's cells begin; batches of bricks that are all alike share them.
+    first_memory : array of int (b,), memory : array of record
+        Where the memory of each batch's cells begins, -1 if none of its blocks has a strength.
+    moduli : array of record (b,)
+        Materials; nothing in empty lanes.
     work : array of record (1,)
-        What a row works with.
+        What a cell works with.
     """
 
     first_dof: NDArray[np.uint64]
     pattern: IntArray
-    first_zone: IntArray
-    zone: NDArray[np.uint64]
-    first_row: IntArray
-    rows: NDArray[Any]
+    first_corner: IntArray
+    corners: NDArray[np.uint64]
+    first_shape: IntArray
+    shapes: NDArray[Any]
+    first_memory: IntArray
+    memory: NDArray[Any]
     moduli: NDArray[Any]
-    yields: BoolArray
     work: NDArray[Any]
 
 
@@ -88,42 +90,96 @@ def facets_of(model: Model) -> Facets:
 def pack_zones(model: Model) -> PackedZones:
     """Return the zones of a model, with no plastic strain yet."""
     mesh = _mesh(model)
-    rows_of = np.array([len(p.zones) for p in mesh.patterns])
-    first_row = np.concatenate(([0], np.cumsum(rows_of[mesh.batch_pattern])))
-    row, lane = zone_places(mesh, first_row)
-    records = aligned(int(first_row[-1]), row_type())
-    put(records["slopes"], row, lane, zone_slopes(mesh).reshape(-1, 4))
-    put(records["volume"], row, lane, mesh.zone_area * model.block_law.thickness[mesh.zone_block])
+    corners = [cell_corners(p) for p in mesh.patterns]
+    cells_of = np.array([len(c) for c in corners])
+    first_shape, shapes = _shapes(model, cells_of)
+    yields = np.bincount(mesh.batch, can_yield(model)[mesh.block], len(mesh.batch_pattern)) > 0
+    in_memory = np.where(yields, cells_of[mesh.batch_pattern], 0)
     moduli = aligned(len(mesh.batch_pattern), moduli_type())
     # empty lanes do not yield
     moduli["strength"][:] = np.array([NO_LIMIT, 1.0, 1.0, NO_LIMIT, NO_LIMIT, 0.0, 1.0])[:, None]
     for name, values in zip(("elasticity", "strength"), block_moduli(model)):
-        put(moduli[name], mesh.batch, mesh.lane, values[mesh.block])
+        moduli[name][mesh.batch, :, mesh.lane] = values[mesh.block]
     work = aligned(1, work_type())
-    work['lanes'] = SIDE_BY_SIDE
+    work["lanes"] = SIDE_BY_SIDE
     return PackedZones(
         first_dof=mesh.batch_dof.astype(np.uint64),
         pattern=mesh.batch_pattern,
-        first_zone=np.concatenate(([0], np.cumsum(rows_of))),
-        zone=2 * SIDE_BY_SIDE * np.concatenate([p.zones for p in mesh.patterns]).astype(np.uint64),
-        first_row=first_row,
-        rows=records,
+        first_corner=np.concatenate(([0], np.cumsum(cells_of))),
+        corners=2 * SIDE_BY_SIDE * np.concatenate(corners).astype(np.uint64),
+        first_shape=first_shape,
+        shapes=shapes,
+        first_memory=np.where(yields, np.cumsum(in_memory) - in_memory, -1),
+        memory=aligned(int(in_memory.sum()), memory_type()),
         moduli=moduli,
-        yields=np.bincount(mesh.batch, can_yield(model)[mesh.block], len(mesh.batch_pattern)) > 0,
         work=work,
     )
 
 
-def put(field: NDArray[Any], row: IntArray, lane: IntArray, values: NDArray[Any]) -> None:
-    """Write values, (z,) or (z, k), into a field of rows of eight, (r, 8) or (r, k, 8)."""
-    field[row, ..., lane] = values
+def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
+    """Return where the shapes of each batch begin, and the shapes: one set for all batches of blocks that are alike."""
+    mesh = _mesh(model)
+    thickness = model.block_law.thickness
+    slopes, area = zone_slopes(mesh).reshape(-1, 4), mesh.zone_area
+    first: list[int] = []
+    sets: list[NDArray[Any]] = []
+    known: dict[bytes, int] = {}
+    order = np.argsort(mesh.batch, kind="stable")
+    ends = np.searchsorted(mesh.batch[order], np.arange(len(mesh.batch_pattern) + 1))
+    for batch, pattern in enumerate(mesh.batch_pattern):
+        cells = aligned(int(cells_of[pattern]), shape_type())
+        members = order[ends[batch] : ends[batch + 1]]
+        zones = [slice(mesh.first_zone[d], mesh.first_zone[d + 1]) for d in members]
+        for lane in range(SIDE_BY_SIDE):
+            d = min(lane, len(members) - 1)  # empty lanes look like the last block
+            cells["slopes"][:, :, :, lane] = slopes[zones[d]].reshape(-1, 4, 4)
+            cells["volume"][:, :, lane] = (area[zones[d]] * thickness[mesh.block[members[d]]]).reshape(-1, 4)
+        # alike to nine digits: far from the origin there are no more
+        largest = np.abs(cells["slopes"]).max()
+        alike = np.round(np.concatenate([(cells["slopes"] / largest * 1e9).ravel(), cells["volume"].ravel() * 1e15]))
+        key = (alike + 0.0).tobytes()
+        if key not in known:
+            known[key] = sum(len(c) for c in sets)
+            sets.append(cells)
+        first.append(known[key])
+    shapes = aligned(sum(len(c) for c in sets), shape_type())
+    shapes[:] = np.concatenate(sets)
+    return np.array(first), shapes
 
 
-def zone_places(mesh: Mesh, first_row: IntArray) -> tuple[IntArray, IntArray]:
-    """Return row and lane (z,) of each zone in memory."""
+Places = tuple[IntArray, IntArray, IntArray]
+"""Cell, number within it, and lane of each zone (z,)."""
+
+
+def cell_corners(pattern: Pattern) -> IntArray:
+    """Return the four corners of each cell and the gridpoint in its middle, (c, 5)."""
+    cell = pattern.zones.reshape(-1, 4, 3)
+    return np.column_stack((cell[:, :, 0], cell[:, 0, 2]))
+
+
+def zone_places(mesh: Mesh, first_cell: IntArray) -> Places:
+    """Return where each zone stands in memory, if the cells of each batch begin there."""
     owner = np.repeat(np.arange(len(mesh.block)), np.diff(mesh.first_zone))
     local = np.arange(len(owner)) - mesh.first_zone[owner]
-    return first_row[mesh.batch[owner]] + local, mesh.lane[owner]
+    return first_cell[mesh.batch[owner]] + local // 4, local % 4, mesh.lane[owner]
+
+
+def first_cells(mesh: Mesh) -> IntArray:
+    """Return where the cells of each batch (b + 1,) begin, all batches one after the other."""
+    cells = np.array([len(p.zones) // 4 for p in mesh.patterns])
+    return np.concatenate(([0], np.cumsum(cells[mesh.batch_pattern])))
+
+
+def put(field: NDArray[Any], place: Places, values: NDArray[Any]) -> None:
+    """Write values of the zones, (z,) or (z, k), into a field of cells, (c, 4, 8) or (c, 4, k, 8)."""
+    cell, number, lane = place
+    field[cell, number, ..., lane] = values
+
+
+def take(field: NDArray[Any], place: Places) -> NDArray[Any]:
+    """Return the values of the zones, (z,) or (z, k), from a field of cells."""
+    cell, number, lane = place
+    return np.ascontiguousarray(field[cell, number, ..., lane])
 
 
 def zone_slopes(mesh: Mesh) -> FloatArray:
@@ -132,7 +188,7 @@ def zone_slopes(mesh: Mesh) -> FloatArray:
     twice = 2.0 * mesh.zone_area
     second = np.stack((y[:, 2] - y[:, 0], x[:, 0] - x[:, 2]), axis=1)
     third = np.stack((y[:, 0] - y[:, 1], x[:, 1] - x[:, 0]), axis=1)
-    return np.stack((second, third), axis=1) / twice[:, None, None]
+    return np.asarray(np.stack((second, third), axis=1) / twice[:, None, None], dtype=np.float64)
 
 
 def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
@@ -155,7 +211,7 @@ def gridpoint_mass(model: Model) -> FloatArray:
     mesh = _mesh(model)
     block = mesh.zone_block
     third = mesh.zone_area * model.block_law.thickness[block] * model.density[block] / 3.0
-    return np.bincount(mesh.zones.ravel(), np.repeat(third, 3), mesh.x.size)
+    return np.asarray(np.bincount(mesh.zones.ravel(), np.repeat(third, 3), mesh.x.size))
 
 
 def share_of_mass(model: Model) -> FloatArray:
@@ -247,7 +303,7 @@ def zone_stiffness(model: Model) -> sparse.csr_array:
 
 
 def strain_rows(mesh: Mesh) -> FloatArray:
-    """Return e_xx, e_yy and g_xy of each zone for unit displacements x, y of its gridpoints in turn, (z, 3, 6) (1/m)."""
+    """Return e_xx, e_yy, g_xy of each zone for unit displacements x, y of its gridpoints in turn, (z, 3, 6) (1/m)."""
     second_third = zone_slopes(mesh)
     slopes = np.concatenate((-second_third.sum(axis=1, keepdims=True), second_third), axis=1)
     rows = np.zeros((len(slopes), 3, 6))
@@ -284,9 +340,3 @@ def idle_dofs(model: Model) -> IntArray:
 def _mesh(model: Model) -> Mesh:
     assert model.mesh is not None
     return model.mesh
-
-
-def of_zones(model: Model, zones: PackedZones, values: NDArray[Any]) -> NDArray[Any]:
-    """Return values by rows and lanes, (r, 8) or (r, k, 8), zone by zone, (z,) or (z, k)."""
-    row, lane = zone_places(_mesh(model), zones.first_row)
-    return np.ascontiguousarray(values[row, ..., lane])

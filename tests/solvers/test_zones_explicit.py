@@ -1,0 +1,194 @@
+"""Deformable blocks in the explicit solver: forces of zones, facets, and equilibria against independent solutions."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from damagepred import Assembly, Scene
+from damagepred.assembly import wall_model
+from damagepred.assembly.assembly import rectangle
+from damagepred.kernels.jit import kernel
+from damagepred.kernels.zones import hand_on, place_facets, zone_forces
+from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.solvers import solve_path
+from damagepred.solvers.explicit import Run
+from damagepred.solvers.increment import ZoneState
+from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness, held_dofs
+from damagepred.solvers.zone_field import ZoneField
+from damagepred.solvers.zoned import facets_of, gridpoint_mass, kinematics, rigid_motion, spread, zone_stiffness
+from tests.assembly import reference
+
+EXPLICIT = Solver(method="explicit", tolerance=1e-6, symmetric_half=False)
+
+
+@kernel
+def forces_of_zones(zones, displacement, force):
+    zone_forces(zones, displacement, force)
+
+
+@kernel
+def there_and_back(facets, displacement, force):
+    place_facets(facets, displacement)
+    hand_on(facets, force)
+
+
+def cells(plane: str = "stress", strength: float | None = None) -> Assembly:
+    """Voronoi cells, bricks and a triangle: several patterns, incomplete batches."""
+    assembly = Assembly(block=BlockMaterial(cohesion=strength, tensile_strength=strength and 0.3 * strength))
+    for polygon in reference.voronoi(np.random.default_rng(3)):
+        assembly.add_block(polygon, zone_size=0.2)
+    for i in range(9):
+        assembly.add_block(rectangle(2 + 0.25 * i, 0, 2.24 + 0.25 * i, 0.08), zone_size=0.05)
+    return assembly
+
+
+@pytest.mark.parametrize("plane", ["stress", "strain"])
+@pytest.mark.parametrize("strength", [None, 1e9])
+def test_zones_push_back_as_their_stiffness_matrix_does(plane: str, strength: float | None) -> None:
+    model = cells(strength=strength).build(Solver(plane=plane))  # type: ignore[arg-type]
+    assert model.mesh is not None
+    rng = np.random.default_rng(1)
+    u, force = np.zeros(model.size), np.zeros(model.size)
+    for dof in (model.mesh.dof_x, model.mesh.dof_y):
+        u[dof] = 1e-7 * rng.normal(size=dof.size)
+    field = ZoneField(model)
+    forces_of_zones(field.zones, u, force)
+    expected = -(zone_stiffness(model) @ u)
+    np.testing.assert_allclose(force, expected, atol=1e-12 * np.abs(expected).max())
+    assert field.within_limits(u)
+
+
+def test_facets_follow_gridpoints_and_do_the_same_work() -> None:
+    model = cells().build()
+    assert model.mesh is not None
+    rng = np.random.default_rng(2)
+    u, force = np.zeros(model.size), np.zeros(model.size)
+    u[model.mesh.dof_x], u[model.mesh.dof_y] = rng.normal(size=(2, model.mesh.x.size))
+    bodies = slice(3 * (model.n_blocks + 1), 3 * model.n_bodies)
+    force[bodies] = rng.normal(size=bodies.stop - bodies.start)
+    on_facets = force.copy()
+    there_and_back(facets_of(model), u, force)
+    np.testing.assert_allclose(u[bodies], (kinematics(model) @ u)[bodies], atol=1e-12)
+    points = np.concatenate((model.mesh.dof_x, model.mesh.dof_y))
+    assert force[points] @ u[points] == pytest.approx(on_facets[bodies] @ u[bodies], rel=1e-12)
+
+
+def test_a_rigid_motion_strains_nothing_and_is_the_mean_motion() -> None:
+    model = cells().build()
+    assert model.mesh is not None
+    mesh, turn = model.mesh, 1e-3
+    u = np.zeros(model.size)
+    u[mesh.dof_x], u[mesh.dof_y] = 0.3 - turn * mesh.y, -0.2 + turn * mesh.x
+    force = np.zeros(model.size)
+    forces_of_zones(ZoneField(model).zones, u, force)
+    assert np.abs(force).max() < 1e-12 * np.abs(zone_stiffness(model)).max()
+    mean = (rigid_motion(model) @ u).reshape(-1, 3)
+    blocks = model.blocks
+    np.testing.assert_allclose(mean[:, 0], 0.3 - turn * blocks.y, rtol=1e-9)
+    np.testing.assert_allclose(mean[:, 1], -0.2 + turn * blocks.x, rtol=1e-9)
+    np.testing.assert_allclose(mean[:, 2], turn, rtol=1e-9)
+
+
+def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:
+    model = cells().build()
+    assert model.mesh is not None
+    rng, mesh = np.random.default_rng(5), model.mesh
+    load = rng.normal(size=3 * model.n_blocks)
+    out = spread(model, load)
+    block, x, y = mesh.gridpoint_block, out[mesh.dof_x], out[mesh.dof_y]
+    turning = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
+    for axis, values in enumerate((x, y, turning)):
+        np.testing.assert_allclose(np.bincount(block, values, model.n_blocks), load[axis::3], rtol=1e-9, atol=1e-9)
+    mass = np.bincount(block, gridpoint_mass(model), model.n_blocks)
+    np.testing.assert_allclose(mass, model.mass, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("plane", "poisson"), [("stress", 0.0), ("strain", 0.0)])
+@pytest.mark.parametrize("zone_size", [0.3, 0.07])
+def test_a_stack_of_deformable_blocks_settles_as_its_mean_should(plane: str, poisson: float, zone_size: float) -> None:
+    """Without lateral strain a column is a chain of bars: u = rho g H^2 / 2 E + joints, on the mean of the top."""
+    modulus, height, density = 1e9, 0.9, 2000.0
+    assembly = Assembly(block=BlockMaterial(elastic_modulus=modulus, poisson_ratio=poisson, density=density))
+    for i in range(3):
+        assembly.add_block(rectangle(0, 0.3 * i, 0.6, 0.3 * (i + 1)), zone_size=zone_size, course=i)
+    assembly.rest_on_ground([0])
+    settings = dataclasses.replace(EXPLICIT, plane=plane)  # type: ignore[type-var]
+    model = assembly.build(settings)
+    last = list(solve_path(model, settings, 1))[-1]
+    assert last.zones is not None
+    assert model.mesh is not None
+    weight = density * 9.81
+    exact = -(weight * height**2 / 2 / modulus + weight * (0.9 + 0.6 + 0.3) / 82e9)
+    top = last.zones.displacement[np.isclose(model.mesh.y, height), 1]
+    assert top.mean() == pytest.approx(exact, rel=2e-3)
+    assert last.base_reaction == pytest.approx(weight * height * 0.6 * 0.11, rel=1e-9)
+    # stress at the foot of each zone's centroid: the weight above
+    middle = model.mesh.y[model.mesh.zones].mean(axis=1)
+    error = last.zones.stress[:, 1] + weight * (height - middle)
+    assert np.abs(error).max() < 0.5 * weight * zone_size
+
+
+def test_cycling_arrives_where_the_elastic_equations_do() -> None:
+    assembly = Assembly(block=BlockMaterial(elastic_modulus=2e9), joint=Joint(tensile_strength=1e9, cohesion=1e9))
+    for i in range(4):
+        for j in range(2):
+            left = 0.24 * i + 0.12 * j
+            size = 0.0 if (i, j) == (1, 1) else 0.06
+            assembly.add_block(rectangle(left, 0.08 * j, left + 0.24, 0.08 * (j + 1)), course=j, zone_size=size)
+    assembly.rest_on_ground([0, 1, 3], lambda x: -1e-4 * x)
+    settings = dataclasses.replace(EXPLICIT, tolerance=1e-9)
+    model = assembly.build(settings)
+    run = Run(model, settings)
+    run.ramp(0.0)
+    run.settle(0)
+    expected = elastic_displacement(model)
+    assert expected is not None
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(run.motion.displacement, expected, atol=1e-6 * scale)
+    held = held_dofs(model)
+    free = np.setdiff1d(np.arange(model.size), held)
+    residual = run.motion.load - elastic_stiffness(model) @ run.motion.displacement
+    assert np.abs(residual[free]).max() < 1e-8 * model.mean_block_weight
+
+
+def test_a_block_that_is_too_weak_yields_and_says_so() -> None:
+    """A column of weak material under its own weight yields at its foot, where the weight passes its strength."""
+    cohesion, friction = 4e3, 0.5
+    strength = 2 * cohesion * (np.hypot(1, friction) + friction)  # uniaxial compression
+    height = 1.5 * strength / (2000 * 9.81)
+    material = BlockMaterial(elastic_modulus=1e8, poisson_ratio=0.0, cohesion=cohesion, friction=friction)
+    assembly = Assembly(block=material)
+    assembly.add_block(rectangle(0, 0, 0.5, height), zone_size=0.25)
+    assembly.rest_on_ground([0], joint=Joint(friction=0.0, cohesion=0.0, tensile_strength=0.0))
+    model = assembly.build(EXPLICIT)
+    run = Run(model, EXPLICIT)
+    assert not run.start_elastic()
+    run.advance(2000, 0.0, 0.6)  # 0.9 of what it bears
+    run.cycle(2000)
+    picture = run.report(0, 0.0, 0, False).zones
+    assert picture is not None
+    assert (picture.state == ZoneState.ELASTIC).all()
+    run.advance(2000, 0.0, 1.0)
+    picture = run.report(0, 0.0, 0, False).zones
+    assert picture is not None
+    assert model.mesh is not None
+    assert (picture.state == ZoneState.SHEAR).any()
+    middle = model.mesh.y[model.mesh.zones].mean(axis=1)
+    assert middle[picture.state == ZoneState.SHEAR].min() < 0.1 * height
+    assert -picture.stress[:, 1].min() <= strength * (1 + 1e-9)
+
+
+def test_a_wall_may_be_deformable_in_one_part_only() -> None:
+    scene = Scene()
+    small = dataclasses.replace(scene.wall, length=1.2, height=0.45)
+    solver = dataclasses.replace(EXPLICIT, below_dpc="deformable", zone_size_below_dpc=0.04)
+    from damagepred.scene import Dpc
+
+    model = wall_model(dataclasses.replace(scene, wall=small, dpc=Dpc(course=2), solver=solver))
+    assert model.mesh is not None
+    assert set(model.blocks.course[model.mesh.block]) == {0, 1}
+    increments = list(solve_path(model, solver, 2))
+    rigid = list(solve_path(wall_model(dataclasses.replace(scene, wall=small, dpc=Dpc(course=2))), EXPLICIT, 2))
+    # the rigid blocks' lumped elasticity stands for the same
+    assert increments[-1].opening.max() == pytest.approx(rigid[-1].opening.max(), rel=0.1)
