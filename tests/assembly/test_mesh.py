@@ -54,7 +54,7 @@ def test_straight_corners_are_left_out() -> None:
 
 
 def test_blocks_of_one_pattern_stand_side_by_side() -> None:
-    bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(11)] + [np.array(rectangle(0, 1, 0.12, 1.075))]  # noqa: RUF005
+    bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(11)] + [np.array(rectangle(0, 1, 0.12, 1.075))]
     mesh = mesh_of(bricks, dict.fromkeys(range(12), 0.03))
     assert mesh is not None
     assert len(mesh.patterns) == 2

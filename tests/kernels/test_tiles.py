@@ -92,7 +92,7 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
             load, live, np.zeros(size), np.zeros(size), displacement.copy(), np.zeros(size),
             model.supports.prescribed, model.supports.prescribed_displacement, start,
         )  # fmt: skip
-        run_cycles(joints, special, softening, motion, 0.8, 0.25, progress, 0.0, 1)
+        run_cycles(joints, special, softening, None, motion, 0.8, 0.25, progress, 0.0, 1)
         expected = 0.25 * load + progress * live + forces_by_contacts(model, memory, displacement, progress)
         assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()
         np.testing.assert_array_equal(motion.displacement, displacement)
@@ -141,7 +141,7 @@ def test_local_damping_opposes_the_velocity_and_spares_what_rests():
     velocity = np.array([1.0, -1.0, 0.0, 1.0, 0.0])
     displacement = np.zeros(5)
     inverse_mass = np.array([1.0, 1.0, 1.0, 0.5, 0.0])
-    move(force, inverse_mass, 0.8, velocity, displacement)
+    move(force, inverse_mass, 0.8, velocity, displacement, 0, force.size)
     np.testing.assert_allclose(velocity, [1.2, 0.8, 1.0, 1.0 - 1.8, 0.0], rtol=1e-15)
     np.testing.assert_array_equal(displacement, velocity)
 
