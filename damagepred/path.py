@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 QUALITY = (
-    "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy",
-    "energy_error",
+    "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "crushing_work",
+    "released_energy", "energy_error",
 )  # fmt: skip
 """What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
 

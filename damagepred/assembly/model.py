@@ -124,7 +124,8 @@ class JointProperties(NamedTuple):
     """Law of each interface (m,): the fields of ``damagepred.scene.Joint``, with stiffness as the solver uses it.
 
     Instead of the fracture energy there is ``critical_opening`` (m): where tension has fallen to nothing,
-    w_c = 2 G_f / f_t, elastic opening included. It is 0 where the bond breaks at once.
+    w_c = 2 G_f / f_t, elastic opening included. It is 0 where the bond breaks at once. A joint without cap has
+    an infinite ``compressive_strength``.
     """
 
     normal_stiffness: FloatArray
@@ -137,6 +138,8 @@ class JointProperties(NamedTuple):
     residual_cohesion: FloatArray
     residual_friction: FloatArray
     brittle_shear: BoolArray
+    compressive_strength: FloatArray
+    cap_shear: FloatArray
     critical_opening: FloatArray
 
 

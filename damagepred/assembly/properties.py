@@ -51,6 +51,7 @@ def joint_properties(
     for left, whole in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
         columns[left] = np.minimum(columns[left], columns[whole])
     columns["dilation"] = np.minimum(columns["dilation"], columns["friction"])
+    columns["dilation"][np.isfinite(columns["compressive_strength"])] = 0.0
     limited = _cut_at_apex(columns, "tensile_strength", "cohesion", "friction")
     _cut_at_apex(columns, "residual_tensile_strength", "residual_cohesion", "residual_friction")
     columns["brittle_shear"] = columns["brittle_shear"].astype(np.bool_)
@@ -62,7 +63,7 @@ def joint_properties(
 def _value(material: Joint, name: str) -> float:
     value = getattr(material, name)
     if value is None:
-        value = material.friction if name == "residual_friction" else 0.0
+        value = {"residual_friction": material.friction, "compressive_strength": np.inf}.get(name, 0.0)
     return float(value)
 
 

@@ -151,6 +151,8 @@ def dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
         tensile_strength=0.0,
         cohesion=dpc.cohesion,
         friction=dpc.friction,
+        compressive_strength=joint.compressive_strength,
+        cap_shear=joint.cap_shear,
     )
 
 

@@ -71,7 +71,7 @@ def contact_forces(tile, ground, special, softening, progress):
     ground : record or None
         Full movement of the ground under the tile, None if it does not touch the ground.
     special : bool or None
-        None if no joint dilates or breaks in shear: what they need is then left out when compiling.
+        None if no joint dilates, breaks in shear or has a cap: what they need is then left out when compiling.
     softening : bool or None
         None if no bond softens.
     progress : float
@@ -88,8 +88,10 @@ def contact_forces(tile, ground, special, softening, progress):
         strength = (tile.strength[0, i], tile.strength[1, i], tile.strength[2, i], tile.strength[3, i])
         weakened = (tile.weakened[0, i], tile.weakened[1, i], tile.weakened[2, i], tile.weakened[3, i])
         psi, brittle_shear = 0.0, False
+        cap = None
         if special is not None:
             psi, brittle_shear = tile.dilation[i], tile.brittle_shear[i] != 0.0
+            cap = (tile.cap[0, i], tile.cap[1, i], tile.cap[2, i])
         softened = None
         if softening is not None:
             softened = (tile.critical_opening[i], tile.bond_slope[i])
@@ -108,7 +110,7 @@ def contact_forces(tile, ground, special, softening, progress):
                 opened = tile.opened[k, i]
             sigma, tau, slip, dilated, cracked, opened = joint_law(
                 u_n, u_s, tile.slip[k, i], dilated, tile.cracked[k, i] != 0.0, opened,
-                stiffness, strength, weakened, softened, psi, brittle_shear,
+                stiffness, strength, weakened, softened, psi, brittle_shear, cap,
             )  # fmt: skip
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
@@ -163,6 +165,8 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             slip_compliance(k_n, k_s, friction_left, psi),
         )
         critical = properties.critical_opening[i]
+        strongest = properties.compressive_strength[i]
+        cap = (strongest, strongest / k_n, 1.0 / properties.cap_shear[i])
         softening = (critical, bond_slope(k_n, properties.tensile_strength[i], critical))
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * turn
@@ -174,5 +178,5 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             shear[i, k] = u_s
             sigma[i, k], tau[i, k], _, _, _, _ = joint_law(
                 u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k], state.opened[i, k],
-                (k_n, k_s, 1.0 / k_s), strength, weakened, softening, psi, properties.brittle_shear[i],
+                (k_n, k_s, 1.0 / k_s), strength, weakened, softening, psi, properties.brittle_shear[i], cap,
             )  # fmt: skip

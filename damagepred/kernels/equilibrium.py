@@ -13,11 +13,14 @@ import numpy as np
 
 from damagepred.kernels.contact import relative
 from damagepred.kernels.jit import kernel, law, rule
+from damagepred.kernels.joint import capped
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
 SOFT_STEPS = 6
 """Newton steps for the slip of a joint that dilates while it softens."""
+STEEPEST = 1e-3
+"""Shear stress over f_c from which on the slope of the cap is taken as it is."""
 AT_LIMIT = 1.0 - 1e-9
 """Share of its limit from which a shear stress counts as sliding when the tangent is asked for."""
 
@@ -70,16 +73,24 @@ def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
     The limit may be negative beyond the apex of the friction cone. ``slope`` and ``softens`` are those of normal stress
     and bond with the opening.
     """
-    if not cracked:
-        if properties.brittle_shear[i]:
-            return NO_LIMIT, 0.0  # it breaks there, and does not slide
-        return properties.cohesion[i] - sigma * properties.friction[i], properties.friction[i] * slope
-    if is_open:
+    if cracked and is_open:
         return 0.0, 0.0
-    cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
-    more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
-    cohesion, friction = cohesion + bond * more_cohesion, friction + bond * more_friction
-    return cohesion - sigma * friction, friction * slope - softens * (more_cohesion - sigma * more_friction)
+    if not cracked:
+        limit, falls = properties.cohesion[i] - sigma * properties.friction[i], properties.friction[i] * slope
+        if properties.brittle_shear[i]:
+            limit, falls = NO_LIMIT, 0.0  # it breaks there, and does not slide
+    else:
+        cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
+        more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
+        cohesion, friction = cohesion + bond * more_cohesion, friction + bond * more_friction
+        limit, falls = cohesion - sigma * friction, friction * slope - softens * (more_cohesion - sigma * more_friction)
+    strongest = properties.compressive_strength[i]
+    if strongest < np.inf:
+        ellipse = capped(NO_LIMIT, sigma, strongest, 1.0 / properties.cap_shear[i])
+        if ellipse < limit:
+            # steep where the cap ends: not quite as steep, for the tangent's sake
+            return ellipse, min(sigma, 0.0) * slope / (properties.cap_shear[i] * max(ellipse, STEEPEST * strongest))
+    return limit, falls
 
 
 @rule
@@ -93,14 +104,18 @@ def live_contact(properties, i, cracked, opened, e, shear):
     nn, ns, sn, ss : float
         Slope of sigma with opening and shear, of tau with opening and shear (Pa/m).
     slip, climb : float
-        How far it slides (m), with sign, and opens by that; an open contact follows the shear.
+        How far it slides (m), with sign, and opens by that, or closes as it is crushed; an open contact follows the
+        shear.
     limit : float
         Largest shear stress (Pa).
     """
     k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
     strength, left = properties.tensile_strength[i], properties.residual_tensile_strength[i]
-    critical = properties.critical_opening[i]
+    critical, closing = properties.critical_opening[i], 0.0
     sigma, slope, bond, softens = normal_law(e, cracked, opened, k_n, strength, left, critical, True)
+    if sigma <= -properties.compressive_strength[i] * AT_LIMIT:
+        closing = min(e + properties.compressive_strength[i] / k_n, 0.0)
+        sigma, slope = max(sigma, -properties.compressive_strength[i]), 0.0
     tau = k_s * shear
     size = abs(tau)
     gone = cracked and e > 0.0 and sigma == 0.0
@@ -112,7 +127,7 @@ def live_contact(properties, i, cracked, opened, e, shear):
             sigma, slope, gone = pressed, k_n, False
     limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, gone)
     if size < limit * AT_LIMIT:
-        return sigma, tau, slope, 0.0, 0.0, k_s, 0.0, 0.0, limit
+        return sigma, tau, slope, 0.0, 0.0, k_s, 0.0, closing, limit
     sign = 1.0 if tau >= 0.0 else -1.0
     if gone:
         psi = 0.0  # what is open does not climb
@@ -129,7 +144,7 @@ def live_contact(properties, i, cracked, opened, e, shear):
         sigma += slope * psi * travelled  # as if at e, along the tangent
     if gone or k_s * travelled >= size:  # beyond the apex: no shear is left
         climb = psi * size / k_s
-        return sigma - slope * climb, 0.0, slope, -slope * psi * sign, 0.0, 0.0, tau / k_s, climb, 0.0
+        return sigma - slope * climb, 0.0, slope, -slope * psi * sign, 0.0, 0.0, tau / k_s, climb + closing, 0.0
     travelled = max(travelled, 0.0)  # at the limit, about to slide
     return (
         sigma - slope * psi * travelled,
@@ -139,7 +154,7 @@ def live_contact(properties, i, cracked, opened, e, shear):
         -sign * k_s * compliance * falls,
         k_s * (1.0 - k_s * compliance),
         sign * travelled,
-        psi * travelled,
+        psi * travelled + closing,
         size - k_s * travelled,
     )
 
@@ -177,6 +192,7 @@ def is_plain(properties, i):
         and properties.critical_opening[i] == 0.0
         and properties.residual_tensile_strength[i] == 0.0
         and not properties.brittle_shear[i]
+        and properties.compressive_strength[i] == np.inf
     )
 
 
@@ -188,6 +204,8 @@ def frozen_contact(properties, i, cracked, opened, bound, e, shear):
         e, cracked, opened, properties.normal_stiffness[i], properties.tensile_strength[i],
         properties.residual_tensile_strength[i], properties.critical_opening[i], False,
     )  # fmt: skip
+    if sigma <= -properties.compressive_strength[i] * AT_LIMIT:
+        sigma, slope = max(sigma, -properties.compressive_strength[i]), 0.0
     tau = k_s * shear
     if abs(tau) <= bound:
         return sigma, tau, slope, 0.0, 0.0, k_s if bound > 0.0 else 0.0
@@ -297,22 +315,28 @@ def freeze(active, interfaces, properties, ground, memory, displacement, progres
             _, _, _, _, _, _, _, climb, limit = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
             old = bound[i, k]
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
-            dilated[i, k] += share * (memory.dilated[i, k] + climb - dilated[i, k])
+            climbs = climb if properties.dilation[i] > 0.0 else 0.0  # crushing is part of the energy
+            dilated[i, k] += share * (memory.dilated[i, k] + climbs - dilated[i, k])
             if cracked and properties.critical_opening[i] > 0.0:
                 opened[i, k] = max(opened[i, k], e - climb, properties.tensile_strength[i] / k_n)
 
 
 @kernel
 def settle(active, interfaces, properties, ground, memory, displacement, progress, unopened):
-    """Let joints remember an equilibrium: how far they slid, climbed and opened; return the work of friction (J).
+    """Let joints remember an equilibrium: how far they slid, climbed, opened and were crushed.
 
     Parameters
     ----------
     unopened : array of bool (m, q)
         Joints without a bond that have never been open; brought up to date.
+
+    Returns
+    -------
+    friction, crushing : float
+        What it took (J).
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    work = 0.0
+    friction, crushing = 0.0, 0.0
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n = properties.normal_stiffness[i]
@@ -324,15 +348,20 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
             sigma, tau, _, _, _, _, slip, climb, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
             unopened[i, k] &= e <= 0.0
-            if slip != 0.0:
+            if slip != 0.0 or climb != 0.0:
                 memory.slip[i, k] += slip
                 memory.dilated[i, k] += climb
-                work += interfaces.contact_area[i, k] * (tau * slip + sigma * climb)
+                friction += interfaces.contact_area[i, k] * tau * slip
+                normal_work = interfaces.contact_area[i, k] * sigma * climb
+                if properties.dilation[i] > 0.0:
+                    friction += normal_work
+                else:
+                    crushing += normal_work
             if cracked and properties.critical_opening[i] == 0.0 and properties.residual_tensile_strength[i] == 0.0:
                 memory.opened[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
             if cracked and properties.critical_opening[i] > 0.0:
                 memory.opened[i, k] = max(memory.opened[i, k], e - climb, properties.tensile_strength[i] / k_n)
-    return work
+    return friction, crushing
 
 
 @kernel
@@ -373,12 +402,13 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
                 load[i, k] = sigma / strength
                 if properties.brittle_shear[i]:
                     limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
-                    load[i, k] = max(load[i, k], abs(k_s * u_s) / limit)
+                    strongest, compliance = properties.compressive_strength[i], 1.0 / properties.cap_shear[i]
+                    load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, strongest, compliance) / limit)
 
 
 @kernel
 def farthest_sliding(listed, level, interfaces, properties, ground, memory, displacement, progress):
-    """Return the farthest level at which a joint slides whose bond still holds; -1 if none does.
+    """Return the farthest level at which a joint slides, or is crushed, whose bond still holds; -1 if none does.
 
     Parameters
     ----------
@@ -405,6 +435,7 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
                 break
             limit, _ = shear_limit(properties, i, memory.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
             slides |= abs(properties.shear_stiffness[i] * u_s) > limit
+            slides |= sigma < -properties.compressive_strength[i]
         if slides:
             farthest = level[i]
     return farthest

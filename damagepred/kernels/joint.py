@@ -16,11 +16,16 @@ of the bond follows from the largest opening kappa that the cracked contact has 
 so tension goes to and from the origin along the secant. Cohesion and tan(phi) go from their values to the residual
 ones with b.
 
+A joint with a cap carries no more pressure than f_c and closes for good beyond (d falls: it crushes), and near it less
+shear than Coulomb's, the ellipse of Lourenco and Rots:
+
+    sigma >= -f_c,   |tau| <= sqrt((f_c^2 - sigma^2) / C_ss)
+
 There is no branch in it, only choices between two values, so that the compiler can work on many contacts at a time.
 What no joint of a wall needs is left out when compiling.
 """
 
-from numpy import copysign, maximum
+from numpy import copysign, maximum, sqrt
 
 from damagepred.kernels.jit import law
 
@@ -32,8 +37,9 @@ NO_LIMIT = 1e300
 
 @law
 def joint_law(
-    opening, shear, slip, dilated, cracked, opened, stiffness, strength, weakened, softening, psi, brittle_shear
-):
+    opening, shear, slip, dilated, cracked, opened, stiffness, strength, weakened, softening, psi, brittle_shear,
+    cap=None,
+):  # fmt: skip
     """Return (sigma, tau, slip, dilated, cracked, opened) of one contact.
 
     Parameters
@@ -41,7 +47,7 @@ def joint_law(
     opening, shear : float
         Relative displacement normal (opening positive) and along the joint (m).
     slip, dilated : float
-        Plastic slip and opening by dilation so far (m).
+        Plastic slip and opening by dilation so far (m); less what the joint was crushed by.
     cracked : bool
         Whether tensile strength was passed, or the bond broken by slip.
     opened : float
@@ -58,10 +64,19 @@ def joint_law(
         tan(psi) (1).
     brittle_shear : bool
         Whether the first slip breaks the bond, too.
+    cap : tuple of float or None
+        (f_c, f_c / k_n, 1 / C_ss) (Pa, m, 1), infinite where this joint has no cap; None if none has, to leave out when
+        compiling what it needs. A joint with a cap does not dilate.
     """
     # the stresses if nothing gives way
     k_n, k_s, shear_compliance = stiffness
     u = opening - dilated
+    if cap is not None:
+        strongest, farthest, cap_compliance = cap
+        crushed = u + farthest
+        crushed = crushed if crushed < 0.0 else 0.0
+        u -= crushed
+        dilated += crushed
     elastic = k_n * u
     tau = k_s * (shear - slip)
     size = abs(tau)
@@ -71,6 +86,8 @@ def joint_law(
     if softening is None:
         pull, sigma = k_n, elastic
         sheared = brittle_shear & (size > cohesion - sigma * friction)
+        if cap is not None:
+            sheared = sheared & (capped(NO_LIMIT, sigma, strongest, cap_compliance) >= cohesion - sigma * friction)
         cracked = cracked | (elastic > f_t) | sheared
         carried = weakened[0] if cracked else f_t
         cohesion = weakened[1] if cracked else cohesion
@@ -84,9 +101,10 @@ def joint_law(
         pull = f_t * bond / (opened if opened > THINNEST else THINNEST)
         pull = pull if cracked & (w_c > 0.0) else k_n
         sigma = (k_n if u < 0.0 else pull) * u
-        sheared = brittle_shear & (
-            size > mixed(bond, cohesion, weakened[1]) - sigma * mixed(bond, friction, weakened[2])
-        )
+        held = mixed(bond, cohesion, weakened[1]) - sigma * mixed(bond, friction, weakened[2])
+        sheared = brittle_shear & (size > held)
+        if cap is not None:
+            sheared = sheared & (capped(NO_LIMIT, sigma, strongest, cap_compliance) >= held)
         cracked = cracked | sheared
         opened = w_c if sheared & (w_c > opened) else opened
         bond = 0.0 if sheared else bond
@@ -99,7 +117,10 @@ def joint_law(
         slip_compliance = weakened[3] if less | (bond == 0.0) else slip_compliance
 
     # plastic slip returns the stresses to the limit, at the apex of the cone to tau = 0; dilation presses the joint
-    excess = size - (cohesion - sigma * friction)
+    limit = cohesion - sigma * friction
+    if cap is not None:
+        limit = capped(limit, sigma, strongest, cap_compliance)
+    excess = size - limit
     by_limit, by_apex = excess * slip_compliance, size * shear_compliance
     travelled = by_limit if by_limit < by_apex else by_apex
     travelled = travelled if excess > 0.0 else 0.0
@@ -112,6 +133,23 @@ def joint_law(
     tau = 0.0 if is_open else tau - copysign(k_s * travelled, tau)
     dilated = dilated if is_open else dilated + psi * travelled
     return sigma, tau, slip, dilated, cracked, opened
+
+
+@law
+def capped(limit, sigma, strongest, compliance):
+    """Return the smaller of a limit of the shear stress and that of the cap (Pa).
+
+    Parameters
+    ----------
+    limit, sigma : float
+        Limit of the shear stress, and normal stress (Pa).
+    strongest, compliance : float
+        f_c (Pa) and 1 / C_ss.
+    """
+    pressed = sigma if sigma < 0.0 else 0.0
+    left = (strongest - pressed) * (strongest + pressed)
+    ellipse = sqrt((left if left > 0.0 else 0.0) * compliance)
+    return ellipse if ellipse < limit else limit
 
 
 @law

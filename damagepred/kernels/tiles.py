@@ -22,9 +22,9 @@ def tile_type(points):
     -------
     dtype
         ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. ``strength``, ``weakened``: (f_t, C, tan phi,
-        slip compliance) by rows. ``slip``, ``dilated``, ``cracked``, ``opened``: memory of the contacts. ``drift_x``
-        to ``turn_b``: how the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the
-        blocks.
+        slip compliance) by rows; ``cap``: (f_c, f_c / k_n, 1 / C_ss). ``slip``, ``dilated``, ``cracked``, ``opened``:
+        memory of the contacts. ``drift_x`` to ``turn_b``: how the blocks moved, as gathered. ``on_a``, ``on_b``: force
+        x, y (N) and moment (N m) on the blocks.
     """
     lane, contact = (LANES,), (points, LANES)
     return np.dtype(
@@ -36,7 +36,7 @@ def tile_type(points):
             ("contact_offset", "f8", contact), ("contact_area", "f8", contact),
             ("normal_stiffness", "f8", lane), ("shear_stiffness", "f8", lane), ("shear_compliance", "f8", lane),
             ("strength", "f8", (4, LANES)), ("weakened", "f8", (4, LANES)),
-            ("dilation", "f8", lane), ("brittle_shear", "f8", lane),
+            ("dilation", "f8", lane), ("brittle_shear", "f8", lane), ("cap", "f8", (3, LANES)),
             ("critical_opening", "f8", lane), ("bond_slope", "f8", lane),
             ("slip", "f8", contact), ("dilated", "f8", contact), ("cracked", "f8", contact),
             ("opened", "f8", contact),

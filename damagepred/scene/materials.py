@@ -89,6 +89,13 @@ class Joint:
         the opening, from f_t to nothing at 2 G_f / f_t, and cohesion and friction fall to their residual values with
         it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
         Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, from memory).
+    compressive_strength : float or None
+        f_c (Pa), the cap: the joint carries no more pressure, sigma >= -f_c, and closes for good beyond (it crushes);
+        and pressed near to it, it carries less shear, |tau| <= sqrt((f_c^2 - sigma^2) / C_ss) where that is less than
+        Coulomb's limit (the ellipse of Lourenco and Rots 1997, without its hardening and softening; slip on it does
+        not close the joint). None: no cap. It goes without dilation.
+    cap_shear : float
+        C_ss (1), how much shear counts in the cap; 9 as Lourenco and Rots have it.
     """
 
     normal_stiffness: Stiffness = Field(default=82e9, gt=0)
@@ -102,6 +109,8 @@ class Joint:
     residual_friction: Pure | None = Field(default=None, ge=0)
     brittle_shear: bool = False
     fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    compressive_strength: Pressure | None = Field(default=None, gt=0)
+    cap_shear: Pure = Field(default=9.0, gt=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> Joint:
@@ -115,6 +124,11 @@ class Joint:
                 raise ValueError(
                     f"{residual} = {getattr(self, residual):g}: must not exceed {intact} = {getattr(self, intact):g}"
                 )
+        if self.compressive_strength is not None and self.dilation > 0:
+            raise ValueError(
+                f"compressive_strength = {self.compressive_strength:g}: goes only with dilation = 0, not "
+                f"{self.dilation:g}; leave out one of the two"
+            )
         if self.fracture_energy is not None and self.residual_tensile_strength > 0:
             raise ValueError(
                 f"residual_tensile_strength = {self.residual_tensile_strength:g}: must be 0 with fracture_energy = "
@@ -127,7 +141,7 @@ class Joint:
 class Dpc:
     """Damp-proof course (``[dpc]``): the bed joint on top of the given number of courses.
 
-    It carries no tension. Stiffness and the friction law are those of the joints unless given here.
+    It carries no tension. Stiffness and the friction law are those of the joints unless given here; so is their cap.
 
     Attributes
     ----------

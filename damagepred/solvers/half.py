@@ -445,6 +445,8 @@ def _joints_of_half(law: JointProperties, fold: Fold) -> JointProperties:
         residual_cohesion=np.where(axis, np.where(bond, 0.5, 1.0) * OUT_OF_REACH, part.residual_cohesion),
         residual_friction=np.where(axis, 0.0, part.residual_friction),
         brittle_shear=part.brittle_shear & ~axis,
+        compressive_strength=part.compressive_strength,
+        cap_shear=part.cap_shear,
         critical_opening=np.where(axis, 0.5, 1.0) * part.critical_opening,
     )
 

@@ -76,11 +76,11 @@ class Increment:
         Work done for this increment: Newton steps of the quasi-static, cycles of the explicit solver.
     events, factorisations : int
         Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
-    external_work, elastic_energy, friction_work, fracture_work, released_energy, energy_error : float
-        Energy balance of the quasi-static solver (J), summed along the path: work of dead load and movement; what is
-        stored in the joints; taken by friction; taken by softening bonds; set free where bonds broke; and what does
-        not balance in between. Of dynamic runs too, summed in time; then external work is that of loads, ground and
-        supports.
+    external_work, elastic_energy, friction_work, fracture_work, crushing_work, released_energy, energy_error : float
+        Energy balance of the quasi-static solver (J), summed along the path: work of loads and movement; what is
+        stored in the joints; taken by friction; taken by softening bonds; taken by crushing; set free where bonds
+        broke; and what does not balance in between. Of dynamic runs too, summed in time; then external work is that of
+        loads, ground and supports.
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
@@ -117,6 +117,7 @@ class Increment:
     elastic_energy: float = float("nan")
     friction_work: float = float("nan")
     fracture_work: float = float("nan")
+    crushing_work: float = float("nan")
     released_energy: float = float("nan")
     energy_error: float = float("nan")
     joint_law_violation: float = float("nan")

@@ -168,3 +168,54 @@ def test_never_outside_the_limits():
             f_t, cohesion, friction = weakened if memory[2] else (F_T, COHESION, FRICTION)
             assert sigma <= f_t
             assert abs(tau) <= max(cohesion - sigma * friction, 0.0) * (1 + 1e-9) + 1e-3
+
+
+# -- the cap ----------------------------------------------------------------------------------------------------------
+
+F_C, C_SS = 4e6, 9.0
+
+
+def capped_contact(opening, shear, memory):
+    """Return (sigma, tau) and the new memory of a joint with a cap."""
+    limits = [(*s, 1.0 / K_S) for s in ((F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION))]
+    cap = (F_C, F_C / K_N, 1.0 / C_SS)
+    sigma, tau, *new, _ = joint_law(
+        opening, shear, *memory, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap
+    )  # fmt: skip
+    return (sigma, tau), tuple(new)
+
+
+def test_a_crushed_joint_keeps_its_strength_and_has_closed_for_good():
+    memory = REST
+    for share in (0.5, 1.0, 1.7, 3.0):
+        (sigma, _), memory = capped_contact(-share * F_C / K_N, 0.0, memory)
+        assert sigma == pytest.approx(-min(share, 1.0) * F_C, rel=1e-14)
+    assert memory[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
+    # unloading is elastic, from where it was crushed to
+    (sigma, _), memory = capped_contact(-2.6 * F_C / K_N, 0.0, memory)
+    assert sigma == pytest.approx(-0.6 * F_C, rel=1e-12)
+    assert memory[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
+    (sigma, _), memory = capped_contact(-2.0 * F_C / K_N + 0.9 * F_T / K_N, 0.0, memory)
+    assert sigma == pytest.approx(0.9 * F_T, rel=1e-9), "its bond holds yet"
+    (sigma, _), memory = capped_contact(-2.0 * F_C / K_N + 1.1 * F_T / K_N, 0.0, memory)
+    assert sigma == 0.0
+    assert memory[2]
+    # loading again it is crushed on from there
+    (sigma, _), memory = capped_contact(-4.0 * F_C / K_N, 0.0, memory)
+    assert sigma == pytest.approx(-F_C, rel=1e-14)
+    assert memory[1] == pytest.approx(-3.0 * F_C / K_N, rel=1e-14)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.8, 0.999, 1.0, 1.5])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_joint_with_a_cap_slides_on_the_cone_or_on_the_ellipse(share, sign):
+    pressure = min(share, 1.0) * F_C
+    limit = min(COHESION + pressure * FRICTION, np.sqrt((F_C**2 - pressure**2) / C_SS))
+    (sigma, tau), memory = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), REST)
+    assert sigma == pytest.approx(-pressure, rel=1e-12)
+    assert tau == pytest.approx(sign * limit, rel=1e-9, abs=1.0)
+    assert memory[0] == pytest.approx(sign * shear_for(3e6 - limit), rel=1e-6)
+    # what has slid has left the limit where it was
+    again, after = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), memory)
+    assert again == pytest.approx((sigma, tau), rel=1e-9, abs=1.0)
+    assert after == pytest.approx(memory, rel=1e-6)

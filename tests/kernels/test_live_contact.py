@@ -29,7 +29,7 @@ K_N, K_S = 82e9, 36e9
 COUNT = 3000
 CYCLES = 3000
 ALL = "everything"
-FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", ALL)
+FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "cap", ALL)
 
 
 # -- random joints ----------------------------------------------------------------------------------------------------
@@ -51,11 +51,13 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         tensile_strength=strength,
         cohesion=cohesion,
         friction=friction,
-        dilation=np.where(has["dilation"], rng.uniform(0.01, 0.3, count), 0.0),
+        dilation=np.where(has["dilation"] & ~has["cap"], rng.uniform(0.01, 0.3, count), 0.0),
         residual_tensile_strength=np.where(keeps, left * strength, 0.0),
         residual_cohesion=np.where(weaker | keeps, left * cohesion, 0.0),
         residual_friction=np.where(weaker, rng.uniform(0.5, 1.0, count), 1.0) * friction,
         brittle_shear=np.zeros(count, dtype=np.bool_),
+        compressive_strength=np.where(has["cap"], rng.uniform(0.3e6, 2e6, count), np.inf),
+        cap_shear=rng.uniform(1.0, 12.0, count),
         critical_opening=critical,
     )
 
@@ -108,9 +110,11 @@ def cycle(joints, i, u_n, u_s, slip, dilated, cracked, opened):
     )
     critical = joints.critical_opening[i]
     softening = (critical, bond_slope(k_n, joints.tensile_strength[i], critical))
+    strongest = joints.compressive_strength[i]
+    cap = (strongest, strongest / k_n, 1.0 / joints.cap_shear[i])
     return joint_law(
         u_n, u_s, slip, dilated, cracked, opened, (k_n, k_s, 1.0 / k_s), intact, weakened, softening, psi,
-        joints.brittle_shear[i],
+        joints.brittle_shear[i], cap,
     )  # fmt: skip
 
 
@@ -147,9 +151,11 @@ def test_the_explicit_law_comes_to_rest_at_these_stresses(feature: str) -> None:
     comparable &= ~(cracked & (joints.dilation > 0) & (e > 0) & (softens | (opened == 0)))
     assert comparable.sum() > 0.5 * COUNT
     stress = np.abs(live[:, :2]).max(axis=1) + 1e4
+    # the cap is upright where it ends: a root of rounding is left there
+    share, length = (1e-7, 1e-12) if feature in ("cap", ALL) else (1e-8, 1e-14)
     for k, name in enumerate(("normal stress", "shear stress")):
-        assert (np.abs(live[:, k] - rest[:, k]) <= 1e-8 * stress)[comparable].all(), name
-    np.testing.assert_allclose(live[comparable, 6], rest[comparable, 2], rtol=1e-8, atol=1e-14)
+        assert (np.abs(live[:, k] - rest[:, k]) <= share * stress)[comparable].all(), name
+    np.testing.assert_allclose(live[comparable, 6], rest[comparable, 2], rtol=1e-8, atol=length)
     closed = comparable & (rest[:, 0] != 0.0)
     np.testing.assert_allclose(live[closed, 7], rest[closed, 3], rtol=1e-8, atol=1e-14)
 
@@ -167,6 +173,10 @@ def test_never_outside_the_limits(feature: str) -> None:
     coulomb = np.maximum(cohesion - sigma * friction, 0.0)
     assert (np.abs(tau) <= coulomb * (1 + 1e-8) + 1e-3)[brittle].all()
     assert (np.abs(tau) <= np.maximum(limit, 0.0) * (1 + 1e-8) + 1e-3).all()
+    assert (sigma >= -joints.compressive_strength).all()
+    cap = (joints.compressive_strength**2 - np.minimum(sigma, 0.0) ** 2) / joints.cap_shear
+    assert (np.abs(tau) <= np.sqrt(cap) * (1 + 1e-8) + 1e-3).all()
+    assert (sigma == -joints.compressive_strength).any() == (feature in ("cap", ALL))
     assert (sigma <= joints.tensile_strength * (1 + 1e-12))[cracked & ~brittle].all()
     assert (sigma <= 0.0)[cracked & brittle & (joints.residual_tensile_strength == 0)].all()
 
@@ -200,7 +210,8 @@ def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
 def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     joints = random_joints(np.random.default_rng(11), 100, feature)
     plain = np.array([is_plain(joints, i) for i in range(100)])
-    more = (joints.dilation > 0) | (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
+    more = np.isfinite(joints.compressive_strength) | (joints.dilation > 0)
+    more |= (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
     np.testing.assert_array_equal(plain, ~more)
 
 
@@ -268,7 +279,7 @@ def test_along_paths_of_small_steps_both_laws_are_the_same(feature: str) -> None
     fine = difference_along_paths(joints, corners, 800)
     assert np.quantile(fine, 0.9) < 1e-3
     assert fine.max() < 2e-2
-    assert fine.sum() < 0.3 * coarse.sum() + 1e-9
+    assert fine.sum() < 0.3 * coarse.sum() + 1e-7
 
 
 # -- slopes -----------------------------------------------------------------------------------------------------------
@@ -303,6 +314,7 @@ def test_slopes(feature: str) -> None:
     assert ((tau == 0.0) & smooth).any()
     assert ((live[:, 6] != 0.0) & (tau != 0.0) & smooth).any()
     assert (climb[smooth] > 0).any() == (feature in ("dilation", ALL))
+    assert (climb[smooth] < 0).any() == (feature in ("cap", ALL))
 
 
 # -- frozen -----------------------------------------------------------------------------------------------------------
@@ -400,7 +412,7 @@ def test_what_is_settled_stays(feature: str) -> None:
     for one, other in zip(before, after):
         np.testing.assert_allclose(other, one, rtol=1e-7, atol=1e-3)
     kept = memory.copy()
-    assert abs(settle(*arguments)) < 1e-9
+    assert np.abs(settle(*arguments)).max() < 1e-9
     for name, tolerance in (("slip", 1e-13), ("dilated", 1e-13), ("opened", 1e-13)):
         np.testing.assert_allclose(getattr(memory, name), getattr(kept, name), rtol=1e-9, atol=tolerance)
     np.testing.assert_array_equal(memory.cracked, kept.cracked)

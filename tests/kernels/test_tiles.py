@@ -22,6 +22,8 @@ SPECIAL = Joint(dilation=0.3, brittle_shear=True, residual_cohesion=5e4, residua
 SOFT = Joint(fracture_energy=10.0, residual_cohesion=5e4, residual_friction=0.5)
 SOFT_SPECIAL = replace(SOFT, dilation=0.3, brittle_shear=True)
 JOINTS = {"plain": [PLAIN], "special": [SPECIAL], "soft": [SOFT], "soft special": [SOFT_SPECIAL]}
+CAP = replace(SOFT, compressive_strength=1e6, brittle_shear=True)
+JOINTS |= {"special cap": [replace(PLAIN, compressive_strength=0.8e6)], "soft special cap": [CAP, SPECIAL]}
 JOINTS |= {"mixed": [SOFT, PLAIN], "mixed special": [SPECIAL, SOFT_SPECIAL]}
 
 
@@ -76,7 +78,7 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
     model = brick_wall(*JOINTS[name], contacts=contacts)
     special = True if needs_all_of_the_law(model) else None
     softening = True if needs_softening(model) else None
-    assert (special, softening) == ("special" in name or None, name not in ("plain", "special") or None)
+    assert (special, softening) == ("special" in name or None, name not in ("plain", "special", "special cap") or None)
     for progress in (0.0, 0.7):
         memory, displacement = random_state(model, rng)
         if not special:

@@ -153,11 +153,11 @@ class Path:
     def remember(self, state: State, gave_way: bool) -> None:
         """Let the joints remember this equilibrium."""
         model = self.model
-        friction = settle(
+        friction, crushing = settle(
             self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
             state.displacement, state.progress, self.unopened,
         )  # fmt: skip
-        self.balance.add(state, friction, self._support_power(state), gave_way)
+        self.balance.add(state, friction, crushing, self._support_power(state), gave_way)
 
     def _support_power(self, state: State) -> float:
         """Return the work of what moves the supports per progress (J)."""
@@ -268,6 +268,7 @@ class Path:
                 return resting, np.inf
             if equilibrium.condensed:
                 gave = (resting.memory.slip != state.memory.slip) | (resting.memory.cracked != state.memory.cracked)
+                gave |= resting.memory.dilated != state.memory.dilated
                 equilibrium.open_up_to(int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0)))
             worst, found = equilibrium.directly(resting)
             if worst < self.tolerance:
@@ -340,6 +341,7 @@ class Path:
             elastic_energy=balance.elastic_energy,
             friction_work=balance.friction_work,
             fracture_work=balance.fracture_work,
+            crushing_work=balance.crushing_work,
             released_energy=balance.released_energy,
             energy_error=balance.energy_error,
             joint_law_violation=law_violation(model, state, sigma, tau),

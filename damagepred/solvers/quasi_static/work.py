@@ -26,6 +26,8 @@ class WorkBalance:
         Stored in the joints.
     friction_work, fracture_work : float
         Taken by sliding, and by softening bonds.
+    crushing_work : float
+        Taken by joints that are crushed.
     released_energy : float
         Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
     energy_error : float
@@ -36,6 +38,7 @@ class WorkBalance:
     elastic_energy: float = 0.0
     friction_work: float = 0.0
     fracture_work: float = 0.0
+    crushing_work: float = 0.0
     released_energy: float = 0.0
     energy_error: float = 0.0
 
@@ -52,15 +55,15 @@ class WorkBalance:
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
 
-    def add(self, state: State, friction: float, reaction: float, gave_way: bool) -> None:
+    def add(self, state: State, friction: float, crushing: float, reaction: float, gave_way: bool) -> None:
         """Add the step to a new equilibrium.
 
         Parameters
         ----------
         state : State
             With the memory of the new equilibrium.
-        friction : float
-            Work of friction in the step (J).
+        friction, crushing : float
+            Work of friction and of crushing in the step (J).
         reaction : float
             Work per progress of what moves the supports in the new equilibrium (J).
         gave_way : bool
@@ -75,10 +78,11 @@ class WorkBalance:
         dead = 0.5 * (state.load + self._load) * float(model.supports.load @ moved)
         live = 0.5 * (state.progress + self._progress) * float(model.supports.live_load @ moved)
         work = dead + live + 0.5 * (power + self._power) * (state.progress - self._progress)
-        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - friction
+        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - friction - crushing
         self.external_work += work
         self.elastic_energy, self.fracture_work = stored, softened
         self.friction_work += friction
+        self.crushing_work += crushing
         if gave_way:
             self.released_energy += missing
         else:
@@ -116,4 +120,7 @@ def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray
     cohesion = each(law.residual_cohesion) + bond * each(law.cohesion - law.residual_cohesion)
     friction = each(law.residual_friction) + bond * each(law.friction - law.residual_friction)
     shear = np.abs(tau) - np.maximum(cohesion - sigma * friction, 0.0)
-    return float(max(tension.max(), shear.max(), 0.0))
+    strongest = each(law.compressive_strength)
+    capped = np.maximum(strongest**2 - np.minimum(sigma, 0.0) ** 2, 0.0) / each(law.cap_shear)
+    shear = np.maximum(shear, np.abs(tau) - np.sqrt(capped))
+    return float(max(tension.max(), shear.max(), (-sigma - strongest).max(), 0.0))
