@@ -1,0 +1,112 @@
+"""The shear panel J4D of Raijmakers and Vermeltfoort, as an assembly of blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import BlockMaterial, Joint
+
+THICKNESS, LENGTH, HEIGHT = 0.1, 0.99, 1.0
+COURSES, MODULE = 16, 0.22
+"""Courses between the clamps; a brick with its share of the joints around it (m)."""
+PRELOAD = 0.30e6
+"""Pressure on top before the push (Pa)."""
+PEAK_OF_TEST = 50e3
+"""About what the test carried (N)."""
+
+BRITTLE = Joint(
+    normal_stiffness=82e9, shear_stiffness=36e9, tensile_strength=0.25e6, cohesion=0.35e6, friction=0.75
+)  # fmt: skip
+SOFT = replace(BRITTLE, fracture_energy=18.0)
+"""Its tension falls with the opening: 0.018 N/mm."""
+BRICK = BlockMaterial(elastic_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
+STEEL = BlockMaterial(elastic_modulus=2e13, poisson_ratio=0.3, density=0.0)
+"""What clamps the panel: as good as rigid, and its weight is part of the preload."""
+BRICK_CRACK = Joint(
+    normal_stiffness=1e15, shear_stiffness=1e15, tensile_strength=2.0e6, cohesion=2.8e6, friction=1.0
+)  # fmt: skip
+"""The upright joint in mid-brick in which a brick may crack; it hardly gives before. Its shear is a guess that never
+acts before its tension does."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A panel, and its blocks of interest.
+
+    Attributes
+    ----------
+    assembly : Assembly
+        The panel.
+    beam : int
+        The beam on top.
+    """
+
+    assembly: Assembly
+    beam: int
+
+
+def brick_edges(course: int, length: float, split: bool) -> np.ndarray:
+    """Return where blocks of a course begin and end (m), and which of these joints lie in mid-brick."""
+    joints = np.arange(MODULE if course % 2 else MODULE / 2, length - 1e-9, MODULE)
+    edges = np.concatenate(([0.0], joints, [length]))
+    if not split:
+        return np.column_stack((edges, np.zeros(len(edges))))
+    whole = np.diff(edges) > 0.75 * MODULE
+    middles = (0.5 * (edges[:-1] + edges[1:]))[whole]
+    everything = np.concatenate((edges, middles))
+    kind = np.concatenate((np.zeros(len(edges)), np.ones(len(middles))))
+    order = np.argsort(everything)
+    return np.column_stack((everything[order], kind[order]))
+
+
+def panel(
+    joint: Joint = BRITTLE,
+    push: float = 4e-3,
+    *,
+    bricks_crack: bool = False,
+    courses: int = COURSES,
+    length: float = LENGTH,
+    preload: float = PRELOAD,
+    brick_crack: Joint = BRICK_CRACK,
+) -> Panel:
+    """Return the panel: clamped courses below and above, pressed, then pushed along its top at fixed height.
+
+    Parameters
+    ----------
+    joint : Joint
+        Mortar.
+    push : float
+        How far the top goes (m).
+    bricks_crack : bool
+        Whether bricks may crack upright in the middle.
+    courses, length
+        Of another panel of the same bricks.
+    preload : float
+        Pressure (Pa).
+    brick_crack : Joint
+        What bricks crack in.
+    """
+    height = HEIGHT / COURSES
+    wall = Assembly(thickness=THICKNESS, joint=joint, block=BRICK)
+    base = wall.add_block(rectangle(0.0, -height, length, 0.0), STEEL)
+    wall.support(base)
+    for course in range(courses):
+        edges = brick_edges(course, length, bricks_crack)
+        last = None
+        for (left, in_brick), (right, _) in pairwise(edges):
+            block = wall.add_block(rectangle(left, course * height, right, (course + 1) * height), course=course)
+            if in_brick and last is not None:
+                wall.set_joint(last, block, brick_crack)
+            last = block
+    top = courses * height
+    beam = wall.add_block(rectangle(0.0, top, length, top + height), STEEL, course=courses)
+    wall.load(beam, y=-preload * length * THICKNESS)
+    wall.support(beam, x=True, y=False, rotation=True)
+    wall.hold_after_load(beam, x=False, y=True, rotation=False)
+    wall.move(beam, x=push)
+    return Panel(wall, beam)

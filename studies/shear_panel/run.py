@@ -1,0 +1,176 @@
+"""Load, displacement and cracks of the shear panel J4D: brittle against softening joints, with and without a cap.
+
+    python studies/shear_panel/run.py [--increments 80] [--no-explicit] [--output studies/shear_panel]
+
+Prints the table of the README and draws its two pictures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from panel import BRITTLE, PEAK_OF_TEST, SOFT, panel
+
+import damagepred
+from damagepred.plotting import draw_wall
+from damagepred.scene import Joint, Solver
+
+HERE = Path(__file__).resolve().parent
+PUSH = 4e-3
+"""How far the top goes (m)."""
+DROP = 0.02
+"""Share by which the force must fall for what was before to count as a peak."""
+
+CAP = 10.5e6
+"""Compressive strength (Pa): of the panel's masonry, from memory (Lourenco and Rots 1997)."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One curve."""
+
+    name: str
+    joint: Joint
+    bricks_crack: bool
+    method: str = "quasi_static"
+
+    def solve(self, increments: int) -> Curve:
+        """Solve it."""
+        pushed = panel(self.joint, push=PUSH, bricks_crack=self.bricks_crack)
+        tolerance = 1e-3 if self.method == "explicit" else None
+        began = time.perf_counter()
+        ds = damagepred.solve(
+            pushed.assembly,
+            solver=Solver(method=self.method, tolerance=tolerance),  # type: ignore[arg-type]
+            increments=increments,
+            on_failure="return",
+        )
+        seconds = time.perf_counter() - began
+        return Curve(self, ds, ds["block_support_force_x"].values[:, pushed.beam], seconds)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What came out."""
+
+    case: Case
+    ds: xr.Dataset
+    force: np.ndarray
+    seconds: float
+
+    @property
+    def moved(self) -> np.ndarray:
+        """Displacement of the top (m)."""
+        return self.ds["progress"].values * PUSH
+
+    def first_peak(self) -> int:
+        """Return the increment of the first peak: where the force falls by more than a share before it rises again."""
+        highest = 0
+        for i in range(len(self.force)):
+            if self.force[i] > self.force[highest]:
+                highest = i
+            elif self.force[i] < (1 - DROP) * self.force[highest] - 1.0:
+                return highest
+        return highest
+
+    def row(self) -> str:
+        """Return its row of the table."""
+        first, most = self.first_peak(), int(self.force.argmax())
+        cells = (
+            self.case.name, "yes" if self.case.bricks_crack else "no", self.case.method.replace("_", "-"),
+            *(f"{self.force[i] / 1e3:.1f} kN at {self.moved[i] * 1e3:.2f} mm" for i in (first, most)),
+            f"{self.force[-1] / 1e3:.1f} kN", f"{self.seconds:.1f} s",
+        )  # fmt: skip
+        return "| " + " | ".join(cells) + " |"
+
+
+def cases(explicit: bool) -> list[Case]:
+    """Return all curves."""
+    joints = {
+        "brittle": BRITTLE,
+        "softening in tension": SOFT,
+        "brittle, cap": replace(BRITTLE, compressive_strength=CAP),
+        "softening in tension, cap": replace(SOFT, compressive_strength=CAP),
+    }
+    listed = [Case(name, joint, split) for split in (False, True) for name, joint in joints.items()]
+    if explicit:
+        listed += [Case(name, joint, True, "explicit") for name, joint in joints.items() if "cap" in name]
+    return listed
+
+
+def draw_curves(curves: list[Curve], file: Path) -> None:
+    """Draw force over displacement: on the left whole bricks, on the right bricks that may crack."""
+    figure, axes = plt.subplots(1, 2, figsize=(12.0, 4.8), sharey=True, layout="constrained")
+    names = list(dict.fromkeys(c.case.name for c in curves))
+    for ax, split in zip(axes, (False, True), strict=True):
+        for curve in curves:
+            if curve.case.bricks_crack != split:
+                continue
+            explicit = curve.case.method == "explicit"
+            ax.plot(
+                curve.moved * 1e3, curve.force / 1e3, color=f"C{names.index(curve.case.name)}",
+                linestyle=":" if explicit else "-", linewidth=1.2 if explicit else 1.6,
+                label=curve.case.name + (", explicit" if explicit else ""),
+            )  # fmt: skip
+        ax.axhline(PEAK_OF_TEST / 1e3, color="0.4", linestyle="--", linewidth=1.0, label="peak of the test, about")
+        ax.set_title("bricks may crack in the middle" if split else "bricks stay whole")
+        ax.set_xlabel("displacement of the top, mm")
+        ax.set_xlim(0, PUSH * 1e3)
+        ax.set_ylim(bottom=0)
+        ax.grid(alpha=0.3)
+        ax.legend(fontsize=8, loc="upper left")
+    axes[0].set_ylabel("horizontal force, kN")
+    figure.savefig(file, dpi=110)
+    plt.close(figure)
+
+
+def draw_cracks(curves: list[Curve], file: Path) -> None:
+    """Draw the cracks just after the first peak, and at the end."""
+    figure, axes = plt.subplots(2, len(curves), figsize=(5.6 * len(curves), 12.0), layout="constrained", squeeze=False)
+    for column, curve in enumerate(curves):
+        after = min(curve.first_peak() + 2, len(curve.force) - 1)
+        for ax, increment in zip(axes[:, column], (after, len(curve.force) - 1), strict=True):
+            draw_wall(curve.ds, ax, increment=increment)
+            ax.set_title("", loc="left")
+            bricks = "bricks may crack" if curve.case.bricks_crack else "whole bricks"
+            at = f"{curve.moved[increment] * 1e3:.2f} mm, {curve.force[increment] / 1e3:.0f} kN"
+            ax.set_title(f"{curve.case.name}, {bricks}: {at}", fontsize=10)
+    figure.savefig(file, dpi=80)
+    plt.close(figure)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--increments", type=int, default=80, help="steps of the push")
+    parser.add_argument("--no-explicit", action="store_true", help="leave out the explicit solver")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder for the pictures")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    print("| joints | bricks crack | solver | first peak | most | at 4 mm | time |")
+    print("|---|---|---|---|---|---|---|")
+    curves = []
+    for case in cases(not options.no_explicit):
+        curves.append(case.solve(options.increments))
+        print(curves[-1].row(), flush=True)
+    draw_curves(curves, options.output / "load_displacement.png")
+    shown = [c for c in curves if c.case.name in CRACKS_OF and c.case.bricks_crack and c.case.method == "quasi_static"]
+    draw_cracks(shown, options.output / "cracks.png")
+
+
+CRACKS_OF = ("brittle, cap", "softening in tension, cap")
+"""Whose cracks are drawn, where bricks may crack."""
+
+if __name__ == "__main__":
+    main()

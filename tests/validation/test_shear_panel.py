@@ -1,0 +1,107 @@
+"""The shear panel J4D of Raijmakers and Vermeltfoort: what it carries, and its stepped diagonal crack.
+
+The test carried about 50 kN. Bounds here are wide on purpose: rigid bricks with their elasticity in the joints, the law
+of the paper in them, nothing fitted.
+"""
+
+import importlib.util
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.scene import Joint, Solver
+
+FILE = Path(__file__).parents[2] / "studies" / "shear_panel" / "panel.py"
+CAP, WIDE = 10.5e6, 0.5e-3
+
+
+def study() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("shear_panel", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["shear_panel"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+PANEL = study()
+
+
+def push(
+    joint: Joint, to: float, increments: int, *, bricks_crack: bool = True, method: str = "quasi_static"
+) -> tuple[xr.Dataset, np.ndarray]:
+    """Return the path and the horizontal force (kN) of each increment."""
+    pushed = PANEL.panel(joint, push=to, bricks_crack=bricks_crack)
+    solver = Solver(method=method, tolerance=1e-3 if method == "explicit" else None)  # type: ignore[arg-type]
+    ds = damagepred.solve(pushed.assembly, solver=solver, increments=increments)
+    assert ds.attrs["status"] == "complete"
+    height = ds["block_displacement_y"].values[:, pushed.beam]
+    np.testing.assert_allclose(height, height[0], rtol=1e-9)  # its height is fixed once the preload is on
+    assert height[0] < -1e-6
+    assert (ds["block_rotation"].values[:, pushed.beam] == 0.0).all()
+    return ds, ds["block_support_force_x"].values[:, pushed.beam] / 1e3
+
+
+def check_diagonal(ds: xr.Dataset) -> None:
+    """Check that what is open follows the diagonal from the top's near to the bottom's far corner, in steps."""
+    last = ds.isel(increment=-1)
+    head = (last["contact_kind"].values == 1) & (last["contact_opening"].values > WIDE)
+    x, y = last["contact_x"].values[head], last["contact_y"].values[head]
+    height, length = PANEL.HEIGHT, PANEL.LENGTH
+    assert np.ptp(y) > 0.85 * height, "from top to bottom"
+    assert np.corrcoef(x, y)[0, 1] < -0.9
+    slope, at_middle = np.polyfit(y - height / 2, x - length / 2, 1)
+    assert -1.0 < slope < -0.4, "the diagonal, or somewhat steeper"
+    assert abs(at_middle) < 0.2 * length
+    assert len(np.unique(x.round(3))) >= 4, "in steps"
+
+
+def test_brittle_joints_crack_at_about_what_the_test_carried() -> None:
+    ds, force = push(PANEL.BRITTLE, 1.3e-3, 13)
+    first = int(np.argmax(np.diff(force) < 0))
+    assert force[0] == pytest.approx(0.0, abs=1e-3)
+    assert 40.0 < force[first] < 60.0
+    assert 0.7e-3 < 1e-4 * first < 1.3e-3
+    # head joints and bricks that crack then lie between the two ends of the diagonal
+    last = ds.isel(increment=-1)
+    cracked = (last["contact_kind"].values == 1) & (last["contact_state"].values == 1)
+    assert cracked.sum() > 10
+    assert np.corrcoef(last["contact_x"].values[cracked], last["contact_y"].values[cracked])[0, 1] < -0.5
+
+
+@pytest.mark.slow
+def test_the_crack_is_stepped_and_diagonal() -> None:
+    ds, force = push(replace(PANEL.BRITTLE, compressive_strength=CAP), 4e-3, 40)
+    check_diagonal(ds)
+    assert 45.0 < force.max() < 65.0
+    # balance: what comes in at the top goes somewhere
+    names = ("elastic_energy", "friction_work", "fracture_work", "crushing_work", "released_energy")
+    went = sum(ds[name].values[-1] for name in names)
+    work = float(ds["external_work"].values[-1])
+    assert abs(work - went) < 0.02 * work
+    assert float(ds["energy_error"].values[-1]) < 0.02 * work
+    assert float(ds["joint_law_violation"].max()) < 1e-3 * CAP
+
+
+@pytest.mark.slow
+def test_whole_bricks_lock_and_softening_joints_carry_more() -> None:
+    brittle, soft = (push(joint, 4e-3, 40, bricks_crack=False)[1] for joint in (PANEL.BRITTLE, PANEL.SOFT))
+    first = int(np.argmax(np.diff(brittle) < 0))
+    assert 45.0 < brittle[first] < 65.0
+    assert brittle[-1] > 1.5 * brittle[first], "without a cap, at fixed height, what is whole jams"
+    assert (soft > 0.98 * brittle).all()
+
+
+@pytest.mark.slow
+def test_both_solvers_agree_while_the_order_of_breaking_is_not_chance() -> None:
+    joint = replace(PANEL.SOFT, compressive_strength=CAP)
+    _, exact = push(joint, 2.2e-3, 22)
+    _, found = push(joint, 2.2e-3, 22, method="explicit")
+    np.testing.assert_allclose(found, exact, atol=1.0)
