@@ -62,7 +62,7 @@ WALLS = (
     ),
 )
 """How far the explicit solver pushes, somewhere beyond the fall, and the wall."""
-QUICK = {("explicit", 0), ("explicit", 1), ("explicit", 2), ("quasi_static", 0)}
+QUICK = {("explicit", 0), ("explicit", 1), ("explicit", 2)}
 
 
 def limit(wall: DryWall) -> float:

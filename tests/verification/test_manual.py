@@ -1,9 +1,14 @@
 """The manual itself: what it compares, what it refuses, and what its page says."""
 
+import importlib
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from tests.verification.manual import Case, ClosedForm, Manual, Verify
+from tests.verification.manual import COMMAND, Case, ClosedForm, Manual, Verify
+
+HERE = Path(__file__).parent
 
 FORM = ClosedForm(title="Two and two", formula="2 + 2 = 4", source="Derived.", chapter="Elastic joints")
 OTHER = ClosedForm(title="Three and | three", formula="3 + 3 = 6", source="Derived.", chapter="Dynamics", note="Odd.")
@@ -66,3 +71,19 @@ def test_one_title_is_one_closed_form(cases):
     verify(ClosedForm(FORM.title, "2 + 3", "Derived.", "Zones"), case="a", computed=1.0, exact=1.0)
     with pytest.raises(ValueError, match="same title: Two and two"):
         Manual(cases).page()
+
+
+@pytest.mark.slow
+def test_the_page_in_the_repository_has_every_closed_form(request: pytest.FixtureRequest) -> None:
+    if request.config.getoption("--manual", default=None) is not None:
+        pytest.skip("the page is being written")
+    titles = set()
+    for file in HERE.glob("test_*.py"):
+        module = importlib.import_module(f"tests.verification.{file.stem}")
+        titles |= {v.title for v in vars(module).values() if isinstance(v, ClosedForm)}
+    titles -= {FORM.title, OTHER.title}
+    page = (HERE / "README.md").read_text(encoding="utf-8")
+    there = {line.removeprefix("### ") for line in page.splitlines() if line.startswith("### ")}
+    assert there == titles, f"write the page anew: {COMMAND}"
+    assert "**Failed:**" not in page
+    assert "**Not whole:**" not in page

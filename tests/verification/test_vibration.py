@@ -14,8 +14,8 @@ from scipy import linalg
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.explicit import Run
-from damagepred.solvers.stiffness import elastic_stiffness
-from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, Unit, stack
+from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness
+from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
 
 FloatArray = NDArray[np.float64]
@@ -60,6 +60,14 @@ WAVE = ClosedForm(
     source="d'Alembert; stiffness of joint and block in series.",
     note="A bell of displacement, 10 blocks (one standard deviation) wide, let go 140 blocks above the ground. Waves "
     "of wave number κ lag by (κ h)²/24, which is the error seen.",
+)
+
+SLIDE = ClosedForm(
+    chapter=CHAPTER,
+    title="Block that slides down an incline",
+    formula="s = a T²/2,   a = g (sin α - tan φ cos α)",
+    source="Newton and Coulomb.",
+    note="Let go at rest where an intact joint would hold it, without damping; no edge lifts: tan α < b/(3 h).",
 )
 
 
@@ -239,4 +247,24 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
     verify(
         WAVE, case=case, solver="explicit cycle", quantity="height of either crest", unit="m",
         computed=[middle, u[start:].max()], exact=0.5e-3, tolerance=1e-2,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("unit", "friction", "slope"), [(BRICK, 0.5, 0.6), (BLOCK, 0.3, 0.5), (STONE, 0.4, 0.6)])
+def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: float, slope: float) -> None:
+    angle = np.arctan(slope)
+    assembly, _ = on_plate(unit, unit.joint(friction=friction), (G * np.sin(angle), -G * np.cos(angle)))
+    model = assembly.build(Solver(method="explicit", lump_block_elasticity=False))
+    period = 2 * np.pi / float(chain(unit, 1, 1))
+    dt, steps = period / 40, 40_000
+    run = physical(model, dt)
+    run.motion.load[:3] = model.supports.load[:3]
+    rest = elastic_displacement(model)
+    assert rest is not None
+    run.motion.displacement[:] = rest
+    run._cycle(steps, 1.0, 0.0, 0.0)
+    verify(
+        SLIDE, case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}", solver="explicit cycle",
+        quantity="distance", unit="m", computed=run.motion.displacement[0] - rest[0],
+        exact=G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2, tolerance=5e-3,
     )  # fmt: skip
