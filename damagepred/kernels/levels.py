@@ -3,8 +3,9 @@
 Matrices of a level stand here transposed: what the inverse makes of a displacement is then a sum of its rows, which the
 compiler works on many numbers at a time.
 
-Kinematics of interface i are three rows (opening, shear, relative rotation) over the six degrees of freedom of its two
-blocks. Its stiffness is a 3 x 3 matrix between them, not symmetric where sliding joints dilate less than they rub.
+Kinematics of interface i are three rows (opening, shear, relative rotation) over the degrees of freedom of its two
+sides, w in all: three of a rigid block, or x and y of the two gridpoints at the ends of a facet. Its stiffness is a 3 x 3
+matrix between them, not symmetric where sliding joints dilate less than they rub.
 """
 
 import numpy as np
@@ -13,90 +14,83 @@ from damagepred.kernels.jit import kernel, law
 
 
 @law
-def kinematics(interfaces, i, rows):
-    """Fill opening, shear and relative rotation (3, 6) for unit displacements of an interface's blocks a and b."""
-    n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
-    rows[0, 0], rows[0, 1], rows[0, 2] = -n_x, -n_y, -interfaces.arm_normal_a[i]
-    rows[0, 3], rows[0, 4], rows[0, 5] = n_x, n_y, interfaces.arm_normal_b[i]
-    rows[1, 0], rows[1, 1], rows[1, 2] = -n_y, n_x, -interfaces.arm_shear_a[i]
-    rows[1, 3], rows[1, 4], rows[1, 5] = n_y, -n_x, interfaces.arm_shear_b[i]
-    rows[2, 0], rows[2, 1], rows[2, 2] = 0.0, 0.0, -1.0
-    rows[2, 3], rows[2, 4], rows[2, 5] = 0.0, 0.0, 1.0
+def between_sides(rows, stiffness, matrix):
+    """Fill the stiffness (w, w) of an interface between the degrees of freedom of its sides.
 
-
-@law
-def between_blocks(rows, stiffness, matrix):
-    """Fill the stiffness (6, 6) of an interface between the degrees of freedom of its blocks."""
-    for r in range(6):
+    Parameters
+    ----------
+    rows : array (3, w)
+        Kinematics.
+    stiffness : array (9,)
+        Of the interface, row by row.
+    """
+    for r in range(rows.shape[1]):
         for j in range(3):
             left = rows[0, r] * stiffness[j] + rows[1, r] * stiffness[3 + j] + rows[2, r] * stiffness[6 + j]
             if j == 0:
-                for c in range(6):
+                for c in range(rows.shape[1]):
                     matrix[r, c] = left * rows[0, c]
             else:
-                for c in range(6):
+                for c in range(rows.shape[1]):
                     matrix[r, c] += left * rows[j, c]
 
 
 @kernel
-def add_within(listed, interfaces, stiffness, place, level, k, matrix):
+def add_within(listed, ties, stiffness, place, level, k, matrix):
     """Add what some interfaces contribute to the stiffness within level k.
 
     Parameters
     ----------
     listed : array of int
         The interfaces; parts of them that belong to other levels are left out.
-    interfaces : NamedTuple of arrays
-        Geometry.
+    ties : NamedTuple of arrays
+        Kinematics; see ``damagepred.solvers.quasi_static.ties``.
     stiffness : array (m, 9)
         Of each interface.
-    place : array of int (3 (n + 1),)
+    place : array of int (size,)
         Place of each degree of freedom in its level, -1 if it is held.
-    level : array of int (n + 1,)
-        Level of each block, -1 for the ground.
-    matrix : array (size, size)
-        Added to, transposed.
+    level : array of int (size,)
+        Level of each degree of freedom.
+    matrix : array
+        Of the level, added to, transposed.
     """
-    rows, six = np.empty((3, 6)), np.empty((6, 6))
+    width = ties.dof.shape[1]
+    whole = np.empty((width, width))
     for i in listed:
-        kinematics(interfaces, i, rows)
-        between_blocks(rows, stiffness[i], six)
-        blocks = (interfaces.block_a[i], interfaces.block_b[i])
-        for r in range(6):
-            block = blocks[r // 3]
-            at_r = place[3 * block + r % 3]
-            if level[block] != k or at_r < 0:
+        between_sides(ties.rows[i], stiffness[i], whole)
+        for r in range(width):
+            row = ties.dof[i, r]
+            if row < 0 or level[row] != k or place[row] < 0:
                 continue
-            for c in range(6):
-                block = blocks[c // 3]
-                at_c = place[3 * block + c % 3]
-                if level[block] == k and at_c >= 0:
-                    matrix[at_c, at_r] += six[r, c]
+            for c in range(width):
+                column = ties.dof[i, c]
+                if column >= 0 and level[column] == k and place[column] >= 0:
+                    matrix[place[column], place[row]] += whole[r, c]
 
 
 @kernel
-def couplings(bridges, far, near, interfaces, stiffness, up, down):
-    """Fill the stiffness between the blocks of bridging interfaces.
+def couplings(bridges, far_is_b, ties, stiffness, up, down):
+    """Fill the stiffness between the sides of bridging interfaces.
 
     Parameters
     ----------
     bridges : array of int (b,)
         Interfaces between neighbouring levels.
-    far, near : array of int (b,)
-        The block of each that is farther from the ground, and the other.
-    up, down : array (b, 3, 3)
-        Filled: force on the nearer block for displacements of the farther, and the other way round.
+    far_is_b : array of bool (b,)
+        Whether block b is the one farther from the ground, or a.
+    up, down : array (b, w / 2, w / 2)
+        Filled: force on the nearer side for displacements of the farther, and the other way round.
     """
-    rows, six = np.empty((3, 6)), np.empty((6, 6))
+    width = ties.dof.shape[1]
+    side, whole = width // 2, np.empty((width, width))
     for e in range(bridges.size):
         i = bridges[e]
-        kinematics(interfaces, i, rows)
-        between_blocks(rows, stiffness[i], six)
-        at_far, at_near = (0, 3) if interfaces.block_a[i] == far[e] else (3, 0)
-        for r in range(3):
-            for c in range(3):
-                up[e, r, c] = six[at_near + r, at_far + c]
-                down[e, r, c] = six[at_far + r, at_near + c]
+        between_sides(ties.rows[i], stiffness[i], whole)
+        at_far, at_near = (side, 0) if far_is_b[e] else (0, side)
+        for r in range(side):
+            for c in range(side):
+                up[e, r, c] = whole[at_near + r, at_far + c]
+                down[e, r, c] = whole[at_far + r, at_near + c]
 
 
 @kernel
@@ -107,9 +101,9 @@ def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
     ----------
     listed : slice as (first, last)
         Bridges between the two levels.
-    at_far, at_near : array of int (b, 3)
-        Place of the degrees of freedom of a bridge's blocks in their levels, -1 where held.
-    up, down : array (b, 3, 3)
+    at_far, at_near : array of int (b, w / 2)
+        Place of the degrees of freedom of a bridge's sides in their levels, -1 where held.
+    up, down : array (b, w / 2, w / 2)
         See ``couplings``.
     inverse : array (size, size)
         Of the stiffness within the level, all that is farther having been eliminated; transposed.
@@ -119,23 +113,24 @@ def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
         Filled, transposed.
     """
     first, last = listed
+    side = at_far.shape[1]
     work[:] = 0.0
     for e in range(first, last):
-        for r in range(3):
+        for r in range(side):
             if at_far[e, r] < 0:
                 continue
             row = inverse[at_far[e, r]]
-            for c in range(3):
+            for c in range(side):
                 if at_near[e, c] >= 0:
                     add_row(down[e, r, c], row, work[at_near[e, c]])
     condensed[:] = 0.0
     for m in range(condensed.shape[0]):
         for e in range(first, last):
-            for r in range(3):
+            for r in range(side):
                 if at_near[e, r] < 0:
                     continue
                 total = 0.0
-                for c in range(3):
+                for c in range(side):
                     if at_far[e, c] >= 0:
                         total += up[e, r, c] * work[m, at_far[e, c]]
                 condensed[m, at_near[e, r]] += total
@@ -175,11 +170,12 @@ def push(first, last, at_here, at_there, coupling, displacement, there, force, h
     displacement, there, force, here
         Arrays (r, ...) and where in their rows the levels begin.
     """
+    side = at_here.shape[1]
     for e in range(first, last):
-        for r in range(3):
+        for r in range(side):
             if at_here[e, r] < 0:
                 continue
-            for c in range(3):
+            for c in range(side):
                 if at_there[e, c] < 0:
                     continue
                 for j in range(force.shape[0]):
@@ -249,55 +245,52 @@ def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, 
 
 
 @kernel
-def loose_springs(listed, interfaces, order, rows_of_force):
+def loose_springs(listed, ties, order, rows_of_force):
     """Add the kinematics of interfaces as rows of unit forces.
 
     Parameters
     ----------
     listed : array of int
         The interfaces, three rows each.
-    order : array of int (3 (n + 1),)
+    ties : NamedTuple of arrays
+        Kinematics.
+    order : array of int (size,)
         Place of each degree of freedom in the order of the levels, -1 where held or not in play.
     rows_of_force : array (3 * listed, degrees of freedom in play)
         Added to.
     """
-    rows = np.empty((3, 6))
     for s in range(listed.size):
         i = listed[s]
-        kinematics(interfaces, i, rows)
-        for r in range(6):
-            block = interfaces.block_a[i] if r < 3 else interfaces.block_b[i]
-            where = order[3 * block + r % 3]
-            if where >= 0:
+        for r in range(ties.dof.shape[1]):
+            dof = ties.dof[i, r]
+            if dof >= 0 and order[dof] >= 0:
                 for j in range(3):
-                    rows_of_force[3 * s + j, where] += rows[j, r]
+                    rows_of_force[3 * s + j, order[dof]] += ties.rows[i, j, r]
 
 
 @kernel
-def relative_displacements(listed, interfaces, order, displacement, relative):
+def relative_displacements(listed, ties, order, displacement, relative):
     """Fill opening, shear and rotation of interfaces for displacements.
 
     Parameters
     ----------
-    listed, order
+    listed, ties, order
         As ``loose_springs``.
     displacement : array (r, degrees of freedom in play)
         Rows of displacements in the order of the levels.
     relative : array (3 * listed, r)
         Filled.
     """
-    rows = np.empty((3, 6))
     relative[:] = 0.0
     for s in range(listed.size):
         i = listed[s]
-        kinematics(interfaces, i, rows)
-        for r in range(6):
-            block = interfaces.block_a[i] if r < 3 else interfaces.block_b[i]
-            where = order[3 * block + r % 3]
-            if where >= 0:
-                for j in range(3):
-                    for m in range(displacement.shape[0]):
-                        relative[3 * s + j, m] += rows[j, r] * displacement[m, where]
+        for r in range(ties.dof.shape[1]):
+            dof = ties.dof[i, r]
+            if dof < 0 or order[dof] < 0:
+                continue
+            for j in range(3):
+                for m in range(displacement.shape[0]):
+                    relative[3 * s + j, m] += ties.rows[i, j, r] * displacement[m, order[dof]]
 
 
 @kernel

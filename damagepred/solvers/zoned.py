@@ -312,17 +312,17 @@ def strain_rows(mesh: Mesh) -> FloatArray:
     return rows
 
 
-def zone_matrices(model: Model) -> FloatArray:
-    """Return the elastic stiffness of each zone between x, y of its gridpoints in turn, (z, 6, 6) (N/m)."""
+def zone_matrices(model: Model, which: slice = slice(None)) -> FloatArray:
+    """Return the elastic stiffness of zones between x, y of their gridpoints in turn, (z, 6, 6) (N/m)."""
     mesh = _mesh(model)
-    block = mesh.zone_block
+    block = mesh.zone_block[which]
     c11, c12, c33 = block_moduli(model)[0][block, :3].T
     moduli = np.zeros((len(block), 3, 3))
     moduli[:, 0, 0] = moduli[:, 1, 1] = c11
     moduli[:, 0, 1] = moduli[:, 1, 0] = c12
     moduli[:, 2, 2] = c33
-    moduli *= (mesh.zone_area * model.block_law.thickness[block])[:, None, None]
-    rows = strain_rows(mesh)
+    moduli *= (mesh.zone_area[which] * model.block_law.thickness[block])[:, None, None]
+    rows = strain_rows(mesh)[which]
     return np.einsum("zki,zkl,zlj->zij", rows, moduli, rows, optimize=True)
 
 

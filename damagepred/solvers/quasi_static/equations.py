@@ -31,6 +31,11 @@ from damagepred.kernels.levels import (
     with_changes,
 )
 
+from damagepred.solvers.quasi_static.solids import Solids
+from damagepred.solvers.quasi_static.ties import ties_of
+from damagepred.solvers.stiffness import block_of_dof
+from damagepred.solvers.zoned import idle_dofs
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -59,29 +64,37 @@ class LevelEquations:
         Degrees of freedom that do not move freely.
     elastic : array (m, 9)
         Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
+    solids : Solids, optional
+        The deformable blocks; what lies inside them is condensed.
     """
 
-    def __init__(self, model: Model, held: IntArray, elastic: FloatArray) -> None:
-        self.model, self.elastic = model, elastic
-        n = model.n_blocks
+    def __init__(self, model: Model, held: IntArray, elastic: FloatArray, solids: Solids | None = None) -> None:
+        self.model, self.elastic, self.solids = model, elastic, solids
+        self.ties = ties_of(model)
         self.level = block_levels(model, held)
-        free = np.ones(3 * (n + 1), dtype=np.bool_)
+        free = np.ones(model.size, dtype=np.bool_)
         free[held] = False
         level_of = np.repeat(self.level, 3)
+        if solids is not None:
+            free[solids.inside] = False
+            level_of = self.level[solids.block_of_dof]
+        self.level_of = level_of
         dofs = np.flatnonzero(free)
         self.dofs = dofs[np.lexsort((dofs, level_of[dofs]))]
         self.levels = int(self.level.max()) + 1
         self.size = np.bincount(level_of[self.dofs], minlength=self.levels).astype(np.int64)
         self.start = np.concatenate(([0], np.cumsum(self.size)))
-        self.place = np.full(3 * (n + 1), -1, dtype=np.int64)
+        self.place = np.full(model.size, -1, dtype=np.int64)
         self.place[self.dofs] = np.arange(len(self.dofs)) - self.start[level_of[self.dofs]]
         self.at_inverse = np.concatenate(([0], np.cumsum(self.size**2)))
         self.inverses = np.zeros(self.at_inverse[-1])
         self._list_interfaces()
+        self._list_solids()
         self.stiffness = elastic.copy()  # as it is factorised
         self.wanted = elastic.copy()
-        self.up = np.zeros((len(self.bridges), 3, 3))
-        self.down = np.zeros((len(self.bridges), 3, 3))
+        side = self.at_far.shape[1]
+        self.up = np.zeros((len(self.bridges), side, side))
+        self.down = np.zeros((len(self.bridges), side, side))
         self._condensed = [np.zeros((s, s)) for s in self.size]
         own = [self._within(k, elastic).diagonal() for k in range(self.levels)]
         # a block that nothing joins stays where it is
@@ -101,14 +114,27 @@ class LevelEquations:
         bridges = np.flatnonzero(bridging)
         self.bridges = bridges[np.argsort(self.interface_level[bridges], kind="stable")]
         self.first_bridge = np.searchsorted(self.interface_level[self.bridges], np.arange(self.levels + 1))
-        self.far = np.where(far_is_a, a, b)[self.bridges]
-        near = np.where(far_is_a, b, a)[self.bridges]
-        self.near = near
-        self.at_far = self.place[3 * self.far[:, None] + np.arange(3)]
-        self.at_near = self.place[3 * near[:, None] + np.arange(3)]
+        self.far_is_b = ~far_is_a[self.bridges]
+        dof = self.ties.dof[self.bridges].reshape(len(self.bridges), 2, -1)
+        at = np.where(dof >= 0, self.place[dof], -1)
+        each, far = np.arange(len(self.bridges)), self.far_is_b.astype(np.int64)
+        self.at_far, self.at_near = np.ascontiguousarray(at[each, far]), np.ascontiguousarray(at[each, 1 - far])
         order = np.argsort(self.interface_level, kind="stable")
         edges = np.searchsorted(self.interface_level[order], np.arange(self.levels + 1))
         self._reaching = [order[edges[k] : edges[k + 1]] for k in range(self.levels)]
+
+    def _list_solids(self) -> None:
+        """Sort the deformable blocks by level: where their degrees of freedom are in it."""
+        self._solids: list[list[tuple[int, IntArray, IntArray]]] = [[] for _ in range(self.levels)]
+        self.solid_level = np.empty(0, dtype=np.int64)
+        if self.solids is None:
+            return
+        self.solid_level = self.level[self.solids.block]
+        for d, k in enumerate(self.solid_level):
+            place = self.place[self.solids.rim[d]]
+            free = np.flatnonzero(place >= 0)
+            self._solids[k].append((d, free, place[free]))
+        self.solid_stiffness = list(self.solids.elastic)  # as it is factorised
 
     def _bridges(self, k: int) -> IntArray:
         """Return the interfaces between levels k and k - 1."""
@@ -120,7 +146,11 @@ class LevelEquations:
         listed = self._reaching[k]
         if k + 1 < self.levels:
             listed = np.concatenate((listed, self._bridges(k + 1)))
-        add_within(listed, self.model.interfaces, stiffness, self.place, self.level, k, matrix)
+        add_within(listed, self.ties, stiffness, self.place, self.level_of, k, matrix)
+        elastic = stiffness is self.elastic
+        for d, own, place in self._solids[k]:
+            solid = self.solids.elastic[d] if elastic else self.solid_stiffness[d]  # type: ignore[union-attr]
+            matrix[place[:, None], place] += solid.T if len(own) == len(solid) else solid[own[:, None], own].T
         return matrix
 
     def _inverse(self, k: int) -> FloatArray:
@@ -164,7 +194,7 @@ class LevelEquations:
             # without anchors, for these would hold what is condensed in space
             beyond = self.interface_level >= in_play
             self.stiffness[beyond] = self.wanted[beyond] = self.elastic[beyond]
-            couplings(self.bridges, self.far, self.near, self.model.interfaces, self.elastic, self.up, self.down)
+            couplings(self.bridges, self.far_is_b, self.ties, self.elastic, self.up, self.down)
             for k in range(self.levels - 1, in_play - 1, -1):
                 if not self._eliminate(k, anchored=False):
                     self.put_in_play(self.levels)
@@ -182,7 +212,7 @@ class LevelEquations:
         self._edge_load = weight[:, edge] - loads[:, self.edge_dofs]
         bridge = np.zeros((self.size[in_play - 1], self.size[in_play - 1]))
         add_within(
-            self._bridges(in_play), self.model.interfaces, self.elastic, self.place, self.level, in_play - 1, bridge
+            self._bridges(in_play), self.ties, self.elastic, self.place, self.level_of, in_play - 1, bridge
         )
         self._edge_stiffness = (bridge - self._condensed[in_play - 1]).T
         return True
@@ -223,6 +253,7 @@ class LevelEquations:
         """Return the displacement of all degrees of freedom (3 (n + 1),) under a force, 0 where held or condensed."""
         active = self.active
         changed = active[(self.wanted[active] != self.stiffness[active]).any(axis=1)]
+        self._take_solids()
         if self._stale >= 0 or not self._correctable(changed):
             self._factorise(changed)
             changed = changed[:0]
@@ -240,6 +271,15 @@ class LevelEquations:
         displacement[self.dofs_in_play] = answer
         return displacement
 
+    def _take_solids(self) -> None:
+        """Take over the stiffness of the deformable blocks that yield: their levels are factorised anew."""
+        if self.solids is None:
+            return
+        for d, tangent in self.solids.tangent.items():
+            if tangent is not self.solid_stiffness[d]:
+                self.solid_stiffness[d] = tangent
+                self._stale = max(self._stale, int(self.solid_level[d]))
+
     def _correctable(self, changed: IntArray) -> bool:
         new = int((self._slot[changed] < 0).sum())
         return new <= AT_ONCE and self._known + new <= CHANGED
@@ -255,9 +295,8 @@ class LevelEquations:
         # an interface that changed may be a bridge to the level before
         last = self.first_bridge[farthest + 1]
         couplings(
-            self.bridges[:last], self.far[:last], self.near[:last], self.model.interfaces, self.stiffness,
-            self.up[:last], self.down[:last],
-        )  # fmt: skip
+            self.bridges[:last], self.far_is_b[:last], self.ties, self.stiffness, self.up[:last], self.down[:last]
+        )
         for k in range(farthest, -1, -1):
             self._eliminate(k)
 
@@ -301,19 +340,19 @@ class LevelEquations:
 
     def _learn(self, new: IntArray) -> None:
         """Find how the wall as factorised answers to unit forces in some joints."""
-        face, known, now = self.model.interfaces, self._known, self._known + len(new)
+        known, now = self._known, self._known + len(new)
         rows = np.zeros((3 * len(new), self._reach.shape[1]))
-        loose_springs(new, face, self.order, rows)
+        loose_springs(new, self.ties, self.order, rows)
         self._reach[3 * known : 3 * now] = self._sweep(rows)
         self._listed[known:now] = new
         self._slot[new] = np.arange(known, now)
         all_known = self._listed[:now]
         right = np.empty((3 * now, 3 * len(new)))
-        relative_displacements(all_known, face, self.order, self._reach[3 * known : 3 * now], right)
+        relative_displacements(all_known, self.ties, self.order, self._reach[3 * known : 3 * now], right)
         self._compliance[: 3 * now, 3 * known : 3 * now] = right
         if known:
             below = np.empty((3 * len(new), 3 * known))
-            relative_displacements(new, face, self.order, self._reach[: 3 * known], below)
+            relative_displacements(new, self.ties, self.order, self._reach[: 3 * known], below)
             self._compliance[3 * known : 3 * now, : 3 * known] = below
         self._known = now
 
@@ -328,13 +367,13 @@ class LevelEquations:
         matrix, moved = np.empty((size, size)), np.empty((size, 1))
         with_changes(self._compliance, slots, change, matrix)
         answer = self._sweep(force[None])[0]
-        relative_displacements(changed, self.model.interfaces, self.order, answer[None], moved)
+        relative_displacements(changed, self.ties, self.order, answer[None], moved)
         _, _, gap, singular = lapack.dgesv(matrix, moved)
         if singular:
             return None
         extra = np.einsum("sij,sj->si", change.reshape(-1, 3, 3), gap.reshape(-1, 3)).ravel()
         take_away(extra, slots, self._reach, answer)
-        relative_displacements(changed, self.model.interfaces, self.order, answer[None], moved)
+        relative_displacements(changed, self.ties, self.order, answer[None], moved)
         if not np.abs(moved - gap).max() <= FAITHFUL * np.abs(gap).max():
             return None
         return answer
@@ -357,8 +396,10 @@ def block_levels(model: Model, held: IntArray) -> IntArray:
     # from what is held altogether; what is only guided, as along an axis of symmetry, is not near the ground
     holds = model.properties.shear_stiffness > SLACK * model.properties.normal_stiffness
     graph = csr_array((np.ones(int(holds.sum())), (a[holds], b[holds])), shape=(n + 1, n + 1))
-    blocks, ways = np.unique(held // 3, return_counts=True)
-    roots = blocks[ways == 3]
+    # what follows from others is not held
+    own = np.setdiff1d(held, idle_dofs(model))
+    blocks, ways = np.unique([block_of_dof(model, int(dof)) for dof in own], return_counts=True)
+    roots = blocks[ways >= 3]
     if len(roots) == 1 and not ((a == n) | (b == n)).any():
         roots = blocks
     distance = dijkstra(graph, directed=False, unweighted=True, indices=roots, min_only=True)

@@ -37,22 +37,39 @@ ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
 """Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 
 
+NO_ZONES = np.empty((0, 4))
+"""Plastic strain of a wall of rigid blocks."""
+
+
 @dataclass
 class State:
-    """A point of the path: how far load and movement have come, where the blocks are, what the joints remember."""
+    """A point of the path: how far load and movement have come, where the blocks are, what joints and zones remember.
+
+    Attributes
+    ----------
+    load, progress : float
+        Shares of dead load and full movement.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    memory : JointMemory
+        Of the joints.
+    plastic : array (z, 4)
+        Plastic strain of the zones.
+    """
 
     load: float
     progress: float
     displacement: FloatArray
     memory: JointMemory
+    plastic: FloatArray = NO_ZONES
 
     def copy(self) -> State:
         """Return a state that can change by itself."""
-        return State(self.load, self.progress, self.displacement.copy(), self.memory.copy())
+        return self.at(self.load, self.progress)
 
     def at(self, load: float, progress: float) -> State:
         """Return a copy that stands at another load and movement, the blocks not having moved yet."""
-        return State(load, progress, self.displacement.copy(), self.memory.copy())
+        return State(load, progress, self.displacement.copy(), self.memory.copy(), self.plastic.copy())
 
 
 class Equilibrium:

@@ -1,0 +1,55 @@
+"""Kinematics of the joints: how opening, shear and rotation of an interface follow from what its sides are made of."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.solvers.zoned import facets_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Ties(NamedTuple):
+    """For m interfaces, w degrees of freedom each: 6 in a wall of rigid blocks, 8 where any is deformable.
+
+    Attributes
+    ----------
+    dof : array of int (m, w)
+        Degrees of freedom of side a, then of side b: three of a rigid block, x and y of the two gridpoints at the ends
+        of a facet; -1 where there are fewer.
+    rows : array (m, 3, w)
+        Opening and shear at the middle, and relative rotation, for unit displacements of each.
+    """
+
+    dof: IntArray
+    rows: FloatArray
+
+
+def ties_of(model: Model) -> Ties:
+    """Return the kinematics of a model's joints."""
+    face, rigid = model.interfaces, model.mesh is None
+    count, side = len(face.kind), 3 if rigid else 4
+    dof, rows = np.full((count, 2, side), -1, dtype=np.int64), np.zeros((count, 3, 2, side))
+    n_x, n_y, zero, one = face.normal_x, face.normal_y, np.zeros(count), np.ones(count)
+    sides = ((face.body_a, face.arm_normal_a, face.arm_shear_a, -1.0), (face.body_b, face.arm_normal_b, face.arm_shear_b, 1.0))
+    for s, (body, arm_normal, arm_shear, sign) in enumerate(sides):
+        of_body = sign * np.stack(
+            (np.stack((n_x, n_y, arm_normal), -1), np.stack((n_y, -n_x, arm_shear), -1), np.stack((zero, zero, one), -1)), 1
+        )  # (m, 3, 3): opening, shear, rotation for x, y, rotation of the body
+        whole = body <= model.n_blocks
+        dof[whole, s, :3] = 3 * body[whole, None] + np.arange(3)
+        rows[whole, :, s, :3] = of_body[whole]
+        if not rigid:
+            facets = facets_of(model)
+            f = body[~whole] - model.n_blocks - 1
+            dof[~whole, s] = np.stack((facets.start_x[f], facets.start_y[f], facets.end_x[f], facets.end_y[f]), -1)
+            follow = np.zeros((len(f), 3, 4))  # the facet for its gridpoints
+            follow[:, 0, 0] = follow[:, 0, 2] = follow[:, 1, 1] = follow[:, 1, 3] = 0.5
+            follow[:, 2] = np.stack((-facets.turn_x[f], -facets.turn_y[f], facets.turn_x[f], facets.turn_y[f]), -1)
+            rows[~whole, :, s] = of_body[~whole] @ follow
+    return Ties(dof.reshape(count, -1), np.ascontiguousarray(rows.reshape(count, 3, -1)))
