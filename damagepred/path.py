@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 
 QUALITY = (
     "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "crushing_work",
+    "plastic_work",
     "released_energy", "energy_error",
 )  # fmt: skip
 """What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""

@@ -76,6 +76,7 @@ VARIABLES: dict[str, Variable] = {
     "friction_work": Variable(_STEP, "J", "work taken by sliding joints so far"),
     "fracture_work": Variable(_STEP, "J", "work taken by softening bonds so far"),
     "crushing_work": Variable(_STEP, "J", "work taken so far by joints that are crushed"),
+    "plastic_work": Variable(_STEP, "J", "work taken so far by zones that yield"),
     "time": Variable(_STEP, "s", "physical time of a dynamic run"),
     "kinetic_energy": Variable(_STEP, "J", "energy of motion of the blocks in a dynamic run"),
     "boundary_work": Variable(_STEP, "J", "work put in so far by moving ground and supports in a dynamic run"),

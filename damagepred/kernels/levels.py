@@ -4,8 +4,8 @@ Matrices of a level stand here transposed: what the inverse makes of a displacem
 compiler works on many numbers at a time.
 
 Kinematics of interface i are three rows (opening, shear, relative rotation) over the degrees of freedom of its two
-sides, w in all: three of a rigid block, or x and y of the two gridpoints at the ends of a facet. Its stiffness is a 3 x 3
-matrix between them, not symmetric where sliding joints dilate less than they rub.
+sides, w in all: three of a rigid block, or x and y of the two gridpoints at the ends of a facet. Its stiffness is a 3 x
+3 matrix between them, not symmetric where sliding joints dilate less than they rub.
 """
 
 import numpy as np

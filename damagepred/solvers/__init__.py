@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from damagepred.assembly import Model
-from damagepred.errors import InputError, SolverError
+from damagepred.errors import SolverError
 from damagepred.scene import Solver
 from damagepred.solvers.increment import ContactState, Increment
 
@@ -31,8 +31,6 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     """
     from damagepred.solvers.half import symmetric_half
 
-    if model.mesh is not None and settings.method == "quasi_static":
-        raise InputError("solver.blocks = 'deformable': not yet solved by 'quasi_static'; take method = 'explicit'.")
     half = symmetric_half(model) if settings.symmetric_half else None
     if half is None:
         yield from _path(model, settings, increments)

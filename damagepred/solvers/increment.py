@@ -76,7 +76,8 @@ class Increment:
         Work done for this increment: Newton steps of the quasi-static, cycles of the explicit solver.
     events, factorisations : int
         Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
-    external_work, elastic_energy, friction_work, fracture_work, crushing_work, released_energy, energy_error : float
+    external_work, elastic_energy, friction_work, fracture_work, crushing_work, plastic_work : float
+    released_energy, energy_error : float
         Energy balance of the quasi-static solver (J), summed along the path: work of loads and movement; what is
         stored in the joints; taken by friction; taken by softening bonds; taken by crushing; set free where bonds
         broke; and what does not balance in between. Of dynamic runs too, summed in time; then external work is that of
@@ -118,6 +119,7 @@ class Increment:
     friction_work: float = float("nan")
     fracture_work: float = float("nan")
     crushing_work: float = float("nan")
+    plastic_work: float = float("nan")
     released_energy: float = float("nan")
     energy_error: float = float("nan")
     joint_law_violation: float = float("nan")

@@ -30,7 +30,6 @@ from damagepred.kernels.levels import (
     take_away,
     with_changes,
 )
-
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.quasi_static.ties import ties_of
 from damagepred.solvers.stiffness import block_of_dof
@@ -115,7 +114,7 @@ class LevelEquations:
         self.bridges = bridges[np.argsort(self.interface_level[bridges], kind="stable")]
         self.first_bridge = np.searchsorted(self.interface_level[self.bridges], np.arange(self.levels + 1))
         self.far_is_b = ~far_is_a[self.bridges]
-        dof = self.ties.dof[self.bridges].reshape(len(self.bridges), 2, -1)
+        dof = self.ties.dof[self.bridges].reshape(len(self.bridges), 2, self.ties.dof.shape[1] // 2)
         at = np.where(dof >= 0, self.place[dof], -1)
         each, far = np.arange(len(self.bridges)), self.far_is_b.astype(np.int64)
         self.at_far, self.at_near = np.ascontiguousarray(at[each, far]), np.ascontiguousarray(at[each, 1 - far])
@@ -211,9 +210,7 @@ class LevelEquations:
         self.edge_dofs = self.dofs[edge]
         self._edge_load = weight[:, edge] - loads[:, self.edge_dofs]
         bridge = np.zeros((self.size[in_play - 1], self.size[in_play - 1]))
-        add_within(
-            self._bridges(in_play), self.ties, self.elastic, self.place, self.level_of, in_play - 1, bridge
-        )
+        add_within(self._bridges(in_play), self.ties, self.elastic, self.place, self.level_of, in_play - 1, bridge)
         self._edge_stiffness = (bridge - self._condensed[in_play - 1]).T
         return True
 

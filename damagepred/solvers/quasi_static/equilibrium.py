@@ -8,7 +8,7 @@ and the minimum is sought again, until both agree.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from damagepred.assembly import Model
 from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
 from damagepred.solvers.quasi_static.equations import LevelEquations
+from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.state import JointMemory
-from damagepred.solvers.stiffness import dof_arms, held_dofs
+from damagepred.solvers.stiffness import block_of_dof, dead_load, dof_arms, held_dofs, live_load
 
 FloatArray = NDArray[np.float64]
 
@@ -37,8 +38,9 @@ ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
 """Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 
 
-NO_ZONES = np.empty((0, 4))
-"""Plastic strain of a wall of rigid blocks."""
+def no_zones() -> FloatArray:
+    """Return the plastic strain of a wall of rigid blocks."""
+    return np.empty((0, 4))
 
 
 @dataclass
@@ -61,7 +63,13 @@ class State:
     progress: float
     displacement: FloatArray
     memory: JointMemory
-    plastic: FloatArray = NO_ZONES
+    plastic: FloatArray = field(default_factory=no_zones)
+
+    @classmethod
+    def rest(cls, model: Model) -> State:
+        """Return the wall before any load."""
+        zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
+        return cls(0.0, 0.0, np.zeros(model.size), JointMemory.fresh(model), zones)
 
     def copy(self) -> State:
         """Return a state that can change by itself."""
@@ -86,8 +94,9 @@ class Equilibrium:
     def __init__(self, model: Model, tolerance: float) -> None:
         self.model, self.tolerance = model, tolerance
         self.held = held_dofs(model)
-        self.dead_load = np.append(model.supports.load, np.zeros(3))
-        self.live_load = np.append(model.supports.live_load, np.zeros(3))
+        self.dead_load, self.live_load = dead_load(model), live_load(model)
+        # what acts inside deformable blocks is moved to their rims
+        self.solids = None if model.mesh is None else Solids(model, self.dead_load, self.live_load)
         self.weight = model.mean_block_weight
         self.per_weight = 1.0 / (dof_arms(model) * self.weight)
         self.newton = 0
@@ -97,21 +106,28 @@ class Equilibrium:
         self.stiffness = np.zeros((shape[0], 9))
         everything = np.arange(shape[0])
         self._frozen = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
-        rest = State(0.0, 0.0, np.zeros(self.dead_load.size), JointMemory.fresh(model))
+        rest = State.rest(model)
         self._joint_forces(everything, rest, rest.displacement, live=False)
         self.tangent = self.stiffness.copy()
-        self.equations = LevelEquations(model, self.held, self.stiffness.copy())
+        self.equations = LevelEquations(model, self.held, self.stiffness.copy(), self.solids)
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
-        self._moved = self._interfaces_of(supports.prescribed[supports.prescribed_displacement != 0.0] // 3)
+        self._moved = self._interfaces_of(self._blocks_of(supports.prescribed_displacement != 0.0))
         # what is condensed takes supports as standing still
-        displaced = supports.prescribed[(supports.prescribed_displacement != 0.0) | (supports.start != 0.0)] // 3
+        displaced = self._blocks_of((supports.prescribed_displacement != 0.0) | (supports.start != 0.0))
         beside = self._interfaces_of(displaced, ground=False)
         self._nearest = int(self.equations.interface_level[beside].max(initial=0))
         self._note_tangent(rest, rest.displacement)
         self.free = np.ones(self.dead_load.size, dtype=np.bool_)
         self.free[self.held] = False
+        if self.solids is not None:
+            self.free[self.solids.inside] = False
         self.lost_at = 10.0 * float(np.ptp(model.blocks.vertices, axis=0).max())
+
+    def _blocks_of(self, prescribed: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the blocks of some of the degrees of freedom that are prescribed."""
+        dofs = self.model.supports.prescribed[prescribed]
+        return np.array([block_of_dof(self.model, int(dof)) for dof in dofs], dtype=np.int64)
 
     def _interfaces_of(self, blocks: NDArray[np.int64], ground: bool = True) -> NDArray[np.int64]:
         """Return the interfaces of some blocks, and those with the ground."""
@@ -121,11 +137,18 @@ class Equilibrium:
     # -- forces -----------------------------------------------------------------------------------------------------
 
     def _joint_forces(self, active: NDArray[np.int64], state: State, displacement: FloatArray, live: bool) -> None:
-        model = self.model
+        """Add the forces of joints, and of deformable blocks, to those on all degrees of freedom."""
+        model, solids = self.model, self.solids
+        if solids is not None:
+            solids.place_facets(displacement)
+            self.force[solids.facet_dofs] = 0.0
         joint_forces(
             active, model.interfaces, model.properties, model.ground, state.memory, self._frozen, live, displacement,
             state.progress, self.force, self.stiffness,
         )  # fmt: skip
+        if solids is not None:
+            solids.hand_on(self.force)
+            solids.push_back(state.load, state.progress, displacement, state.plastic, self.force)
 
     def unbalanced(self, state: State, displacement: FloatArray, live: bool = True) -> tuple[FloatArray, float]:
         """Return the unbalanced force of every degree of freedom at a displacement, and its largest ratio.
@@ -134,8 +157,8 @@ class Equilibrium:
         ----------
         state : State
             Load, movement and memory.
-        displacement : array (3 (n + 1),)
-            Where.
+        displacement : array (size,)
+            Where; facets and what lies inside blocks that yield are brought up to date.
         live : bool
             Whether the law holds as it is, or with frozen friction limits.
         """
@@ -192,20 +215,43 @@ class Equilibrium:
         """
         while True:
             worst = self._find_in_play(state, start)
-            if not self.condensed:
-                return worst
-            self.equations.recover(state.displacement, state.load, state.progress)
+            self.complete(state.displacement, state.load, state.progress)
             if worst >= self.tolerance:
                 return worst
-            model, equations = self.model, self.equations
-            farthest = farthest_sliding(
-                equations.beyond, equations.interface_level, model.interfaces, model.properties, model.ground,
-                state.memory, state.displacement, state.progress,
-            )  # fmt: skip
+            farthest, start = max(self._farthest_sliding(state), self._farthest_yielding(state)), None
             if farthest < 0:
                 return worst
             self.open_up_to(int(farthest))
-            start = None
+
+    def _farthest_sliding(self, state: State) -> int:
+        """Return the farthest level at which what is condensed would slide; -1 if nothing does."""
+        if not self.condensed:
+            return -1
+        model, equations = self.model, self.equations
+        farthest = farthest_sliding(
+            equations.beyond, equations.interface_level, model.interfaces, model.properties, model.ground,
+            state.memory, state.displacement, state.progress,
+        )  # fmt: skip
+        return int(farthest)
+
+    def _farthest_yielding(self, state: State) -> int:
+        """Open deformable blocks that would yield; return the farthest level of these, -1 if there is none."""
+        if self.solids is None:
+            return -1
+        opened = self.solids.open_where_yielding(state.displacement, state.load, state.progress)
+        return int(self.equations.solid_level[opened].max(initial=-1))
+
+    def farthest_open(self) -> int:
+        """Return the farthest level at which a deformable block is open; -1 if none is."""
+        listed = [] if self.solids is None else list(self.solids.tangent)
+        return int(self.equations.solid_level[listed].max(initial=-1))
+
+    def complete(self, displacement: FloatArray, load: float, progress: float) -> None:
+        """Fill in what is condensed, what lies inside deformable blocks, and what follows from gridpoints."""
+        if self.condensed:
+            self.equations.recover(displacement, load, progress)
+        if self.solids is not None:
+            self.solids.recover(displacement, load, progress)
 
     def _find_in_play(self, state: State, start: FloatArray | None) -> float:
         supports = self.model.supports
@@ -227,9 +273,9 @@ class Equilibrium:
     def directly(self, state: State) -> tuple[float, FloatArray]:
         """Return the equilibrium next to a state that is nearly in balance: its unbalanced ratio, and where."""
         found, worst = self._newton(state, state.displacement, DIRECT)
-        if self.condensed and worst < self.tolerance:
+        if worst < self.tolerance:
             found = found.copy()
-            self.equations.recover(found, state.load, state.progress)
+            self.complete(found, state.load, state.progress)
         return worst, found
 
     # -- the law as it is -------------------------------------------------------------------------------------------
@@ -263,7 +309,7 @@ class Equilibrium:
         """Keep how the path goes on: stiffness, and force per progress, joints sliding as they just did."""
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
         supports = self.model.supports
-        nudged = State(state.load, state.progress + NUDGE, displacement.copy(), state.memory)
+        nudged = State(state.load, state.progress + NUDGE, displacement.copy(), state.memory, state.plastic)
         nudged.displacement[supports.prescribed] += NUDGE * supports.prescribed_displacement
         self.force[:] = 0.0
         self._joint_forces(self._moved, state, displacement, live=True)

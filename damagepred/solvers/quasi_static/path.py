@@ -25,7 +25,7 @@ from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest
-from damagepred.solvers.quasi_static.work import WorkBalance, law_violation
+from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states
 from damagepred.solvers.stiffness import base_reaction, support_force
@@ -99,7 +99,7 @@ class Path:
         if condense:
             levels = self.equilibrium.equations.interface_level[memory.cracked.any(axis=1)]
             self.equilibrium.open_up_to(int(levels.max(initial=0)))
-        return State(0.0, 0.0, np.zeros(3 * (self.model.n_blocks + 1)), memory)
+        return replace(State.rest(self.model), memory=memory)
 
     def hold(self, model: Model) -> None:
         """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
@@ -108,10 +108,12 @@ class Path:
         self.equilibrium = Equilibrium(model, self.tolerance)
         self.equilibrium.newton += before.newton
         self.equilibrium.equations.factorisations += before.equations.factorisations
+        if before.solids is not None and self.equilibrium.solids is not None:
+            self.equilibrium.solids.open_as(before.solids)
         if before.condensed:
             gave = memory.cracked | (memory.slip != 0.0) | (memory.dilated != 0.0)
             levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
-            self.equilibrium.open_up_to(int(levels.max(initial=0)))
+            self.equilibrium.open_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
         self.balance.go_on(model)
         self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
         self.remember(self.state, gave_way=False)
@@ -157,7 +159,10 @@ class Path:
             self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
             state.displacement, state.progress, self.unopened,
         )  # fmt: skip
-        self.balance.add(state, friction, crushing, self._support_power(state), gave_way)
+        solids, yielding = self.equilibrium.solids, 0.0
+        if solids is not None:
+            yielding = solids.settle(state.displacement, state.plastic)
+        self.balance.add(state, Spent(friction, crushing, yielding), self._support_power(state), gave_way, solids)
 
     def _support_power(self, state: State) -> float:
         """Return the work of what moves the supports per progress (J)."""
@@ -243,12 +248,11 @@ class Path:
         equilibrium, supports = self.equilibrium, self.model.supports
         equilibrium.equations.update(equilibrium.tangent)
         pull = equilibrium.pull(target[0] - state.load, target[1] - state.progress)
-        ahead = State(*target, state.displacement.copy(), state.memory)
+        ahead = State(*target, state.displacement.copy(), state.memory, state.plastic)
         ahead.displacement += equilibrium.equations.solve(pull)
         equilibrium.newton += 1
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.progress)
-        if equilibrium.condensed:
-            equilibrium.equations.recover(ahead.displacement, ahead.load, ahead.progress)
+        equilibrium.complete(ahead.displacement, ahead.load, ahead.progress)
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
         after_load = self.bond_loads(ahead)
@@ -266,10 +270,13 @@ class Path:
         for resting in come_to_rest(self.model, state):
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
+            if equilibrium.solids is not None:
+                equilibrium.solids.open_where_plastic(resting.plastic)
             if equilibrium.condensed:
                 gave = (resting.memory.slip != state.memory.slip) | (resting.memory.cracked != state.memory.cracked)
                 gave |= resting.memory.dilated != state.memory.dilated
-                equilibrium.open_up_to(int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0)))
+                farthest = int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0))
+                equilibrium.open_up_to(max(farthest, equilibrium.farthest_open()))
             worst, found = equilibrium.directly(resting)
             if worst < self.tolerance:
                 resting.displacement[:] = found
@@ -318,14 +325,14 @@ class Path:
 
     def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
-        model, state = self.model, self.state
+        model, state, solids = self.model, self.state, self.equilibrium.solids
         opening, sigma, tau = self.stresses(state)
         force = self.equilibrium.forces(state)
         now, balance = self.count, self.balance
         return Increment(
             number=number,
             progress=state.progress,
-            displacement=state.displacement[:-3].reshape(-1, 3).copy(),
+            displacement=state.displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
             opening=opening,
             slip=state.memory.slip.copy(),
             normal_stress=sigma,
@@ -342,11 +349,13 @@ class Path:
             friction_work=balance.friction_work,
             fracture_work=balance.fracture_work,
             crushing_work=balance.crushing_work,
+            plastic_work=balance.plastic_work,
             released_energy=balance.released_energy,
             energy_error=balance.energy_error,
             joint_law_violation=law_violation(model, state, sigma, tau),
             standing_progress=self.standing if collapsed else np.nan,
             support_force=support_force(model, force),
+            zones=None if solids is None else solids.picture(state.displacement, state.plastic),
         )
 
 

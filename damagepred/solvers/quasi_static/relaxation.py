@@ -45,7 +45,7 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
     softens = law.critical_opening > 0
     lasting.tensile_strength[softens] = law.tensile_strength[softens]
     run = Run(replace(model, properties=lasting), Solver())
-    run.resume(start.displacement, start.memory, start.load, start.progress)
+    run.resume(start.displacement, start.memory, start.load, start.progress, start.plastic)
     cycles = CYCLES
     while run.cycles < AT_MOST:
         run.cycle(cycles)
@@ -56,6 +56,7 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
         parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
         brittle = memory.cracked & ~softens[:, None]
         memory.opened[brittle] = parted[brittle]
-        yield State(start.load, start.progress, run.motion.displacement.copy(), memory)
+        plastic = start.plastic if run.zones is None else run.zones.plastic()
+        yield State(start.load, start.progress, run.motion.displacement.copy(), memory, plastic)
         if come_loose(model, run.motion.displacement, start.progress).any():
             return

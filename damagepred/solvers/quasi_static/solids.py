@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from damagepred.assembly import Model
 from damagepred.kernels.solids import solid_response, yield_work
 from damagepred.kernels.zones import zones_beyond
-from damagepred.solvers.zone_field import ZoneField
+from damagepred.solvers.increment import ZonePicture
+from damagepred.solvers.zone_field import ZoneField, picture
 from damagepred.solvers.zoned import block_moduli, can_yield, facets_of, zone_matrices, zone_slopes
 
 FloatArray = NDArray[np.float64]
@@ -71,6 +72,8 @@ class Solids:
         self.block = self.mesh.block
         self.field = ZoneField(model)
         self.facets = facets_of(model)
+        self.facet_dofs = slice(self.facets.first_dof, self.facets.first_dof + 3 * len(self.facets.turn_x))
+        self.state = np.zeros(len(self.mesh.zones), dtype=np.int8)
         self.yields = can_yield(model)[self.block]
         self.block_of_dof = self._blocks_of_dofs()
         self.rim: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
@@ -100,7 +103,9 @@ class Solids:
         mesh, model = self.mesh, self.model
         held = np.zeros(model.size, dtype=np.bool_)
         held[model.supports.prescribed] = True
-        law = np.column_stack((model.block_law.elastic_modulus, model.block_law.poisson_ratio, model.block_law.thickness))
+        law = np.column_stack(
+            (model.block_law.elastic_modulus, model.block_law.poisson_ratio, model.block_law.thickness)
+        )
         kinds: dict[tuple[int, bytes, bytes, bytes], list[int]] = {}
         for d, block in enumerate(mesh.block):
             own = slice(mesh.first_gridpoint[d], mesh.first_gridpoint[d + 1])
@@ -108,7 +113,12 @@ class Solids:
             shape = np.round(np.concatenate((x, y)) / np.sqrt(model.blocks.area[block]) * 1e9) + 0.0
             fixed = np.concatenate((held[mesh.dof_x[own]], held[mesh.dof_y[own]]))
             size = np.sqrt(model.blocks.area[block])
-            key = (int(mesh.pattern[d]), shape.tobytes(), np.append(law[block], round(size, 9)).tobytes(), fixed.tobytes())
+            key = (
+                int(mesh.pattern[d]),
+                shape.tobytes(),
+                np.append(law[block], round(size, 9)).tobytes(),
+                fixed.tobytes(),
+            )
             kinds.setdefault(key, []).append(d)
         return [np.array(members) for members in kinds.values()]
 
@@ -142,16 +152,16 @@ class Solids:
 
     def place_facets(self, displacement: FloatArray) -> None:
         """Let the facets follow their gridpoints."""
-        f, first = self.facets, self.facets.first_dof
+        f = self.facets
         x0, y0, x1, y1 = (displacement[d] for d in (f.start_x, f.start_y, f.end_x, f.end_y))
-        facets = displacement[first : first + 3 * len(f.turn_x)].reshape(-1, 3)
+        facets = displacement[self.facet_dofs].reshape(-1, 3)
         facets[:, 0], facets[:, 1] = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
         facets[:, 2] = f.turn_x * (x1 - x0) + f.turn_y * (y1 - y0)
 
     def hand_on(self, force: FloatArray) -> None:
         """Give the forces on facets to their gridpoints."""
-        f, first = self.facets, self.facets.first_dof
-        x, y, turning = force[first : first + 3 * len(f.turn_x)].reshape(-1, 3).T
+        f = self.facets
+        x, y, turning = force[self.facet_dofs].reshape(-1, 3).T
         for dof, values in (
             (f.start_x, 0.5 * x - f.turn_x * turning), (f.start_y, 0.5 * y - f.turn_y * turning),
             (f.end_x, 0.5 * x + f.turn_x * turning), (f.end_y, 0.5 * y + f.turn_y * turning),
@@ -159,7 +169,9 @@ class Solids:
             # a gridpoint starts one facet at most, and ends one
             force[dof] += values
 
-    def push_back(self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray) -> None:
+    def push_back(
+        self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
+    ) -> None:
         """Add the forces of the blocks on their rims.
 
         Parameters
@@ -198,7 +210,8 @@ class Solids:
         force, tangent = np.zeros(count), np.zeros((count, count))
         solid_response(
             mesh.zones[zones] - mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
-            self._elasticity[block], self._strength[block], plastic[zones], place, count, acting, INNER, u, force, tangent,
+            self._elasticity[block], self._strength[block], plastic[zones], place, count, acting, INNER, u,
+            force, tangent,
         )  # fmt: skip
         displacement[kin.inside[at]] = u[place[count:]]
         return force, tangent
@@ -226,7 +239,20 @@ class Solids:
         beyond = np.zeros(len(stress), dtype=np.bool_)
         zones_beyond(stress, self._strength, self.mesh.zone_block, beyond)
         owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
-        new = [d for d in np.unique(owner[beyond]).tolist() if d not in self.tangent]
+        return self._open(owner[beyond])
+
+    def open_where_plastic(self, plastic: FloatArray) -> list[int]:
+        """Open the blocks in which any zone has plastic strain (z, 4); return those that were not open yet."""
+        owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
+        return self._open(owner[(plastic != 0.0).any(axis=1)])
+
+    def open_as(self, other: Solids) -> None:
+        """Open the blocks that are open in another, of the same wall held otherwise."""
+        self._open(np.array(list(other.tangent), dtype=np.int64))
+        self.state[:] = other.state
+
+    def _open(self, listed: IntArray) -> list[int]:
+        new = [d for d in np.unique(listed).tolist() if d not in self.tangent]
         for d in new:
             self.tangent[d] = self.elastic[d]
         return new
@@ -240,15 +266,14 @@ class Solids:
             work += yield_work(
                 self.mesh.zones[zones] - self.mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
                 self._elasticity[block], self._strength[block], displacement[self._dofs(d)], plastic[zones],
-                self._state[zones],
+                self.state[zones],
             )  # fmt: skip
         return work
 
-    @property
-    def _state(self) -> NDArray[np.int8]:
-        if not hasattr(self, "_states"):
-            self._states = np.zeros(len(self._volume), dtype=np.int8)
-        return self._states
+    def picture(self, displacement: FloatArray, plastic: FloatArray) -> ZonePicture:
+        """Return what is reported of the zones at an equilibrium; see ``recover``."""
+        self.field.remember(plastic)
+        return picture(self.model, displacement, self.field.stresses(displacement), plastic, self.state)
 
     def stored(self, displacement: FloatArray, plastic: FloatArray) -> float:
         """Return the elastic energy of all zones (J); see ``recover``."""

@@ -36,10 +36,18 @@ def ties_of(model: Model) -> Ties:
     count, side = len(face.kind), 3 if rigid else 4
     dof, rows = np.full((count, 2, side), -1, dtype=np.int64), np.zeros((count, 3, 2, side))
     n_x, n_y, zero, one = face.normal_x, face.normal_y, np.zeros(count), np.ones(count)
-    sides = ((face.body_a, face.arm_normal_a, face.arm_shear_a, -1.0), (face.body_b, face.arm_normal_b, face.arm_shear_b, 1.0))
+    sides = (
+        (face.body_a, face.arm_normal_a, face.arm_shear_a, -1.0),
+        (face.body_b, face.arm_normal_b, face.arm_shear_b, 1.0),
+    )
     for s, (body, arm_normal, arm_shear, sign) in enumerate(sides):
         of_body = sign * np.stack(
-            (np.stack((n_x, n_y, arm_normal), -1), np.stack((n_y, -n_x, arm_shear), -1), np.stack((zero, zero, one), -1)), 1
+            (
+                np.stack((n_x, n_y, arm_normal), -1),
+                np.stack((n_y, -n_x, arm_shear), -1),
+                np.stack((zero, zero, one), -1),
+            ),
+            1,
         )  # (m, 3, 3): opening, shear, rotation for x, y, rotation of the body
         whole = body <= model.n_blocks
         dof[whole, s, :3] = 3 * body[whole, None] + np.arange(3)

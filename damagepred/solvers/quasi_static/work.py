@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,18 @@ from numpy.typing import NDArray
 from damagepred.assembly import Model
 from damagepred.kernels.equilibrium import energy
 from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.quasi_static.solids import Solids
+from damagepred.solvers.stiffness import dead_load, live_load
 
 FloatArray = NDArray[np.float64]
+
+
+class Spent(NamedTuple):
+    """Work taken in a step (J): by friction, by joints that are crushed, by zones that yield."""
+
+    friction: float
+    crushing: float
+    yielding: float
 
 
 @dataclass
@@ -23,11 +34,13 @@ class WorkBalance:
     external_work : float
         Work of dead load, live load and movement on the wall.
     elastic_energy : float
-        Stored in the joints.
+        Stored in joints and zones.
     friction_work, fracture_work : float
         Taken by sliding, and by softening bonds.
     crushing_work : float
         Taken by joints that are crushed.
+    plastic_work : float
+        Taken by zones that yield.
     released_energy : float
         Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
     energy_error : float
@@ -39,50 +52,56 @@ class WorkBalance:
     friction_work: float = 0.0
     fracture_work: float = 0.0
     crushing_work: float = 0.0
+    plastic_work: float = 0.0
     released_energy: float = 0.0
     energy_error: float = 0.0
 
     def begin(self, model: Model, state: State) -> None:
         """Note where the path begins."""
-        self._model = model
+        self.go_on(model)
         self._keep(state)
         self._power = 0.0
 
     def go_on(self, model: Model) -> None:
         """Go on with a model of the same wall that is held otherwise."""
-        self._model = model
+        self._model, self._loads = model, (dead_load(model), live_load(model))
 
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
 
-    def add(self, state: State, friction: float, crushing: float, reaction: float, gave_way: bool) -> None:
+    def add(self, state: State, spent: Spent, reaction: float, gave_way: bool, solids: Solids | None) -> None:
         """Add the step to a new equilibrium.
 
         Parameters
         ----------
         state : State
             With the memory of the new equilibrium.
-        friction, crushing : float
-            Work of friction and of crushing in the step (J).
+        spent : Spent
+            Work taken in the step.
         reaction : float
             Work per progress of what moves the supports in the new equilibrium (J).
         gave_way : bool
             Whether the step broke bonds at standing movement.
+        solids : Solids or None
+            Deformable blocks.
         """
         model = self._model
         stored, softened, power = energy(
             model.interfaces, model.properties, model.ground, state.memory, state.displacement, state.progress
         )
+        if solids is not None:
+            stored += solids.stored(state.displacement, state.plastic)
         power += reaction
-        moved = (state.displacement - self._displacement)[:-3]
-        dead = 0.5 * (state.load + self._load) * float(model.supports.load @ moved)
-        live = 0.5 * (state.progress + self._progress) * float(model.supports.live_load @ moved)
+        moved = state.displacement - self._displacement
+        dead = 0.5 * (state.load + self._load) * float(self._loads[0] @ moved)
+        live = 0.5 * (state.progress + self._progress) * float(self._loads[1] @ moved)
         work = dead + live + 0.5 * (power + self._power) * (state.progress - self._progress)
-        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - friction - crushing
+        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
         self.external_work += work
         self.elastic_energy, self.fracture_work = stored, softened
-        self.friction_work += friction
-        self.crushing_work += crushing
+        self.friction_work += spent.friction
+        self.crushing_work += spent.crushing
+        self.plastic_work += spent.yielding
         if gave_way:
             self.released_energy += missing
         else:
