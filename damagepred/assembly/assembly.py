@@ -22,6 +22,7 @@ from damagepred.assembly.model import (
     Model,
     Supports,
 )
+from damagepred.assembly.points import Amount, Hold, Traction, Where, edge_loads, held_too
 from damagepred.assembly.properties import Fields, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.assembly.quadrature import quadrature
 from damagepred.errors import InputError
@@ -117,6 +118,8 @@ class Assembly:
         self._push_body = np.zeros(2)
         self._prescribed: dict[int, float] = {}
         self._after_load: set[int] = set()
+        self._holds: list[Hold] = []
+        self._tractions: list[Traction] = []
         self._velocity: dict[int, tuple[float, float, float]] = {}
 
     @property
@@ -240,6 +243,37 @@ class Assembly:
             if not np.isfinite(value):
                 raise InputError(f"block {block}: its displacement must be finite, got {value!r}.")
             self._prescribed[3 * self._check(block) + axis] = float(value)
+
+    def hold_points(self, block: int, where: Where, *, x: Amount | None = None, y: Amount | None = None) -> None:
+        """Hold or move gridpoints of a deformable block.
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        where : callable
+            Arrays x, y of gridpoints (m) -> which of them.
+        x, y : float or callable, optional
+            Their displacement at full movement (m), 0 to hold them, or a function of x and y (m). Directions left out
+            stay as they are.
+        """
+        self._holds.append(Hold(self._check(block), where, x, y))
+
+    def traction(self, block: int, where: Where, *, x: Amount = 0.0, y: Amount = 0.0, live: bool = False) -> None:
+        """Load edges of a deformable block.
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        where : callable
+            Arrays x, y of the middles of facets (m) -> which of them.
+        x, y : float or callable
+            Force for each area (Pa), or a function of x and y (m).
+        live : bool
+            Whether it grows with the movement, or acts as dead load.
+        """
+        self._tractions.append(Traction(self._check(block), where, x, y, live))
 
     def set_velocity(self, block: int, *, x: float = 0.0, y: float = 0.0, rotation: float = 0.0) -> None:
         """Let a block start a dynamic run with a velocity.
@@ -412,6 +446,7 @@ class Assembly:
             for block, extra in part.items():
                 total[block] += extra
         prescribed = sorted(self._prescribed)
+        dead_edges, live_edges = edge_loads(self._tractions, geometry.mesh, law.thickness)
         velocity = np.zeros((len(density), 3))
         for block, start in self._velocity.items():
             velocity[block] = start
@@ -425,13 +460,17 @@ class Assembly:
             interfaces=geometry.interfaces,
             properties=properties,
             ground=ground_movement(geometry, profile),
-            supports=Supports(
-                prescribed=np.array(prescribed, dtype=np.int64),
-                prescribed_displacement=np.array([self._prescribed[d] for d in prescribed], dtype=np.float64),
-                load=load.ravel(),
-                live_load=live.ravel(),
-                start=np.zeros(len(prescribed)),
-                after_load=np.array([d in self._after_load for d in prescribed], dtype=np.bool_),
+            supports=held_too(
+                Supports(
+                    prescribed=np.array(prescribed, dtype=np.int64),
+                    prescribed_displacement=np.array([self._prescribed[d] for d in prescribed], dtype=np.float64),
+                    load=load.ravel(),
+                    live_load=live.ravel(),
+                    start=np.zeros(len(prescribed)),
+                    after_load=np.array([d in self._after_load for d in prescribed], dtype=np.bool_),
+                ),
+                self._holds,
+                geometry.mesh,
             ),
             jambs=NO_JAMBS,
             joints=geometry.joints,
@@ -443,6 +482,8 @@ class Assembly:
             block_law=law,
             mesh=geometry.mesh,
             plane=settings.plane,
+            edge_load=dead_edges,
+            live_edge_load=live_edges,
             loose_joint=joint_properties(self._joint_materials[:1], one, one, {})[0],
             initial_velocity=velocity if self._velocity else None,
         )

@@ -79,7 +79,8 @@ class Path:
         self.balance = WorkBalance()
         law = model.properties
         # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
-        self._no_strength = 1e-3 * model.mean_block_weight / float(model.interfaces.contact_area.max())
+        largest = float(model.interfaces.contact_area.max(initial=0.0)) or 1.0
+        self._no_strength = 1e-3 * model.mean_block_weight / largest
         self._load = np.zeros(model.interfaces.contact_area.shape)
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)

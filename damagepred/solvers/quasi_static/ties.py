@@ -60,4 +60,4 @@ def ties_of(model: Model) -> Ties:
             follow[:, 0, 0] = follow[:, 0, 2] = follow[:, 1, 1] = follow[:, 1, 3] = 0.5
             follow[:, 2] = np.stack((-facets.turn_x[f], -facets.turn_y[f], facets.turn_x[f], facets.turn_y[f]), -1)
             rows[~whole, :, s] = of_body[~whole] @ follow
-    return Ties(dof.reshape(count, -1), np.ascontiguousarray(rows.reshape(count, 3, -1)))
+    return Ties(dof.reshape(count, 2 * side), np.ascontiguousarray(rows.reshape(count, 3, 2 * side)))

@@ -142,4 +142,4 @@ def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray
     strongest = each(law.compressive_strength)
     capped = np.maximum(strongest**2 - np.minimum(sigma, 0.0) ** 2, 0.0) / each(law.cap_shear)
     shear = np.maximum(shear, np.abs(tau) - np.sqrt(capped))
-    return float(max(tension.max(), shear.max(), (-sigma - strongest).max(), 0.0))
+    return float(max(v.max(initial=0.0) for v in (tension, shear, -sigma - strongest)))

@@ -1,0 +1,134 @@
+"""What holds, moves and loads single gridpoints and edges of deformable blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly.mesh import Mesh
+from damagepred.assembly.model import Supports
+from damagepred.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Where = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
+"""Tells of points x, y (m) which are meant."""
+Amount = float | Callable[[FloatArray, FloatArray], FloatArray]
+"""A number, or a function of the place x, y (m)."""
+
+GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))
+"""Points at which a traction along a facet is taken: exact up to the third degree."""
+
+
+class Hold(NamedTuple):
+    """Gridpoints of a block that are held or moved, by amounts (m) in x and y; None leaves them free."""
+
+    block: int
+    where: Where
+    x: Amount | None
+    y: Amount | None
+
+
+class Traction(NamedTuple):
+    """Load on facets of a block whose middles are meant, in x and y (Pa); ``live`` if it grows with the movement."""
+
+    block: int
+    where: Where
+    x: Amount
+    y: Amount
+    live: bool
+
+
+def held_too(supports: Supports, holds: list[Hold], mesh: Mesh | None) -> Supports:
+    """Return the supports with those of single gridpoints.
+
+    Parameters
+    ----------
+    supports : Supports
+        Of blocks.
+    holds : list of Hold
+        Of gridpoints; where two speak of the same one, the later counts.
+    mesh : Mesh or None
+        Zones of the deformable blocks.
+
+    Raises
+    ------
+    InputError
+        If a block is not deformable, or none of its gridpoints is meant.
+    """
+    if not holds:
+        return supports
+    found: dict[int, float] = {}
+    for hold in holds:
+        mesh_, own = _gridpoints(mesh, hold.block)
+        x, y = mesh_.x[own], mesh_.y[own]
+        meant = np.flatnonzero(hold.where(x, y))
+        if not meant.size:
+            raise InputError(f"block {hold.block}: none of its {len(x)} gridpoints is where it is to be held.")
+        for amount, dof in ((hold.x, mesh_.dof_x[own]), (hold.y, mesh_.dof_y[own])):
+            if amount is not None:
+                values = _values(amount, x[meant], y[meant], f"block {hold.block}: the displacement of its gridpoints")
+                found.update(zip(dof[meant].tolist(), values.tolist()))
+    dofs = np.array(sorted(found), dtype=np.int64)
+    none = np.zeros(len(dofs))
+    return supports._replace(
+        prescribed=np.concatenate((supports.prescribed, dofs)),
+        prescribed_displacement=np.concatenate((supports.prescribed_displacement, [found[d] for d in dofs.tolist()])),
+        start=np.concatenate((supports.start, none)),
+        after_load=np.concatenate((supports.after_load, none.astype(np.bool_))),
+    )
+
+
+def edge_loads(
+    tractions: list[Traction], mesh: Mesh | None, thickness: FloatArray
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return dead and live load on gridpoints, arrays (size,) (N); None where there is none.
+
+    Parameters
+    ----------
+    tractions : list of Traction
+        On edges of deformable blocks.
+    mesh : Mesh or None
+        Their zones.
+    thickness : array (n,)
+        Of the blocks (m).
+    """
+    loads: list[FloatArray | None] = [None, None]
+    for traction in tractions:
+        mesh_, _ = _gridpoints(mesh, traction.block)
+        d = int(np.flatnonzero(mesh_.block == traction.block)[0])
+        facets = mesh_.facets[mesh_.first_facet[d] : mesh_.first_facet[d + 1]]
+        x, y = mesh_.x[facets], mesh_.y[facets]
+        meant = np.flatnonzero(traction.where(x.mean(axis=1), y.mean(axis=1)))
+        if not meant.size:
+            raise InputError(f"block {traction.block}: no edge of it is where the traction is to act.")
+        load = loads[traction.live]
+        total = np.zeros(mesh_.size) if load is None else load
+        facets, x, y = facets[meant], x[meant], y[meant]
+        half = 0.5 * np.hypot(x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]) * thickness[traction.block]
+        for share in GAUSS:
+            at_x, at_y = (1 - share) * x[:, 0] + share * x[:, 1], (1 - share) * y[:, 0] + share * y[:, 1]
+            for amount, dof in ((traction.x, mesh_.dof_x), (traction.y, mesh_.dof_y)):
+                force = half * _values(amount, at_x, at_y, f"block {traction.block}: the traction")
+                np.add.at(total, dof[facets[:, 0]], (1 - share) * force)
+                np.add.at(total, dof[facets[:, 1]], share * force)
+        loads[traction.live] = total
+    return loads[0], loads[1]
+
+
+def _gridpoints(mesh: Mesh | None, block: int) -> tuple[Mesh, slice]:
+    found = np.empty(0) if mesh is None else np.flatnonzero(mesh.block == block)
+    if mesh is None or not found.size:
+        raise InputError(f"block {block}: is rigid, it has no gridpoints; give it a zone_size.")
+    d = int(found[0])
+    return mesh, slice(int(mesh.first_gridpoint[d]), int(mesh.first_gridpoint[d + 1]))
+
+
+def _values(amount: Amount, x: FloatArray, y: FloatArray, name: str) -> FloatArray:
+    values = np.asarray(amount(x, y) if callable(amount) else np.full(x.shape, amount), dtype=np.float64)
+    values = np.broadcast_to(values, x.shape)
+    if not np.isfinite(values).all():
+        raise InputError(f"{name} must be finite.")
+    return values
