@@ -61,6 +61,7 @@ def solve(
     scene: SceneFile,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
     plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
+    no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
 ) -> None:
     """Solve one wall."""
     from damagepred.archive.files import check_writable
@@ -71,7 +72,7 @@ def solve(
     check_writable(output, plot)
     count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
-        ds = solve_wall(described, on_failure="return", on_step=bar.step)
+        ds = solve_wall(described, on_failure="return", on_step=bar.step, store_zones=not no_zones)
     screen.wall_table(ds)
     raise typer.Exit(_keep_wall(ds, output, plot))
 

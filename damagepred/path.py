@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from damagepred.damage import JointMap, Verdict, damage_table, judge
 from damagepred.errors import SolverError
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.increment import ZoneState
 
 if TYPE_CHECKING:
     from damagepred.solvers.dynamic import DynamicRun
@@ -119,6 +121,7 @@ def solve(
     fields: Mapping[str, FloatArray] | None = None,
     on_failure: str = "raise",
     on_step: Callable[[Step], None] | None = None,
+    store_zones: bool = True,
 ) -> xr.Dataset:
     """Solve one wall and return all that is known of it.
 
@@ -140,15 +143,18 @@ def solve(
         the attributes ``status = "failed"`` or ``"interrupted"`` and ``status_message``.
     on_step : callable, optional
         Called with each ``Step`` as it is reached.
+    store_zones : bool
+        Whether to return stress, state and gridpoints of the zones of deformable blocks; False saves their memory and
+        still counts the zones that yield.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``; SI units; see
-        ``damagepred.archive.schema.VARIABLES``. The attribute ``status`` is complete, collapsed, failed or interrupted;
-        ``solver_method`` tells which solver it was. Of a wall that collapsed, ``collapse_progress`` is the progress of
-        the last equilibrium that was found, the collapse multiplier of a live load, and it fell at most
-        ``collapse_progress_uncertainty`` later.
+        Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``, and with ``zone`` and
+        ``gridpoint`` where blocks are deformable; SI units; see ``damagepred.archive.schema.VARIABLES``. The attribute
+        ``status`` is complete, collapsed, failed or interrupted; ``solver_method`` tells which solver it was. Of a wall
+        that collapsed, ``collapse_progress`` is the progress of the last equilibrium that was found, the collapse
+        multiplier of a live load, and it fell at most ``collapse_progress_uncertainty`` later.
 
     Raises
     ------
@@ -179,7 +185,7 @@ def solve(
     status, message = "complete", None
     try:
         for step in follow(model, settings, judged, count, run):
-            steps.append(step)
+            steps.append(step if store_zones else without_zone_fields(step))
             if on_step is not None:
                 on_step(step)
         if steps[-1].increment.collapsed:
@@ -196,7 +202,7 @@ def solve(
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     method = settings.method if run is None else "dynamic"
     ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
-    ds = _collect(model, steps, judged, attributes | ending)
+    ds = _collect(model, steps, judged, attributes | ending, store_zones)
     if isinstance(scene, Scene):
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
@@ -204,8 +210,6 @@ def solve(
 
 
 def _with(scene: Scene, solver: Solver, damage: Damage, dynamics: Dynamics | None) -> Scene:
-    from dataclasses import replace
-
     return replace(scene, solver=solver, damage=damage, dynamics=dynamics)
 
 
@@ -239,13 +243,67 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     }
     if np.isfinite(steps[0].increment.time):
         values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in IN_TIME}
+    if model.mesh is not None:
+        values |= _zone_counts(steps)
     for name in Verdict._fields:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     values["damage_category"] = values["damage_category"].astype(np.int8)
     return values
 
 
-def _collect(model: Model, steps: list[Step], damage: Damage, attributes: Mapping[str, object]) -> xr.Dataset:
+def without_zone_fields(step: Step) -> Step:
+    """Return an increment with only the states of its zones, for the memory that the rest takes."""
+    zones = step.increment.zones
+    if zones is None:
+        return step
+    light = zones._replace(displacement=np.empty((0, 2)), stress=np.empty((0, 4)))
+    return step._replace(increment=replace(step.increment, zones=light))
+
+
+def _zoning(model: Model) -> dict[str, object]:
+    """Return what is told of deformable blocks as a whole."""
+    mesh = model.mesh
+    if mesh is None:
+        return {}
+    return {"deformable_blocks": len(mesh.block), "zones": len(mesh.zones), "plane": model.plane}
+
+
+def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
+    """Return how many zones yield, and how, in each increment: arrays (increments,)."""
+    kinds = {
+        "zones_in_shear": (ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION),
+        "zones_in_tension": (ZoneState.TENSION, ZoneState.SHEAR_AND_TENSION),
+        "zones_yielded_before": (ZoneState.YIELDED,),
+    }
+    pictures = [s.increment.zones for s in steps]
+    return {
+        name: np.array([0 if p is None else np.isin(p.state, states).sum() for p in pictures], dtype=np.int64)
+        for name, states in kinds.items()
+    }
+
+
+def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
+    """Return all that is known of zones and gridpoints, by variable."""
+    mesh = model.mesh
+    pictures = [s.increment.zones for s in steps if s.increment.zones is not None]
+    if mesh is None or len(pictures) < len(steps):
+        return {}
+    # component by component, so that all of the largest arrays is not held twice
+    moved = {f"gridpoint_displacement_{axis}": np.array([p.displacement[:, i] for p in pictures])
+             for i, axis in enumerate("xy")}  # fmt: skip
+    stress = {f"zone_stress_{name}": np.array([p.stress[:, i] for p in pictures])
+              for i, name in enumerate(("xx", "yy", "xy", "zz"))}  # fmt: skip
+    return {
+        "zone_mesh": np.array(0, dtype=np.int32),
+        "gridpoint_x": mesh.x, "gridpoint_y": mesh.y, "gridpoint_block": mesh.gridpoint_block,
+        "zone_gridpoint": mesh.zones.astype(np.int32), "zone_block": mesh.zone_block,
+        **moved, **stress, "zone_state": np.array([p.state for p in pictures]),
+    }  # fmt: skip
+
+
+def _collect(
+    model: Model, steps: list[Step], damage: Damage, attributes: Mapping[str, object], store_zones: bool
+) -> xr.Dataset:
     blocks, face, joints = model.blocks, model.interfaces, joint_map(model)
     per_joint = face.contact_area.shape[1]
     openings = len(model.jambs.left_block)
@@ -280,11 +338,13 @@ def _collect(model: Model, steps: list[Step], damage: Damage, attributes: Mappin
         "contact_opening": stacked("opening"), "contact_slip": stacked("slip"),
         "contact_normal_stress": stacked("normal_stress"), "contact_shear_stress": stacked("shear_stress"),
         "contact_state": stacked("state"),
+        **(_zone_values(model, steps) if store_zones else {}),
     }  # fmt: skip
     ds = dataset(
         values,
         {**attributes, **provenance(), "damage_table": table.name, "apex_limited_joints": model.apex_limited,
-         "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight},
+         "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
+         **_zoning(model)},
     )  # fmt: skip
     ds["dpc_separation_length"].attrs["opening_threshold"] = damage.dpc_threshold
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")

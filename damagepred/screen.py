@@ -135,8 +135,21 @@ def wall_table(ds: xr.Dataset) -> None:
         row.append(f"{float(at['dpc_separation_length']):.2f}")
         rows.append(row + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values])
     table(ds.attrs["title"], columns, rows)
-    for line in wall_quality(ds):
+    for line in (*zones_in_words(ds), *wall_quality(ds)):
         say(line)
+
+
+def zones_in_words(ds: xr.Dataset) -> list[str]:
+    """Say how many blocks are deformable, and how many of their zones yield; nothing if all are rigid."""
+    if "zones" not in ds.attrs:
+        return []
+    shear, tension, before = (ds[f"zones_{how}"].values for how in ("in_shear", "in_tension", "yielded_before"))
+    if (shear + tension + before).any():
+        yielding = f"at the end {shear[-1]} yield in shear, {tension[-1]} in tension, {before[-1]} have yielded before"
+    else:
+        yielding = "none of them yields"
+    size = f"{ds.attrs['deformable_blocks']} of {ds.sizes['block']} blocks deformable, {ds.attrs['zones']} zones"
+    return [f"{size} in plane {ds.attrs['plane']}; {yielding}"]
 
 
 def wall_quality(ds: xr.Dataset) -> list[str]:

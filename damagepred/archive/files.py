@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
 from damagepred.errors import InputError, StudyError
 
 _ONE_AT_A_TIME = threading.RLock()
@@ -108,7 +108,7 @@ def _reason(error: OSError) -> str:
 
 
 def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as netCDF-4, compressed, whole or not at all.
+    """Write a dataset as netCDF-4, compressed, whole or not at all; zone stresses with seven digits.
 
     Parameters
     ----------
@@ -133,6 +133,8 @@ def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
             settings["_FillValue"] = np.nan if name not in ds.coords else None
         elif variable.dtype == np.int64 and np.abs(variable.values).max(initial=0) <= np.iinfo(np.int32).max:
             settings["dtype"] = "int32"
+        if name in VARIABLES and VARIABLES[str(name)].on_disk:
+            settings["dtype"] = VARIABLES[str(name)].on_disk
         encoding[str(name)] = settings
 
     def write(temporary: Path) -> None:
@@ -165,6 +167,7 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         raise InputError(
             f"{file}: has schema version {int(version)}, this damagepred reads up to {SCHEMA_VERSION}; update it."
         )
+    ds = ds.assign({name: ds[name].astype(np.float64) for name in ds.data_vars if ds[name].dtype == np.float32})
     for variable in ds.variables.values():
         variable.attrs.pop("_FillValue", None)
     return ds

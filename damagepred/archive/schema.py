@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,10 @@ class Variable:
         Meanings of the values 0, 1, ... of a flag variable.
     standard_name : str or None
         CF standard name, where one fits.
+    mesh : mapping
+        Attributes of the UGRID conventions, for what belongs to the mesh of zones.
+    on_disk : str or None
+        Type in files where that is shorter than in memory: stresses need no sixteen digits.
     """
 
     dims: tuple[str, ...]
@@ -36,6 +40,8 @@ class Variable:
     long_name: str
     flags: tuple[str, ...] = ()
     standard_name: str | None = None
+    mesh: Mapping[str, Any] = field(default_factory=dict)
+    on_disk: str | None = None
 
     def attributes(self) -> dict[str, Any]:
         """Return the CF attributes."""
@@ -47,11 +53,16 @@ class Variable:
         if self.flags:
             attrs["flag_values"] = np.arange(len(self.flags), dtype=np.int8)
             attrs["flag_meanings"] = " ".join(self.flags)
-        return attrs
+        return attrs | dict(self.mesh)
 
 
 _STEP = ("increment",)
 _BLOCK, _CONTACT, _OPENING, _VERTEX = ("block",), ("contact",), ("opening",), ("vertex",)
+_ZONE, _GRIDPOINT = ("zone",), ("gridpoint",)
+
+MESH = "zone_mesh"
+"""Variable that says how zones and gridpoints make a mesh, in the words of the UGRID conventions."""
+_ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "location": "node"}
 
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
@@ -134,6 +145,57 @@ VARIABLES: dict[str, Variable] = {
     "contact_normal_stress": Variable((*_STEP, *_CONTACT), "Pa", "normal stress, tension positive"),
     "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
     "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", ("intact", "cracked", "slipping")),
+    # deformable blocks
+    "zones_in_shear": Variable(_STEP, "1", "zones that yield in shear"),
+    "zones_in_tension": Variable(_STEP, "1", "zones that yield in tension"),
+    "zones_yielded_before": Variable(_STEP, "1", "zones that are elastic, but have yielded before"),
+    MESH: Variable(
+        (),
+        None,
+        "zones of the deformable blocks, whose gridpoints are their own",
+        mesh={
+            "cf_role": "mesh_topology",
+            "topology_dimension": np.int32(2),
+            "face_dimension": "zone",
+            "node_coordinates": "gridpoint_x gridpoint_y",
+            "face_node_connectivity": "zone_gridpoint",
+        },
+    ),
+    "zone_gridpoint": Variable(
+        ("zone", "zone_corner"),
+        "1",
+        "gridpoints of the zone, counter-clockwise",
+        mesh={"cf_role": "face_node_connectivity", "start_index": np.int32(0)},
+    ),
+    "zone_block": Variable(_ZONE, "1", "block the zone belongs to", mesh=_ON_ZONES),
+    "gridpoint_block": Variable(_GRIDPOINT, "1", "block the gridpoint belongs to", mesh=_ON_GRIDPOINTS),
+    "gridpoint_x": Variable(_GRIDPOINT, "m", "place of the gridpoint along the wall"),
+    "gridpoint_y": Variable(_GRIDPOINT, "m", "height of the gridpoint"),
+    "gridpoint_displacement_x": Variable(
+        (*_STEP, *_GRIDPOINT), "m", "displacement of the gridpoint along the wall", mesh=_ON_GRIDPOINTS
+    ),
+    "gridpoint_displacement_y": Variable(
+        (*_STEP, *_GRIDPOINT), "m", "displacement of the gridpoint upwards", mesh=_ON_GRIDPOINTS
+    ),
+    "zone_stress_xx": Variable(
+        (*_STEP, *_ZONE), "Pa", "normal stress along the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
+    ),
+    "zone_stress_yy": Variable(
+        (*_STEP, *_ZONE), "Pa", "upright normal stress, tension positive", mesh=_ON_ZONES, on_disk="float32"
+    ),
+    "zone_stress_xy": Variable(
+        (*_STEP, *_ZONE), "Pa", "shear stress in the wall's plane", mesh=_ON_ZONES, on_disk="float32"
+    ),
+    "zone_stress_zz": Variable(
+        (*_STEP, *_ZONE), "Pa", "normal stress across the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
+    ),
+    "zone_state": Variable(
+        (*_STEP, *_ZONE),
+        None,
+        "what yields in the zone",
+        ("elastic", "shear", "tension", "shear_and_tension", "yielded"),
+        mesh=_ON_ZONES,
+    ),
     # a study
     "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
     "status": Variable(("sample",), None, "how the sample ended", SAMPLE_STATUS),
@@ -199,7 +261,8 @@ def dataset(
         {k: v for k, v in variables.items() if k not in coordinates},
         coords={k: v for k, v in variables.items() if k in coordinates},
     )
-    ds.attrs = {"Conventions": "CF-1.11", "schema_version": SCHEMA_VERSION} | {
+    conventions = "CF-1.11 UGRID-1.0" if MESH in ds else "CF-1.11"
+    ds.attrs = {"Conventions": conventions, "schema_version": SCHEMA_VERSION} | {
         key: (int(value) if isinstance(value, bool | np.bool_) else value)
         for key, value in attributes.items()
         if value is not None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damagepred.assembly import Model, wall_model
 from damagepred.path import Step, solve
@@ -19,6 +21,9 @@ from damagepred.solvers.stiffness import held_dofs
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import Study, warm_up
 from damagepred.study.words import duration
+
+LONG_ENOUGH = 60.0
+"""Seconds after which no further increment is timed."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,12 @@ class Estimate:
         What the matrices of the quasi-static solver take while a wall is solved; 0 for the explicit one.
     status : str
         How that wall ended.
+    deformable_blocks, zones, gridpoints : int
+        Of one wall; 0 where all blocks are rigid.
+    zone_bytes : int
+        What is kept of zones and gridpoints, increment by increment; studies keep nothing of it.
+    peak_bytes : int
+        Most memory that this process has held, libraries and compiled kernels included; 0 where it cannot be told.
     """
 
     title: str
@@ -55,6 +66,11 @@ class Estimate:
     method: str
     matrix_bytes: int
     status: str
+    deformable_blocks: int = 0
+    zones: int = 0
+    gridpoints: int = 0
+    zone_bytes: int = 0
+    peak_bytes: int = 0
 
     def lines(self) -> list[str]:
         """Return the estimate in words."""
@@ -66,6 +82,13 @@ class Estimate:
             f"  solver: {self.method}"
             + (f", {self.matrix_bytes / 1e6:.2g} MB of matrices" if self.matrix_bytes else ""),
         ]
+        if self.zones:
+            kept = "" if self.variables else f", {self.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
+            peak = f"; at most {self.peak_bytes / 1e6:.0f} MB of memory in all" if self.peak_bytes else ""
+            found.append(
+                f"  {self.deformable_blocks} deformable blocks: {self.zones} zones, {self.gridpoints} gridpoints"
+                f"{kept}{peak}"
+            )
         if self.variables:
             total = self.samples * self.wall_seconds
             found.append(
@@ -73,6 +96,10 @@ class Estimate:
                 f"{duration(total / 2)} with -j 2"
             )
         return found
+
+
+class _LongEnough(Exception):
+    """Enough increments have been timed."""
 
 
 def matrix_bytes(model: Model, solver: Solver) -> int:
@@ -93,8 +120,24 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())
 
 
+def zone_bytes(model: Model, increments: int) -> int:
+    """Return what is kept of zones (four stresses and a state) and gridpoints (displacement) in memory (bytes)."""
+    if model.mesh is None:
+        return 0
+    return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
+
+
+def peak_bytes() -> int:
+    """Return the most memory this process has held (bytes), 0 where that cannot be told."""
+    if not sys.platform.startswith("linux"):
+        return 0
+    import resource
+
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
 def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Estimate:
-    """Validate a scene or study file and time one wall of it.
+    """Validate a scene or study file and time one wall of it, or what can be timed of it in a minute.
 
     Parameters
     ----------
@@ -121,9 +164,33 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
     warm_up(scene)
     ready = time.perf_counter()
     model = wall_model(scene, fields)
-    ds = solve(scene, fields=fields, on_failure="return", on_step=on_step)
+    count = scene.movement.increments if scene.dynamics is None else scene.dynamics.outputs
+    seconds, status = _timed(scene, fields, count, on_step)
+    mesh = model.mesh
     return Estimate(
-        title, model.n_blocks, model.n_contacts, len(model.joints.kind), scene.movement.increments,
-        samples or 1, variables, ready - began, time.perf_counter() - ready,
-        scene.solver.method, matrix_bytes(model, scene.solver), str(ds.attrs["status"]),
+        title, model.n_blocks, model.n_contacts, len(model.joints.kind), count,
+        samples or 1, variables, ready - began, seconds,
+        scene.solver.method, matrix_bytes(model, scene.solver), status,
+        0 if mesh is None else len(mesh.block), 0 if mesh is None else len(mesh.zones),
+        0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(),
     )  # fmt: skip
+
+
+def _timed(
+    scene: Scene, fields: Mapping[str, NDArray[np.float64]], count: int, on_step: Callable[[Step], None] | None
+) -> tuple[float, str]:
+    """Return how long a wall takes (s), and how it ended; after a minute the rest is reckoned from what was timed."""
+    began = time.perf_counter()
+
+    def watch(step: Step) -> None:
+        if on_step is not None:
+            on_step(step)
+        if 0 < step.increment.number < count and time.perf_counter() - began > LONG_ENOUGH:
+            raise _LongEnough(step.increment.number)
+
+    try:
+        ds = solve(scene, fields=fields, on_failure="return", on_step=watch, store_zones=False)
+    except _LongEnough as stop:
+        done = int(stop.args[0])
+        return (time.perf_counter() - began) * count / done, f"from the first {done} of {count} increments"
+    return time.perf_counter() - began, str(ds.attrs["status"])

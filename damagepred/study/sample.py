@@ -18,7 +18,7 @@ from damagepred.assembly import wall_geometry, wall_model
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
-from damagepred.path import Step, follow, path_values
+from damagepred.path import Step, follow, path_values, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.design import Design
@@ -112,7 +112,7 @@ def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome
         scene, fields = sampled_wall(settings, design, sample, values)
         model = wall_model(scene, fields)
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
-            steps.append(step)
+            steps.append(without_zone_fields(step))
             if step.increment.collapsed:
                 status = COLLAPSED
             if step.verdict.damage_category >= settings.last_category:

@@ -19,8 +19,14 @@ from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, data
 from damagepred.errors import InputError, StudyError
 
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
-SIZES = {"increment": STEPS, "block": BLOCKS, "contact": CONTACTS, "opening": OPENINGS, "vertex": VERTICES, "sample": 1}
-COUNTS = "increment cycles crack_count block_course vertex_block contact_interface contact_joint sample apex_limited"
+SIZES = {
+    "increment": STEPS, "block": BLOCKS, "contact": CONTACTS, "opening": OPENINGS, "vertex": VERTICES, "sample": 1,
+    "zone": 600, "gridpoint": 450, "zone_corner": 3,
+}  # fmt: skip
+COUNTS = (
+    "increment cycles crack_count block_course vertex_block contact_interface contact_joint sample apex_limited "
+    "zone_mesh zone_gridpoint zone_block gridpoint_block zones_in_shear zones_in_tension zones_yielded_before"
+)
 
 
 def wall(seed: int = 0) -> xr.Dataset:
@@ -36,7 +42,9 @@ def wall(seed: int = 0) -> xr.Dataset:
         elif name in COUNTS.split():
             values[name] = random.integers(-1, 10**6, shape)
         else:
-            values[name] = random.standard_normal(shape) * 10.0 ** random.integers(-300, 300, shape)
+            digits, powers = (np.float32, 30) if variable.on_disk else (np.float64, 300)
+            values[name] = random.standard_normal(shape) * 10.0 ** random.integers(-powers, powers, shape)
+            values[name] = values[name].astype(digits).astype(np.float64)
             values[name].ravel()[0] = np.nan if "central" not in name and "ratio" not in name else 0.0
     values["increment"] = np.arange(STEPS)
     return dataset(values, {"title": "Wände über Öffnungen", "scene": "a = 1\nb = 2\n", "complete": True, "span": 6.0})
@@ -89,7 +97,7 @@ def test_flags_are_int8_in_the_file_and_nothing_is_int64(tmp_path: Path):
             if VARIABLES[name].flags:
                 assert variable.dtype == np.int8
                 assert variable._FillValue == FLAG_FILL
-        assert file.getncattr("Conventions") == "CF-1.11"
+        assert file.getncattr("Conventions") == "CF-1.11 UGRID-1.0"
 
 
 def test_large_numbers_are_not_cut(tmp_path: Path):
