@@ -3,28 +3,31 @@
 import numpy as np
 
 from damagepred.kernels.jit import kernel, rule
-from damagepred.kernels.large_contact import least_depth
+from damagepred.kernels.large_contact import face_of, gaps
 
 
 @rule
-def note(x, y, own, other, edges, first_edge, pose, low, high, margin, polygon, gap, count):
-    """Add block ``other`` to the list of a point at (x, y) if it is near; return the length of the list."""
+def note(points, i, other, edges, first_edge, pose, low, high, margin, polygon, edge, gap, count):
+    """Add block ``other`` to the list of point i if it is near; return the length of the list."""
+    x, y, along_x, along_y = face_of(points, i, edges, pose)
+    own = edges[points[i].own_edge].polygon
     if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
         return count
     if (high[other, 1] < y - margin) | (low[other, 1] > y + margin):
         return count
-    distance, _ = least_depth(x, y, edges, first_edge[other], first_edge[other + 1], pose)
-    if distance >= margin:
+    faced, which, others = gaps(x, y, along_x, along_y, edges, first_edge[other], first_edge[other + 1], pose)
+    if (faced >= margin) | (others >= margin):
         return count
     if count < polygon.size:
         polygon[count] = other
-        gap[count] = distance
+        edge[count] = which
+        gap[count] = faced
     return count + 1
 
 
 @kernel
 def near_pairs(
-    points, at, edges, first_edge, pose, low, high, narrow, start, widest, wide, margin, first, polygon, gap
+    points, left, edges, first_edge, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
 ):
     """List the blocks that are nearer than ``margin`` to each point, those it belongs to left out.
 
@@ -34,8 +37,8 @@ def near_pairs(
     ----------
     points, edges, first_edge, pose
         See ``damagepred.kernels.large_contact``.
-    at : array (p, 2)
-        Where the points are (m).
+    left : array (p,)
+        Where the points are, along the wall (m).
     low, high : array (polygons, 2)
         Boxes of the blocks (m).
     narrow, wide : array of int
@@ -48,8 +51,8 @@ def near_pairs(
         What is near (m).
     first : array of int (p + 1,)
         Filled: where the list of each point begins.
-    polygon, gap : array (k,)
-        Filled as far as they reach: block, and signed distance from its faces (m).
+    polygon, edge, gap : array (k,)
+        Filled as far as they reach: block, its edge that the point's face looks at, and signed distance from it (m).
 
     Returns
     -------
@@ -59,13 +62,13 @@ def near_pairs(
     count = 0
     for i in range(points.size):
         first[i] = count
-        x, y, own = at[i, 0], at[i, 1], edges[points[i].own_edge].polygon
+        x = left[i]
         begin = np.searchsorted(start, x - margin - widest)
         for s in range(begin, narrow.size):
             if start[s] > x + margin:
                 break
-            count = note(x, y, own, narrow[s], edges, first_edge, pose, low, high, margin, polygon, gap, count)
+            count = note(points, i, narrow[s], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count)
         for w in range(wide.size):
-            count = note(x, y, own, wide[w], edges, first_edge, pose, low, high, margin, polygon, gap, count)
+            count = note(points, i, wide[w], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count)
     first[points.size] = count
     return count

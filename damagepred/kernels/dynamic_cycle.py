@@ -60,7 +60,8 @@ def run_steps(
                     d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
                     p.offset += d_n
                     p.anchor += d_s
-                    counts.works[BOUNDARY] += 0.5 * p.area * (p.sigma * d_n - p.tau * d_s)
+                    pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
+                    counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
         act(
             points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, softening,
             stiffness_damping / time_step, far > 0.0, counts.tallies,
@@ -70,7 +71,8 @@ def run_steps(
                 p = points[imposed.point[m]]
                 if p.status == HOME:
                     d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
-                    counts.works[BOUNDARY] += 0.5 * p.area * (p.sigma * d_n - p.tau * d_s)
+                    pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
+                    counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
         work_at_boundary(motion, time_step, counts.works)
         k += 1
         if far > 0.0 and not farthest(motion, seen, scenery.reach) <= far:

@@ -11,16 +11,17 @@ What faces what in the end is one of three things:
 
 - HOME: the edge the point was joined to at first, by mortar or by lying on it. It stays so while the bond holds, and
   after that until it has parted by ``release`` or passed the end of the edge.
-- TOUCH: an edge met later. A point inside a convex block is in contact with the edge it is least deep behind. That
-  depth d is continuous in position, round corners too, and so is the potential k A d^2 / 2, which is nothing outside:
-  no rounding of corners is needed. Once met, the edge is kept until the point parts from it or passes its end by
-  ``reach``; then the block, or its neighbour, is asked again, and pressure and friction are carried over where the new
-  edge goes on nearly in the direction of the old one. So a block slides over the joints of a course unhindered.
+- TOUCH: an edge met later. A point that comes into a convex block is in contact with the edge it is least deep behind,
+  of those its face looks at. That depth d begins with nothing, and so does the potential k A d^2 / 2: no rounding of
+  corners is needed. Once met, the edge is kept until the point parts from it or passes its end by ``reach``; then the
+  block, or its neighbour, is asked again, and pressure and friction are carried over where the new edge goes on nearly
+  in the direction of the old one. So a block slides over the joints of a course unhindered.
 - FREE: nothing.
 
 A point faces one thing at a time, and only what its own face looks at: a corner has two points, one for each of the
-faces that meet in it, and the one whose face is parallel to what is hit has no part in it. Energy is never created by
-a change of edge: a point that is found behind an edge through which it did not come counts from there (``offset``).
+faces that meet in it, and the one whose face lies across what is hit has no part in it. Energy is never created by a
+change of edge: a point that is found behind an edge through which it did not come counts from there (``offset``), and
+what it held is lost where it passes an end with nothing beyond.
 """
 
 import numpy as np
@@ -59,11 +60,13 @@ EDGE = np.dtype(
         ("y", "f8"),
         ("along_x", "f8"),
         ("along_y", "f8"),
+        ("low", "f8"),
         ("length", "f8"),
     ]
 )
 """An edge of a block: its body; in that body's frame the end from which the way along it counts (m), and its direction,
-clockwise round the block: the outward normal is (-along_y, along_x). Then its length (m)."""
+clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
+0 and its length, but for the ground, which goes on to either side."""
 
 LAW = 16
 """Numbers of one law: (k_n, k_s, 1 / k_s), strength (4), weakened (4), w_c, slope, tan(psi), brittle_shear, and one
@@ -94,21 +97,48 @@ def measure(points, i, edges, e, pose):
 
 
 @rule
-def least_depth(at_x, at_y, edges, first, last, pose):
-    """Return the largest signed distance of a place from the edges first to last of a convex block, and which edge.
+def gaps(at_x, at_y, own_x, own_y, edges, first, last, pose):
+    """Return how a place on a face lies against the edges first to last of a convex block.
 
-    Positive outside; inside it is less the least depth.
+    Parameters
+    ----------
+    at_x, at_y : float
+        The place (m).
+    own_x, own_y : float
+        Direction of the face it lies on.
+
+    Returns
+    -------
+    faced : float
+        Largest signed distance from the edges that the face looks at (m): inside, it is less the least depth.
+    which : int
+        The edge it belongs to, -1 if the face looks at none.
+    others : float
+        Largest signed distance from the other edges (m).
     """
-    largest, which = -np.inf, first
+    faced, others, which = -np.inf, -np.inf, -1
     for e in range(first, last):
         b = edges[e].body
         arm_x, arm_y = at_x - pose[b, 0], at_y - pose[b, 1]
         cb, sb = pose[b, 2], pose[b, 3]
         local_x, local_y = cb * arm_x + sb * arm_y - edges[e].x, cb * arm_y - sb * arm_x - edges[e].y
-        gap = edges[e].along_x * local_y - edges[e].along_y * local_x
-        if gap > largest:
-            largest, which = gap, e
-    return largest, which
+        t_x, t_y = edges[e].along_x, edges[e].along_y
+        gap = t_x * local_y - t_y * local_x
+        if (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y < -FACING:
+            if gap > faced:
+                faced, which = gap, e
+        elif gap > others:
+            others = gap
+    return faced, which, others
+
+
+@law
+def face_of(points, i, edges, pose):
+    """Return where point i is (m), and the direction of the face it lies on."""
+    a, own = points[i].body, points[i].own_edge
+    ca, sa = pose[a, 2], pose[a, 3]
+    x, y, t_x, t_y = points[i].x, points[i].y, edges[own].along_x, edges[own].along_y
+    return pose[a, 0] + ca * x - sa * y, pose[a, 1] + sa * x + ca * y, ca * t_x - sa * t_y, sa * t_x + ca * t_y
 
 
 @rule
@@ -127,24 +157,19 @@ def meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, old_x
         Direction of that edge.
     """
     p = points[i]
-    a = p.body
-    ca, sa = pose[a, 2], pose[a, 3]
-    at_x, at_y = pose[a, 0] + ca * p.x - sa * p.y, pose[a, 1] + sa * p.x + ca * p.y
-    own = p.own_edge
-    own_x, own_y = ca * edges[own].along_x - sa * edges[own].along_y, sa * edges[own].along_x + ca * edges[own].along_y
+    at_x, at_y, own_x, own_y = face_of(points, i, edges, pose)
     found, deepest, came_from = -1, np.inf, 0.0
     for k in range(near.first[i], near.first[i + 1]):
         polygon = near.polygon[k]
-        gap, e = least_depth(at_x, at_y, edges, first_edge[polygon], first_edge[polygon + 1], pose)
-        before = near.distance[k] if p.fresh != 0 else min(gap, 0.0)
+        gap, e, others = gaps(at_x, at_y, own_x, own_y, edges, first_edge[polygon], first_edge[polygon + 1], pose)
+        before = near.distance[k] if (p.fresh != 0) & (near.edge[k] == e) else min(gap, 0.0)
         near.distance[k] = gap
+        near.edge[k] = e
         # half the way of a step ahead: what is met within it presses already, see ``act``
-        if gap >= 0.5 * abs(gap - before) or gap >= deepest:
+        if (e < 0) | (gap >= 0.5 * abs(gap - before)) | (gap >= deepest):
             continue
-        b = edges[e].body
-        t_x = pose[b, 2] * edges[e].along_x - pose[b, 3] * edges[e].along_y
-        t_y = pose[b, 3] * edges[e].along_x + pose[b, 2] * edges[e].along_y
-        if t_x * own_x + t_y * own_y < -FACING:
+        # through the face itself, or it was behind its line already and came from the side, and is inside by now
+        if (before > 0.0) & (others < p.reach) | (others < gap):
             found, deepest, came_from = e, gap, before
     p.fresh = 1
     if found < 0:
@@ -245,7 +270,8 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
     first_edge : array of int (polygons + 1,)
         Where those of each block begin.
     near : NamedTuple of arrays
-        ``first`` (p + 1,), ``polygon`` and ``distance`` (k,): blocks near each point, and how far they were last.
+        ``first`` (p + 1,), ``polygon``, ``edge`` and ``distance`` (k,): blocks near each point, and how far the edge
+        that its face looks at was last.
     laws : array (l, LAW)
         See ``LAW``.
     pose : array (bodies, 4)
@@ -273,7 +299,7 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
             if not meet(points, i, edges, first_edge, near, pose, laws, 0.0, 0.0, 0.0, 0.0):
                 continue
         ax, ay, bx, by, along, gap, t_x, t_y = measure(points, i, edges, p.target, pose)
-        if (along < -p.reach) | (along > edges[p.target].length + p.reach):
+        if (along < edges[p.target].low - p.reach) | (along > edges[p.target].length + p.reach):
             if not leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t_x, t_y, search):
                 continue
             ax, ay, bx, by, along, gap, t_x, t_y = measure(points, i, edges, p.target, pose)
@@ -304,15 +330,16 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
         # where the work went
         mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
         rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilated))
-        if cracked != was_cracked:
+        softens = False
+        if softening is not None:
+            softens = cracked & (laws[row, 11] > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
+        if (cracked != was_cracked) | softens:
             lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
-            rest = 0.5 * sigma * (u_n - new_dilated)
-            freed += p.area * (lost - rest)
-        elif softening is not None and cracked and opened > 0.0 and laws[row, 11] > 0.0:
-            lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
-            rest = 0.5 * sigma * (u_n - new_dilated)
-            if (p.sigma > 0.0) | (sigma > 0.0):
-                torn += p.area * (lost - rest)
+            lost -= 0.5 * sigma * (u_n - new_dilated)
+            if softens:
+                torn += p.area * lost
+            else:
+                freed += p.area * lost
 
         # damping by the rate of the elastic stress; it never pulls a joint that carries no tension
         pull_n, pull_s = sigma, tau

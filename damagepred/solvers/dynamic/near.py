@@ -24,18 +24,21 @@ class Near(NamedTuple):
     ----------
     first : array of int (p + 1,)
         Where the list of each point begins.
-    polygon : array of int (k,), distance : array (k,)
-        Which block, and signed distance from its faces when last looked at (m).
+    polygon, edge : array of int (k,), distance : array (k,)
+        Which block, which of its edges the point's face looks at, and signed distance from that when last looked at
+        (m).
     """
 
     first: IntArray
     polygon: IntArray
+    edge: IntArray
     distance: FloatArray
 
 
 def nothing_near(scene: Scenery) -> Near:
     """Return empty lists."""
-    return Near(np.zeros(len(scene.points) + 1, np.int64), np.zeros(0, np.int64), np.zeros(0))
+    none = np.zeros(0, np.int64)
+    return Near(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
 
 
 def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
@@ -60,17 +63,18 @@ def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
     is_wide = width > WIDE * np.median(width)
     narrow = np.flatnonzero(~is_wide)
     narrow = narrow[np.argsort(low[narrow, 0], kind="stable")]
-    at = places(pose, points["body"], points["x"], points["y"])
+    left = places(pose, points["body"], points["x"], points["y"])[:, 0].copy()
     first = np.zeros(len(points) + 1, dtype=np.int64)
     room = 8 * len(points)
     while True:
-        polygon, distance = np.empty(room, dtype=np.int64), np.empty(room)
+        polygon, edge, distance = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
         count = near_pairs(
-            points, at, edges, scene.first_edge, pose, low, high, narrow, low[narrow, 0].copy(),
-            float(width[narrow].max(initial=0.0)), np.flatnonzero(is_wide), margin, first, polygon, distance,
+            points, left, edges, scene.first_edge, pose, low, high, narrow, low[narrow, 0].copy(),
+            float(width[narrow].max(initial=0.0)), np.flatnonzero(is_wide), margin, first,
+            polygon, edge, distance,
         )  # fmt: skip
         if count <= room:
-            return Near(first, polygon[:count], distance[:count])
+            return Near(first, polygon[:count], edge[:count], distance[:count])
         room = count
 
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
-from damagepred.assembly.quadrature import quadrature
 from damagepred.kernels.joint import bond_slope, slip_compliance
 from damagepred.kernels.large_contact import EDGE, FREE, HOME, LAW, POINT
 
@@ -26,6 +25,10 @@ REACH = 0.02
 """A point may pass the end of the edge it faces by this share of the length it stands for."""
 RELEASE = 0.1
 """A point whose bond is broken is free once it has parted from its first edge by this share of that length."""
+MOST_CELLS = 100
+"""Cells into which a stretch of a face without joint is cut at most, each with its points."""
+GAUSS = 12.0**-0.5
+"""Distance of the two points of Gauss from the middle of a cell of length 1."""
 LONG = 1e9
 """Length of the ground to either side (m)."""
 
@@ -97,7 +100,7 @@ def _edges(model: Model, origin: FloatArray) -> tuple[NDArray[Any], IntArray]:
     for i, level in enumerate(levels):
         ground["y"][i] = level - origin[1]
         if i == len(levels) - 1:
-            ground["x"][i], ground["length"][i] = -LONG, 2 * LONG
+            ground["low"][i], ground["length"][i] = -LONG, LONG
             continue
         on = _on_ground(model) & (face.y == level)
         left, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
@@ -178,9 +181,34 @@ def _joined_points(
 
 def _free_points(model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray) -> NDArray[Any]:
     """Put points on what of the faces of blocks has no joint, corners included."""
-    face, n = model.interfaces, model.n_blocks
-    share, weight = quadrature("lobatto", max(3, face.contact_area.shape[1] if face.contact_area.size else 3))
     law = _usual_law(model)
+    stretches = _free_stretches(model, edges, home_a, home_b)
+    cell = float(np.sqrt(model.blocks.area.min()))
+    on, along, length = [], [], []
+    for edge, start, end in stretches:
+        whole = float(edges["length"][edge])
+        for place, share in _spread(start, end, cell, start == 0.0, end == whole):
+            on.append(edge)
+            along.append(place)
+            length.append(share)
+    own, way, stretch = np.array(on, dtype=np.int64), np.array(along), np.array(length)
+    points = np.zeros(len(on), dtype=POINT)
+    e = edges[own]
+    points["body"], points["own_edge"] = e["body"], own
+    points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
+    points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
+    points["reach"], points["release"] = REACH * stretch, RELEASE * stretch
+    points["law"] = 2 * law[e["polygon"]] + 1
+    points["status"] = FREE
+    points["cracked"] = 1.0
+    return points
+
+
+def _free_stretches(
+    model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray
+) -> list[tuple[int, float, float]]:
+    """Return edge, start and end (m along it) of what of the blocks' faces has no joint."""
+    face, n = model.interfaces, model.n_blocks
     covered: dict[int, list[tuple[float, float]]] = {}
     for block, home in ((face.block_a, home_a), (face.block_b, home_b)):
         own = block < n
@@ -196,21 +224,31 @@ def _free_points(model: Model, edges: NDArray[Any], home_a: IntArray, home_b: In
             if start - reached > 1e-6 * length:
                 found.append((edge, reached, start))
             reached = max(reached, end)
-    on = np.array([edge for edge, _, _ in found], dtype=np.int64)
-    begin, width = (np.array(column) for column in zip(*((a, b - a) for _, a, b in found))) if found else (on, on)
-    points = np.zeros((len(found), len(share)), dtype=POINT)
-    e = edges[on]
-    along = begin[:, None] + width[:, None] * (share + 0.5)
-    points["body"], points["own_edge"] = e["body"][:, None], on[:, None]
-    points["x"] = e["x"][:, None] + e["along_x"][:, None] * along
-    points["y"] = e["y"][:, None] + e["along_y"][:, None] * along
-    stretch = width[:, None] * weight
-    points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]][:, None]
-    points["reach"], points["release"] = REACH * stretch, RELEASE * stretch
-    points["law"] = 2 * law[e["polygon"]][:, None] + 1
-    points["status"] = FREE
-    points["cracked"] = 1.0
-    return points.ravel()
+    return found
+
+
+def _spread(start: float, end: float, cell: float, first: bool, last: bool) -> list[tuple[float, float]]:
+    """Return places (m) and lengths (m) of points on a stretch of a face, cell by cell.
+
+    A cell has a point at its end where that is a corner of the block, and none where the stretch borders on a joint:
+    quadrature of Lobatto (3 points), Radau or Gauss (2).
+    """
+    count = min(max(1, round((end - start) / cell)), MOST_CELLS)
+    size = (end - start) / count
+    found = []
+    for k in range(count):
+        left, right = first and k == 0, last and k == count - 1
+        rule: tuple[tuple[float, float], ...]
+        if left and right:
+            rule = ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6))
+        elif left:
+            rule = ((0.0, 1 / 4), (2 / 3, 3 / 4))
+        elif right:
+            rule = ((1 / 3, 3 / 4), (1.0, 1 / 4))
+        else:
+            rule = ((0.5 - GAUSS, 1 / 2), (0.5 + GAUSS, 1 / 2))
+        found += [(start + (k + at) * size, share * size) for at, share in rule]
+    return found
 
 
 def _usual_law(model: Model) -> IntArray:

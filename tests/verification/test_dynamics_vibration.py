@@ -1,0 +1,163 @@
+"""Runs in physical time against closed forms: vibration, damping, stability."""
+
+import numpy as np
+import pytest
+
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.errors import DivergenceError
+from damagepred.scene import Joint
+from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, on_plate, run, stack, started
+from tests.verification.manual import ClosedForm, Verify
+
+CHAPTER = "Dynamics"
+
+MODES = ClosedForm(
+    chapter=CHAPTER,
+    title="Free vibration of a stack",
+    formula="u_i(t) = (v/ω) sin(ω t) sin[i (2j - 1) π/(2n + 1)]\nω_j = 2 sqrt(K/m) sin[(2j - 1) π/(2 (2n + 1))]",
+    source="Derived: chain of n equal masses on equal springs, fixed at one end.",
+    note="Central differences shift the frequency to (2/dt) asin(ω dt/2), which is taken into account.",
+)
+HIGHEST = ClosedForm(
+    chapter=CHAPTER,
+    title="Highest frequency, from which the time step follows",
+    formula="ω_n = 2 sqrt(K/m) sin[(2n - 1) π/(2 (2n + 1))]",
+    source="Derived: chain of n equal masses on equal springs, fixed at one end.",
+)
+DECAY = ClosedForm(
+    chapter=CHAPTER,
+    title="Damped vibration",
+    formula="viscous and Rayleigh: peaks fall by exp(-2π ξ/sqrt(1 - ξ²)), ξ = α/(2ω) + βω/2\n"
+    "local: amplitude about the state of rest falls by (1 - a)/(1 + a) a cycle",
+    source="Textbook; local damping: Cundall (1987), derived from constant decelerating force ratio.",
+)
+STATIC = ClosedForm(
+    chapter=CHAPTER,
+    title="Coming to rest under dead load",
+    formula="u_i = -W i (2n - i + 1)/(2 k_n A)",
+    source="Derived: the joint below block i carries n - i + 1 blocks.",
+    note="Started with unstressed joints, and damped until all is at rest: the contacts of large movement are as stiff "
+    "as those of small.",
+)
+STABLE = ClosedForm(
+    chapter=CHAPTER,
+    title="Stable time step in physical time",
+    formula="dt <= 2/ω_max",
+    source="Textbook: central differences.",
+)
+
+
+def bonded(stiffness: float) -> Joint:
+    """So soft in shear that the highest mode is one up and down."""
+    return Joint(normal_stiffness=stiffness, shear_stiffness=0.1 * stiffness, tensile_strength=1e9, cohesion=1e9)
+
+
+@pytest.mark.parametrize(("n", "mode", "stiffness"), [(1, 1, 82e9), (5, 1, 82e9), (5, 3, 5e9), (12, 2, 1e10)])
+def test_a_stack_vibrates_in_its_modes(verify: Verify, n: int, mode: int, stiffness: float) -> None:
+    assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=bonded(stiffness))
+    shape = np.sin(np.arange(1, n + 1) * (2 * mode - 1) * np.pi / (2 * n + 1))
+    for i in range(n):
+        assembly.add_block(rectangle(0.0, i * 0.1, 0.24, (i + 1) * 0.1))
+        assembly.set_velocity(i, y=1e-3 * shape[i])
+    assembly.rest_on_ground([0])
+    root = np.sqrt(stiffness / (DENSITY * 0.1))
+    omega = 2 * root * np.sin((2 * mode - 1) * np.pi / (2 * (2 * n + 1)))
+    ds = run(assembly, 3 * 2 * np.pi / omega, 60)
+    dt = ds.attrs["time_step"]
+    shifted = 2 / dt * np.arcsin(omega * dt / 2)
+    time = ds["time"].values[:, None]
+    exact = 1e-3 * dt / np.sin(shifted * dt) * np.sin(shifted * time) * shape
+    verify(
+        MODES, case=f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m", solver="dynamic", quantity="displacement",
+        unit="m", computed=ds["block_displacement_y"].values, exact=exact, tolerance=1e-8,
+    )  # fmt: skip
+    error = np.abs(ds["energy_error"].values).max() / ds["kinetic_energy"].values[0]
+    assert error < 1e-9
+    highest = 2 * root * np.sin((2 * n - 1) * np.pi / (2 * (2 * n + 1)))
+    verify(
+        HIGHEST, case=f"{n} bricks, k_n = {stiffness:g} Pa/m", solver="dynamic", quantity="ω", unit="rad/s",
+        computed=ds.attrs["highest_frequency"], exact=highest, tolerance=1e-9,
+    )  # fmt: skip
+    assert ds.attrs["highest_frequency_bound"] >= highest
+
+
+@pytest.mark.parametrize(
+    "damping",
+    [
+        {"damping": "viscous", "damping_ratio": 0.05},
+        {"damping": "rayleigh", "damping_ratio": 0.05},
+        {"damping": "rayleigh", "damping_ratio": 0.05, "stiff": True},
+        {"damping": "local", "local_damping": 0.2},
+    ],
+)
+def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
+    """One block on its joint, released above its rest: peaks of the free vibration."""
+    omega = np.sqrt(1e9 / (DENSITY * 0.1))
+    settings = dict(damping)
+    hertz = omega / (2 * np.pi)
+    if damping["damping"] == "viscous":
+        settings["frequency"], alpha, beta = hertz, 0.1 * omega, 0.0
+    elif damping["damping"] == "rayleigh":
+        low, high = (0.001, 1.0) if settings.pop("stiff", False) else (0.5, 2.0)
+        settings |= {"frequency": low * hertz, "second_frequency": high * hertz}
+        alpha, beta = 0.1 * omega * low * high / (low + high), 0.1 / (omega * (low + high))
+    ds = run(stack(1, 1e9), 4 * 2 * np.pi / omega, 4000, start="unstressed", time_step_safety=0.05, **settings)
+    sag = DENSITY * 0.1 * G / 1e9
+    about = ds["block_displacement_y"].values[:, 0] / sag + 1
+    peak = about[1:-1][(about[1:-1] > about[:-2]) & (about[1:-1] > about[2:])]
+    if damping["damping"] == "local":
+        ratio, tolerance = 0.8 / 1.2, 2e-3
+    else:
+        xi = alpha / (2 * omega) + beta * omega / 2
+        ratio, tolerance = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2)), 2e-3
+    verify(
+        DECAY, case=", ".join(f"{v}" for v in damping.values()), solver="dynamic", quantity="peak over the one before",
+        computed=peak[1:3] / peak[:2], exact=[ratio] * 2, tolerance=tolerance,
+    )  # fmt: skip
+    assert np.abs(ds["energy_error"]).max() < 1e-3 * ds["damping_work"].max()
+
+
+@pytest.mark.parametrize(("n", "stiffness", "width"), [(3, 82e9, 0.24), (10, 5e9, 0.5)])
+def test_a_stack_comes_to_rest(verify: Verify, n: int, stiffness: float, width: float) -> None:
+    ds = run(stack(n, stiffness, width), 0.15, 5, start="unstressed", damping="local")
+    w, i = DENSITY * width * 0.1 * THICKNESS * G, np.arange(1, n + 1)
+    verify(
+        STATIC, case=f"{n} blocks, {width} m wide, k_n = {stiffness:g} Pa/m", solver="dynamic", quantity="settlement",
+        unit="m", computed=ds["block_displacement_y"].values[-1],
+        exact=-w * i * (2 * n - i + 1) / (2 * stiffness * width * THICKNESS), tolerance=1e-6,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "stable"), [(0.999, True), (1.001, False)])
+def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) -> None:
+    """The step that is computed is the limit itself: a little above it the highest mode grows without bound."""
+    assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=bonded(1e9))
+    for i in range(4):
+        assembly.add_block(rectangle(0.0, i * 0.1, 0.24, (i + 1) * 0.1))
+        assembly.set_velocity(i, y=1e-6 * (-1) ** i)
+    assembly.rest_on_ground([0])
+    course = started(assembly.build(STIFF), 3.0, new_contacts=False, time_step_safety=1.0)
+    limit = 2.0 / course.frequency.intact
+    course.time_step = share * limit
+    course.steps_each = 3000
+    start = course.audit.balance().kinetic_energy
+    course.audit._step = course.time_step
+    try:
+        course.advance()
+        grown = np.abs(course.motion.velocity[:, 1]).max() > 1e-3
+    except DivergenceError:
+        grown = True
+    assert start > 0
+    verify(
+        STABLE, case=f"dt = {share} x 2/ω_max, 3000 steps", solver="dynamic", quantity="bounded",
+        computed=not grown, exact=stable,
+    )  # fmt: skip
+
+
+def test_a_run_that_diverges_says_so() -> None:
+    course = started(on_plate(joint=dry(1e9)).build(STIFF), 1.0)
+    course.time_step *= 12.0
+    course.motion.velocity[1, 1] = -1.0
+    with pytest.raises(DivergenceError, match=r"diverged at .* s .*block 1 .*time_step_safety"):
+        course.advance()
