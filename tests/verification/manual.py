@@ -29,11 +29,14 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tests.verification.blocks import table as units
 
 COMMAND = 'python -m pytest tests/verification -m "slow or not slow" --manual tests/verification/README.md'
 """Writes the page."""
+
+FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-12
 """Relative errors below this are rounding."""
@@ -148,7 +151,7 @@ class Verify:
         computed: Any,
         exact: Any,
         tolerance: float = 0.0,
-        scale: float | None = None,
+        scale: float | FloatArray | None = None,
         solver: str = "",
         quantity: str = "",
         unit: str = "",
@@ -165,8 +168,9 @@ class Verify:
             What to compare; verdicts must be the same.
         tolerance : float
             Largest error that passes.
-        scale : float, optional
-            What errors are measured by, in the unit of the quantity; by default the largest exact value.
+        scale : float or array, optional
+            What errors are measured by, in the unit of the quantity; by default the largest exact value. The exact
+            values themselves where they differ in size.
         solver : str
             ``explicit``, ``quasi_static``, ... or empty where there is none.
         quantity, unit : str
@@ -186,7 +190,7 @@ class Verify:
         assert kept.passed, str(kept)
 
 
-def compare(computed: Any, exact: Any, scale: float | None) -> tuple[float | str, float | str, int, float]:
+def compare(computed: Any, exact: Any, scale: float | FloatArray | None) -> tuple[float | str, float | str, int, float]:
     """Return the pair that differs most, the number of pairs, and the error."""
     if isinstance(exact, str | bool | np.bool_):
         words = tuple({True: "yes", False: "no"}[bool(v)] if not isinstance(v, str) else v for v in (computed, exact))
@@ -194,10 +198,10 @@ def compare(computed: Any, exact: Any, scale: float | None) -> tuple[float | str
     found, known = np.broadcast_arrays(np.asarray(computed, dtype=float), np.asarray(exact, dtype=float))
     if found.size == 0:
         raise ValueError("nothing to compare")
-    by = float(np.abs(known).max()) if scale is None else scale
-    if not by > 0:
+    by = np.broadcast_to(np.abs(known).max() if scale is None else np.abs(scale), known.shape)
+    if not (by > 0).all():
         raise ValueError("errors are measured by the largest exact value, which is 0: give a scale")
-    error = np.abs(found - known).ravel() / by
+    error = (np.abs(found - known) / by).ravel()
     worst = int(np.where(np.isnan(error), np.inf, error).argmax())
     if error[worst] < ROUNDING:
         worst = int(np.abs(known).argmax())  # where nothing but rounding differs, the largest tells a reader most
@@ -236,8 +240,8 @@ class Manual:
             "over the exact value (over the largest one where several values are compared: the pair that differs most "
             "is shown, and their number), or over the scale that the test names. *Time* is the wall time of the case "
             "on one core, compilation excluded. `quasi-static` and `explicit` are the two solvers, the explicit one "
-            "without its elastic start, so that it reaches every state by time stepping; other words in that column "
-            "say what else computed.",
+            "without its elastic start, so that it reaches every state by time stepping; `dynamic` are runs in "
+            "physical time; other words in that column say what else computed.",
             "",
             self._totals(len(sections)),
             "",

@@ -50,7 +50,9 @@ DROP = ClosedForm(
     title="Block dropped on its joint",
     formula="u_max = (W/K) [1 + √(1 + 2 K H/W)];   rebounds to H",
     source="Derived: conservation of energy; the joint carries no tension.",
-    note="Without damping, ω dt = 0.01.",
+    note="Without damping, ω dt = 0.01 or so. Runs in physical time (`dynamic`): a block thrown up less than a tenth "
+    "of its size falls back on its own joint. On a plate that it did not touch before, its contacts, and so K, are "
+    "others; the rebound is H all the same.",
 )
 WAVE = ClosedForm(
     chapter=CHAPTER,
@@ -206,6 +208,7 @@ def test_a_block_dropped_on_its_joint(verify: Verify, unit: Unit, height: float)
     fall = np.sqrt(2 * height)  # times 1/ω
     u = follow(run, int((2 * fall + 2 * np.pi) / 0.01), 1.0, lambda u: u[1])
     deepest = int(u.argmin())
+    exact = sag * (1 + np.sqrt(1 + 2 * height) + np.array([0.0, height]))
     verify(
         DROP,
         case=f"K H/W = {height:g}: {unit}",
@@ -213,7 +216,8 @@ def test_a_block_dropped_on_its_joint(verify: Verify, unit: Unit, height: float)
         quantity="u_max and u_max + rebound",
         unit="m",
         computed=[-u[deepest], u[deepest:].max() - u[deepest]],
-        exact=[sag * (1 + np.sqrt(1 + 2 * height)), sag * (1 + np.sqrt(1 + 2 * height) + height)],
+        exact=exact,
+        scale=exact,
         tolerance=1e-3,
     )
 

@@ -1,0 +1,221 @@
+"""Stacks and single blocks in runs of physical mass and time, which let blocks move as far as they like.
+
+Rocking, bouncing, pulses and the energy over long runs are in the chapter on dynamics.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import special
+
+import damagepred
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import BlockMaterial, Solver
+from damagepred.scene.dynamics import Dynamics
+from damagepred.solvers.dynamic import DynamicRun
+from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
+from tests.verification.manual import ClosedForm, Verify
+from tests.verification.test_vibration import CHAIN, CHAPTER, DECREMENT, DROP, SLIDE, chain
+
+SLOW = pytest.mark.slow
+RIGID = Solver(lump_block_elasticity=False)
+STEP = ClosedForm(
+    chapter=CHAPTER,
+    title="Time step of runs in physical time",
+    formula="dt = s · (2/ω) (√(1 + ξ²) - ξ) / √(1 + α),   ξ = β ω/2;   one block on its joint:\n"
+    "ω² = max{ K/m,  eigenvalues of [k_s A/m, k_s A h/(2m); k_s A h/(2J), (k_n t b³/12 + k_s A h²/4)/J] }",
+    source="Central differences; damping β proportional to stiffness taken from the last half step; local damping α; "
+    "motion of one block: upwards, and shear with rocking, J = m (b² + h²)/12.",
+    note="s: the share of the limit that the user asks for.",
+)
+STRUCK = ClosedForm(
+    chapter=CHAPTER,
+    title="Stack struck in the middle",
+    formula="u(x, t) = (1/2c) ∫ v_0(x') dx' from x - c t to x + c t;   c = √(E_eff/ρ),   1/E_eff = 1/E + 1/(k_n h)",
+    source="d'Alembert; stiffness of joint and block in series.",
+    note="A bell of velocity, 10 blocks (one standard deviation) wide, 140 blocks above the ground.",
+)
+
+
+def weightless(unit: Unit, count: int, material: BlockMaterial | None = None) -> Assembly:
+    """Return a stack whose joints do not open, without gravity."""
+    assembly = Assembly(
+        thickness=unit.t, gravity=(0.0, 0.0), block=material or unit.material,
+        joint=unit.joint(tensile_strength=1e12, cohesion=1e12),
+    )  # fmt: skip
+    for i in range(count):
+        assembly.add_block(unit.at(0.0, i * unit.h), course=i)
+    assembly.rest_on_ground([0])
+    return assembly
+
+
+@pytest.fixture(autouse=True, scope="module")
+def compiled_runs() -> None:
+    """Compile or load what runs in physical time need."""
+    solve(weightless(BRICK, 1), Dynamics(duration=1e-4, outputs=1))
+
+
+def zeros(time: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Return when a value passes through zero, by straight lines between the outputs."""
+    before = np.flatnonzero(value[:-1] * value[1:] < 0)
+    return time[before] + value[before] / (value[before] - value[before + 1]) * np.diff(time)[before]
+
+
+def solve(assembly: Assembly, dynamics: Dynamics) -> xr.Dataset:
+    return damagepred.solve(assembly, solver=RIGID, dynamics=dynamics)
+
+
+@pytest.mark.parametrize(
+    ("unit", "n", "j"),
+    [(BRICK, 1, 1), pytest.param(BLOCK, 5, 1, marks=SLOW), (BLOCK, 5, 5), pytest.param(STONE, 10, 3, marks=SLOW)],
+)
+def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: int) -> None:
+    exact = float(chain(unit, n, j))
+    assembly = weightless(unit, n)
+    for i in range(n):
+        assembly.set_velocity(i, y=1e-3 * np.sin((2 * j - 1) * np.pi / (2 * n + 1) * (i + 1)))
+    duration = 10.25 * 2 * np.pi / exact
+    ds = solve(assembly, Dynamics(duration=duration, outputs=1000, time_step_safety=0.05, new_contacts=False))
+    found = zeros(ds["time"].values, ds["block_displacement_y"].values[:, -1])
+    verify(
+        CHAIN, case=f"n = {n}, j = {j}, 10 periods: {unit}", solver="dynamic", quantity="ω", unit="rad/s",
+        computed=np.pi * (len(found) - 1) / (found[-1] - found[0]), exact=exact, tolerance=1e-3,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Dynamics(time_step_safety=1.0),
+        Dynamics(damping="local", local_damping=0.8),
+        Dynamics(damping="rayleigh", damping_ratio=0.05, frequency=100.0, second_frequency=2000.0),
+    ],
+    ids=["undamped", "local", "rayleigh"],
+)
+@pytest.mark.parametrize("unit", UNITS, ids=str)
+def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
+    settings = replace(settings, new_contacts=False, duration=1000.0, outputs=1)
+    k_n, k_s, inertia = unit.k_n * unit.area, unit.k_s * unit.area, unit.mass * (unit.b**2 + unit.h**2) / 12
+    tilt = unit.k_n * unit.t * unit.b**3 / 12 + k_s * unit.h**2 / 4
+    coupled = np.array([[k_s / unit.mass, k_s * unit.h / 2 / unit.mass], [k_s * unit.h / 2 / inertia, tilt / inertia]])
+    omega = np.sqrt(max(k_n / unit.mass, *np.linalg.eigvals(coupled).real))
+    xi = 0.0
+    if settings.damping == "rayleigh":
+        first, second = 2 * np.pi * settings.frequency, 2 * np.pi * settings.second_frequency
+        xi = settings.damping_ratio / (first + second) * omega
+    alpha = settings.local_damping if settings.damping == "local" else 0.0
+    limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) / np.sqrt(1 + alpha)
+    verify(
+        STEP, case=f"damping {settings.damping}, s = {settings.time_step_safety:g}: {unit}", solver="dynamic",
+        quantity="dt", unit="s", computed=DynamicRun(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
+        exact=settings.time_step_safety * limit, tolerance=1e-5,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("damping", [pytest.param(0.1, marks=SLOW), pytest.param(0.5, marks=SLOW), 0.8])
+def test_local_damping_of_one_block(verify: Verify, damping: float) -> None:
+    unit = BLOCK
+    omega = float(chain(unit, 1, 1))
+    assembly = weightless(unit, 1)
+    assembly.set_velocity(0, y=1e-3)
+    settings = Dynamics(
+        duration=6 * np.pi / omega, outputs=2000, damping="local", local_damping=damping, time_step_safety=0.005,
+        new_contacts=False,
+    )  # fmt: skip
+    u = np.abs(solve(assembly, settings)["block_displacement_y"].values[:, 0])
+    peaks = u[1:-1][(u[1:-1] > u[:-2]) & (u[1:-1] >= u[2:])]
+    verify(
+        DECREMENT, case=f"α = {damping:g}, half cycles: {unit}", solver="dynamic", quantity="ratio of amplitudes",
+        computed=peaks[1:4] / peaks[:3], exact=np.sqrt((1 - damping) / (1 + damping)), tolerance=5e-3,
+    )  # fmt: skip
+
+
+THROWN = [(BRICK, 1e-4), pytest.param(BLOCK, 1e-3, marks=SLOW), pytest.param(STONE, 0.01, marks=SLOW)]
+
+
+@pytest.mark.parametrize(("unit", "height"), THROWN)
+def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height: float) -> None:
+    assembly = Assembly(thickness=unit.t, joint=unit.joint(), block=unit.material)
+    plate, block = assembly.add_block(unit.at(0.0, -unit.h)), assembly.add_block(unit.at(0.0, 0.0))
+    assembly.support(plate)
+    stiffness = unit.k_n * unit.area
+    sag = unit.weight / stiffness
+    # it rests on its joint at first: what it needs to reach H above the unstressed joint
+    energy = unit.weight * height + unit.weight**2 / (2 * stiffness)
+    assembly.set_velocity(block, y=float(np.sqrt(2 * energy / unit.mass)))
+    duration = 3.2 * np.sqrt(2 * height / G) + 2 * np.pi / float(chain(unit, 1, 1))
+    ds = solve(assembly, Dynamics(duration=duration, outputs=2000, time_step_safety=0.02))
+    y = ds["block_displacement_y"].values[:, block]
+    deepest = int(y.argmin())
+    exact = np.array([height, sag * (1 + np.sqrt(1 + 2 * height / sag)), height])
+    verify(
+        DROP, case=f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}", solver="dynamic",
+        quantity="H, u_max and H of the rebound", unit="m", exact=exact, scale=exact,
+        computed=[y[:deepest].max(), -y[deepest], y[deepest:].max()], tolerance=5e-3,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("unit", "height"), THROWN)
+def test_a_block_dropped_on_a_plate_rebounds(verify: Verify, unit: Unit, height: float) -> None:
+    assembly = Assembly(thickness=unit.t, joint=unit.joint(), block=unit.material)
+    plate = assembly.add_block(rectangle(-unit.b, -unit.h, 2 * unit.b, 0.0))
+    block = assembly.add_block(unit.at(0.0, height))
+    assembly.support(plate)
+    duration = 2 * np.sqrt(2 * height / G) + 2 * np.pi / float(chain(unit, 1, 1))
+    ds = solve(assembly, Dynamics(duration=duration, outputs=1000, time_step_safety=0.05))
+    y = ds["block_displacement_y"].values[:, block] + height
+    verify(
+        DROP, case=f"H = {1e3 * height:g} mm, dropped on a plate not touched before: {unit}", solver="dynamic",
+        quantity="H of the rebound", unit="m", computed=y[int(y.argmin()) :].max(), exact=height, tolerance=1e-3,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("unit", "modulus"), [(BRICK, None), (BLOCK, 2e9)])
+def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) -> None:
+    n, width, start, travelled = 240, 10.0, 140, 70
+    solver, material = RIGID, unit.material
+    if modulus is not None:
+        solver, material = Solver(), replace(unit.material, elastic_modulus=modulus)
+    assembly = weightless(unit, n, material)
+    place = np.arange(n)
+    for i, speed in enumerate(1e-3 * np.exp(-0.5 * ((place - start) / width) ** 2)):
+        assembly.set_velocity(i, y=float(speed))
+    exact = np.sqrt(1 / (1 / (unit.k_n * unit.h) + (0.0 if modulus is None else 1 / modulus)) / unit.density)
+    duration = travelled * unit.h / exact
+    settings = Dynamics(duration=duration, outputs=1, new_contacts=False)
+    u = damagepred.solve(assembly, solver=solver, dynamics=settings)["block_displacement_y"].values[-1]
+    plateau = 1e-3 * width * unit.h * np.sqrt(2 * np.pi) / (2 * exact)
+    front = np.interp(0.5, u[:start] / plateau, place[:start])
+    case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
+    verify(
+        STRUCK, case=case, solver="dynamic", quantity="speed of the lower front", unit="m/s",
+        computed=(start - front) * unit.h / duration, exact=exact, tolerance=2e-3,
+    )  # fmt: skip
+    behind = np.abs(place - start) < 30
+    shape = special.ndtr((place - (start - travelled)) / width) - special.ndtr((place - (start + travelled)) / width)
+    verify(
+        STRUCK, case=case, solver="dynamic", quantity="displacement between the fronts", unit="m",
+        computed=u[behind], exact=plateau * shape[behind], tolerance=1e-2,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("unit", "friction", "slope"), [(BRICK, 0.5, 0.6), (BLOCK, 0.3, 0.5), (STONE, 0.4, 0.6)])
+def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: float, slope: float) -> None:
+    angle, duration = np.arctan(slope), 0.5
+    along = G * (np.sin(angle) - friction * np.cos(angle)) * duration**2 / 2
+    assembly = Assembly(
+        thickness=unit.t, gravity=(G * np.sin(angle), -G * np.cos(angle)), joint=unit.joint(friction=friction),
+        block=unit.material,
+    )  # fmt: skip
+    plate = assembly.add_block(rectangle(-unit.b, -unit.h, 2 * unit.b + along, 0.0))
+    block = assembly.add_block(unit.at(0.0, 0.0))
+    assembly.support(plate)
+    ds = solve(assembly, Dynamics(duration=duration, outputs=20))
+    verify(
+        SLIDE, case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {duration:g} s: {unit}", solver="dynamic",
+        quantity="distance", unit="m", computed=ds["block_displacement_x"].values[-1, block], exact=along,
+        tolerance=1e-2,
+    )  # fmt: skip
