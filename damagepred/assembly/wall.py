@@ -20,14 +20,16 @@ from damagepred.assembly.assembly import (
 )
 from damagepred.assembly.bond import Brick, gauge, lay_bricks
 from damagepred.assembly.model import Jambs, Kind, Model, Supports
+from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
-from damagepred.scene import Dpc, Joint, Opening, Scene, Solver, Wall
+from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Opening, Scene, Solver, Wall
 
 FloatArray = NDArray[np.float64]
 
 ZONING = (
-    "method", "blocks", "above_dpc", "below_dpc", "zone_size", "zone_size_above_dpc", "zone_size_below_dpc",
+    "method", "blocks", "above_dpc", "below_dpc", "footing", "zone_size", "zone_size_above_dpc", "zone_size_below_dpc",
+    "zone_size_footing",
 )  # fmt: skip
 """Settings that decide on zones."""
 MORTAR, DPC = 0, 1
@@ -36,7 +38,7 @@ MORTAR, DPC = 0, 1
 
 @lru_cache(maxsize=8)
 def _geometry(
-    wall: Wall, opening: tuple[Opening, ...], dpc_course: int | None, solver: Solver
+    wall: Wall, opening: tuple[Opening, ...], dpc_course: int | None, solver: Solver, footing: Footing | None
 ) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     scene = Scene(wall=wall, opening=opening)
     bricks = lay_bricks(scene)
@@ -46,7 +48,16 @@ def _geometry(
         assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course))
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
-    assembly.rest_on_ground(i for i, brick in enumerate(bricks) if brick.course == 0)
+    lowest = [i for i, brick in enumerate(bricks) if brick.course == 0]
+    if footing is None:
+        assembly.rest_on_ground(lowest)
+    else:
+        size = solver.zone_size_footing or footing.depth / (2 if solver.method == "quasi_static" else 4)
+        beam = assembly.add_block(
+            rectangle(0.0, -footing.depth, wall.length, 0.0), zone_size=size, thickness=footing.width
+        )
+        for brick_above in lowest:
+            assembly.set_joint(beam, brick_above, Joint(), Kind.FOOTING_INTERFACE)
     geometry = assembly.geometry(solver)
     return geometry, tuple(bricks), _jambs(scene, bricks, geometry)
 
@@ -78,13 +89,14 @@ def _cached(scene: Scene) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
-    return _geometry(scene.wall, scene.opening, course, _meshing(scene.solver))
+    footing = scene.footing if scene.solver.footing == "deformable" else None
+    return _geometry(scene.wall, scene.opening, course, _meshing(scene.solver), footing)
 
 
 def _meshing(solver: Solver) -> Solver:
     """Keep of the settings only what shapes the geometry: samples that differ in other things share it."""
     usual = Solver()
-    zoned = any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc))
+    zoned = any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing))
     names = ("quadrature", "contacts_per_interface") + (ZONING if zoned else ())
     return replace(usual, **{name: getattr(solver, name) for name in names})
 
@@ -114,20 +126,25 @@ def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> 
         interfaces.joint,
         _by_material(fields or {}, len(geometry.joints.kind)),
     )
-    every = np.zeros(len(bricks), dtype=np.int64)
+    # the footing, if it is a block, comes after the bricks
+    substances = [scene.block, _concrete(scene.footing)]
+    substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
     if scene.solver.lump_block_elasticity:
-        properties = lump_block_elasticity(properties, interfaces, blocks, [scene.block], every)
+        properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance)
     properties = brittle_where_soft(properties)
-    density = np.full(len(bricks), scene.block.density)
-    load = np.zeros((len(bricks), 3))
-    load[:, 1] = -GRAVITY * density * blocks.area * scene.wall.thickness - _roof(scene, bricks)
+    density = np.array([s.density for s in substances])[substance]
+    thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
+    load = np.zeros((len(density), 3))
+    load[:, 1] = -GRAVITY * density * blocks.area * thickness
+    load[: len(bricks), 1] -= _roof(scene, bricks)
     length = scene.wall.length
+    holds = [] if len(density) == len(bricks) else _moved_from_below(scene, len(bricks))
     return Model(
         blocks=blocks,
         interfaces=interfaces,
         properties=properties,
         ground=ground_movement(geometry, lambda x: scene.movement.profile(x, length)),
-        supports=Supports.none(load.ravel()),
+        supports=held_too(Supports.none(load.ravel()), holds, geometry.mesh),
         jambs=jambs,
         joints=geometry.joints,
         density=density,
@@ -135,10 +152,27 @@ def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> 
         span=length,
         central_deflection=scene.movement.central_deflection,
         apex_limited=limited,
-        block_law=block_law([scene.block], every, np.full(len(bricks), scene.wall.thickness)),
+        block_law=block_law(substances, substance, thickness),
         mesh=geometry.mesh,
         plane=scene.solver.plane,
     )
+
+
+def _concrete(footing: Footing) -> BlockMaterial:
+    """Return the material of the footing: elastic."""
+    return BlockMaterial(
+        elastic_modulus=footing.elastic_modulus, poisson_ratio=footing.poisson_ratio, density=footing.density
+    )
+
+
+def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
+    """Return what moves the footing: its underside follows the movement, its left end stays where it is along x."""
+    length, bottom = scene.wall.length, -scene.footing.depth
+    near = 1e-9 * length
+    return [
+        Hold(beam, lambda x, y: y < bottom + near, None, lambda x, y: scene.movement.profile(x, length)),
+        Hold(beam, lambda x, y: (y < bottom + near) & (x < near), 0.0, None),
+    ]
 
 
 def dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:

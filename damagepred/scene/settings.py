@@ -27,8 +27,12 @@ class Solver:
     zone_size : float or None
         Largest edge of the cells, of four zones each, into which deformable blocks are cut (m). None: the width of the
         block for ``quasi_static``, half of it for ``explicit``.
-    zone_size_above_dpc, zone_size_below_dpc : float or None
-        Another size in one part of the wall (m).
+    zone_size_above_dpc, zone_size_below_dpc, zone_size_footing : float or None
+        Another size in one part of the wall (m). The footing's is half its depth for ``quasi_static``, a quarter for
+        ``explicit``, unless given here.
+    footing : {"none", "deformable"}
+        ``none``: the underside of the wall follows the movement. ``deformable``: the footing is a beam of zones under
+        the wall, with a mortar bed between, and its underside follows the movement.
     plane : {"stress", "strain"}
         Whether zones are free to expand out of plane, as in a wall, or held.
     lump_block_elasticity : bool
@@ -65,6 +69,8 @@ class Solver:
     zone_size: Length | None = Field(default=None, gt=0)
     zone_size_above_dpc: Length | None = Field(default=None, gt=0)
     zone_size_below_dpc: Length | None = Field(default=None, gt=0)
+    zone_size_footing: Length | None = Field(default=None, gt=0)
+    footing: Literal["none", "deformable"] = "none"
     plane: Literal["stress", "strain"] = "stress"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
