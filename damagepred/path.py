@@ -111,6 +111,34 @@ def _width_change(model: Model, increment: Increment) -> FloatArray:
     return np.where((jambs.left_block >= 0) & (jambs.right_block >= 0), change, np.nan)
 
 
+def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
+    """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    fields : mapping, optional
+        See ``damagepred.assembly.wall_model``.
+    increments : int, optional
+        Of the movement; by default the scene's.
+    """
+
+    def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
+        return wall_model(replace(scene, solver=solver), fields, chosen)
+
+    return assembled(build, scene.solver, increments or scene.movement.increments)
+
+
+def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
+    """Build a model; with ``blocks = "auto"`` find out first which blocks are to be deformable."""
+    if settings.blocks != "auto":
+        return build(settings, None)
+    from damagepred.solvers.zoning import needs_zones
+
+    return build(settings, needs_zones(build, settings, increments))
+
+
 def solve(
     scene: Scene | Assembly,
     *,
@@ -167,13 +195,13 @@ def solve(
         settings, judged = solver or scene.solver, damage or scene.damage
         dynamics = dynamics or scene.dynamics
         described = _with(scene, settings, judged, dynamics)
-        model = wall_model(described, fields)
         count = increments or scene.movement.increments
+        model = model_of(described, fields, count)
         attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
     else:
         settings, judged = solver or Solver(), damage or Damage()
-        model = scene.build(settings)
         count = increments or Movement().increments
+        model = assembled(lambda solver, chosen: scene.build(solver, deformable=chosen), settings, count)
         attributes = {"title": "assembly of blocks"}
     run: DynamicRun | None = None
     if dynamics is not None:

@@ -363,13 +363,15 @@ class Assembly:
 
     # -- building -----------------------------------------------------------------------------------------------
 
-    def geometry(self, solver: Solver | None = None) -> Geometry:
+    def geometry(self, solver: Solver | None = None, deformable: frozenset[int] | None = None) -> Geometry:
         """Find the interfaces and place their contacts.
 
         Parameters
         ----------
         solver : Solver, optional
-            Its quadrature is used.
+            Its quadrature is used, and what it says of zones.
+        deformable : frozenset of int, optional
+            Blocks that are cut into zones, whatever the settings say.
 
         Raises
         ------
@@ -382,7 +384,7 @@ class Assembly:
         blocks = self._blocks()
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
-        mesh = mesh_of(self._polygons, self._zone_sizes(settings))
+        mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
         outline, first_vertex, body = _outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded = self._ground_edges(outline, first_vertex)
@@ -397,13 +399,14 @@ class Assembly:
         ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
         return Geometry(blocks, interfaces, joints, material, ground_x, mesh)
 
-    def _zone_sizes(self, settings: Solver) -> dict[int, float]:
+    def _zone_sizes(self, settings: Solver, deformable: frozenset[int] | None) -> dict[int, float]:
         """Tell which blocks are deformable, and how large their cells are; what is held or moved as one is rigid."""
         held = {dof // 3 for dof in self._prescribed}
         sizes = {}
         for block, own in enumerate(self._zone_size):
             size = own
-            if own is None and settings.blocks == "deformable" and block not in held:
+            chosen = settings.blocks == "deformable" if deformable is None else block in deformable
+            if own is None and chosen and block not in held:
                 size = settings.zone_size or default_zone_size(self._polygons[block], settings.method)
             if not size:
                 continue
@@ -412,7 +415,13 @@ class Assembly:
             sizes[block] = size
         return sizes
 
-    def build(self, solver: Solver | None = None, fields: Fields | None = None, span: float | None = None) -> Model:
+    def build(
+        self,
+        solver: Solver | None = None,
+        fields: Fields | None = None,
+        span: float | None = None,
+        deformable: frozenset[int] | None = None,
+    ) -> Model:
         """Make the model the solvers take.
 
         Parameters
@@ -423,9 +432,11 @@ class Assembly:
             Joint values that vary from joint to joint; see ``damagepred.assembly.properties.Fields``.
         span : float, optional
             Length to which the central deflection refers (m); by default the extent of the blocks.
+        deformable : frozenset of int, optional
+            Blocks that are cut into zones, whatever the settings say.
         """
         settings = solver or Solver()
-        geometry = self.geometry(settings)
+        geometry = self.geometry(settings, deformable)
         blocks = geometry.blocks
         block_material = np.array(self._block_material)
         properties, limited = joint_properties(

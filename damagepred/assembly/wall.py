@@ -38,14 +38,20 @@ MORTAR, DPC = 0, 1
 
 @lru_cache(maxsize=8)
 def _geometry(
-    wall: Wall, opening: tuple[Opening, ...], dpc_course: int | None, solver: Solver, footing: Footing | None
+    wall: Wall,
+    opening: tuple[Opening, ...],
+    dpc_course: int | None,
+    solver: Solver,
+    footing: Footing | None,
+    deformable: frozenset[int] | None,
 ) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     scene = Scene(wall=wall, opening=opening)
     bricks = lay_bricks(scene)
     assembly = Assembly(thickness=wall.thickness)
-    for brick in bricks:
+    for number, brick in enumerate(bricks):
         corners = rectangle(brick.left, brick.bottom, brick.right, brick.top)
-        assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course))
+        chosen = None if deformable is None else number in deformable
+        assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course, chosen))
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
     lowest = [i for i, brick in enumerate(bricks) if brick.course == 0]
@@ -62,11 +68,14 @@ def _geometry(
     return geometry, tuple(bricks), _jambs(scene, bricks, geometry)
 
 
-def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None) -> float:
+def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
     """Return the size of a brick's cells (m), 0 if it is rigid."""
     below = dpc_course is not None and brick.course < dpc_course
-    blocks = (solver.below_dpc if below else solver.above_dpc) or solver.blocks
-    if blocks == "rigid":
+    part = solver.below_dpc if below else solver.above_dpc
+    blocks = part or solver.blocks
+    if part is None and chosen is not None:  # each brick by itself; what the user says of a part stays
+        blocks = "deformable" if chosen else "rigid"
+    if blocks != "deformable":
         return 0.0
     size = (solver.zone_size_below_dpc if below else solver.zone_size_above_dpc) or solver.zone_size
     corners = np.array(rectangle(brick.left, brick.bottom, brick.right, brick.top))
@@ -84,24 +93,26 @@ def wall_geometry(scene: Scene) -> Geometry:
     return _cached(scene)[0]
 
 
-def _cached(scene: Scene) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
+def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
     course = None if scene.dpc is None else scene.dpc.course
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
     footing = scene.footing if scene.solver.footing == "deformable" else None
-    return _geometry(scene.wall, scene.opening, course, _meshing(scene.solver), footing)
+    return _geometry(scene.wall, scene.opening, course, _meshing(scene.solver, bool(deformable)), footing, deformable)
 
 
-def _meshing(solver: Solver) -> Solver:
+def _meshing(solver: Solver, zoned: bool) -> Solver:
     """Keep of the settings only what shapes the geometry: samples that differ in other things share it."""
     usual = Solver()
-    zoned = any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing))
+    zoned |= any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing))
     names = ("quadrature", "contacts_per_interface") + (ZONING if zoned else ())
     return replace(usual, **{name: getattr(solver, name) for name in names})
 
 
-def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
+def wall_model(
+    scene: Scene, fields: Mapping[str, FloatArray] | None = None, deformable: frozenset[int] | None = None
+) -> Model:
     """Return the model of a scene.
 
     Parameters
@@ -111,13 +122,16 @@ def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> 
     fields : mapping of str to array (joints,), optional
         Values that vary from joint to joint, by their place: ``"joint.<name>"`` or ``"dpc.<name>"``, one value for
         each of the wall's joints in their order (those of the other material are ignored).
+    deformable : frozenset of int, optional
+        The bricks that are cut into zones, whatever ``[solver] blocks`` says; a part of the wall for which the settings
+        say it (``above_dpc``, ``below_dpc``) stays as they say.
 
     Raises
     ------
     InputError
         If the bricks cannot be laid, or a field has the wrong size.
     """
-    geometry, bricks, jambs = _cached(scene)
+    geometry, bricks, jambs = _cached(scene, deformable)
     blocks, interfaces = geometry.blocks, geometry.interfaces
     materials = [scene.joint, dpc_joint(scene.dpc, scene.joint)]
     properties, limited = joint_properties(

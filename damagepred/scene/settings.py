@@ -19,9 +19,12 @@ class Solver:
     method : {"quasi_static", "explicit"}
         ``quasi_static``: the path of equilibria itself, bond by bond, without time, damping or loading rate.
         ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
-    blocks : {"rigid", "deformable"}
+    blocks : {"rigid", "deformable", "auto"}
         ``rigid``: their elasticity is lumped in series with the joints. ``deformable``: cut into constant-strain
-        triangles, zones.
+        triangles, zones. ``auto``: the wall is solved with rigid blocks first, and those are cut for which the joints'
+        forces say that it matters; see ``rigid_error``.
+    rigid_error : float
+        For ``auto``: the strain energy that rigid blocks leave out or make up, in all, as a share of that in the wall.
     above_dpc, below_dpc : {"rigid", "deformable"} or None
         Another choice for the blocks of one part of the wall; None: as ``blocks`` says. Without a dpc all is above.
     zone_size : float or None
@@ -63,7 +66,8 @@ class Solver:
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
-    blocks: Literal["rigid", "deformable"] = "rigid"
+    blocks: Literal["rigid", "deformable", "auto"] = "rigid"
+    rigid_error: Pure = Field(default=0.01, gt=0)
     above_dpc: Literal["rigid", "deformable"] | None = None
     below_dpc: Literal["rigid", "deformable"] | None = None
     zone_size: Length | None = Field(default=None, gt=0)

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly import Model, wall_model
-from damagepred.path import Step, solve
+from damagepred.assembly import Model
+from damagepred.path import Step, model_of, solve
 from damagepred.scene import Scene, Solver
 from damagepred.scene.reading import read_toml
 from damagepred.solvers.half import symmetric_half
@@ -163,7 +163,7 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
     began = time.perf_counter()
     warm_up(scene)
     ready = time.perf_counter()
-    model = wall_model(scene, fields)
+    model = model_of(scene, fields)
     count = scene.movement.increments if scene.dynamics is None else scene.dynamics.outputs
     seconds, status = _timed(scene, fields, count, on_step)
     mesh = model.mesh

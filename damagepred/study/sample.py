@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, dataset, name_categories
-from damagepred.assembly import wall_geometry, wall_model
+from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
-from damagepred.path import Step, follow, path_values, without_zone_fields
+from damagepred.path import Step, follow, model_of, path_values, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.design import Design
@@ -110,7 +110,7 @@ def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome
     model: Model | None = None
     try:
         scene, fields = sampled_wall(settings, design, sample, values)
-        model = wall_model(scene, fields)
+        model = model_of(scene, fields)
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
             steps.append(without_zone_fields(step))
             if step.increment.collapsed:

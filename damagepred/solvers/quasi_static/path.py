@@ -28,7 +28,7 @@ from damagepred.solvers.quasi_static.relaxation import come_to_rest
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states
-from damagepred.solvers.stiffness import base_reaction, support_force
+from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -404,7 +404,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         collapsed = bool(come_loose(model, state.displacement, state.progress).any())
         if worst >= path.tolerance and not collapsed:
             force, _ = path.equilibrium.unbalanced(state, state.displacement)
-            block = int(np.abs(force * path.equilibrium.per_weight).argmax()) // 3
+            block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))
             raise ConvergenceError(
                 f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
                 f"{describe_block(model, block)}, allowed is {path.tolerance:g}.",
