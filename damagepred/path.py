@@ -220,7 +220,10 @@ def solve(
             status = "collapsed"
             last = steps[-1].increment
             message = f"part of the wall came loose in increment {last.number}"
-            if run is None:
+            if run is not None:
+                first = next(s.increment for s in steps if s.increment.collapsed)
+                message = f"part of the wall came loose by {first.time:.4g} s"
+            else:
                 attributes["collapse_progress"] = last.standing_progress
                 attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
     except (SolverError, KeyboardInterrupt) as error:
@@ -271,6 +274,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     }
     if np.isfinite(steps[0].increment.time):
         values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in IN_TIME}
+        values["base_displacement_x"], values["base_displacement_y"] = np.array([s.increment.base for s in steps]).T
     if model.mesh is not None:
         values |= _zone_counts(steps)
     for name in Verdict._fields:

@@ -118,8 +118,9 @@ def wall_table(ds: xr.Dataset) -> None:
     """Print what became of a wall, a line an increment."""
     names = ds["damage_category"].attrs["flag_meanings"].split()
     threshold = 1e3 * float(ds["dpc_separation_length"].attrs["opening_threshold"])
+    in_time = "time" in ds
     columns = [
-        "deflection\nmm",
+        "time\ns" if in_time else "deflection\nmm",
         "widest crack\nmm",
         "damage\ncategory",
         "dpc opening\nmm",
@@ -131,6 +132,8 @@ def wall_table(ds: xr.Dataset) -> None:
         at = ds.isel(increment=i)
         row = [f"{1e3 * float(at[name]):.{digits}f}" for name, digits in
                (("central_deflection", 2), ("crack_width_max", 3), ("dpc_opening_max", 3))]  # fmt: skip
+        if in_time:
+            row[0] = f"{float(at['time']):.3f}"
         row.insert(2, _category(int(at["damage_category"]), names))
         row.append(f"{float(at['dpc_separation_length']):.2f}")
         rows.append(row + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values])
@@ -159,6 +162,8 @@ def wall_quality(ds: xr.Dataset) -> list[str]:
     work = int(ds["cycles"].sum())
     if ds.attrs["solver_method"] == "explicit":
         return [f"{balance}; {work} cycles; {reaction}"]
+    if ds.attrs["solver_method"] == "dynamic":
+        return _run_in_time(ds)
     law = f"joint law exceeded by at most {float(ds['joint_law_violation'].max()):.1e} Pa"
     factorised, events = int(ds["factorisations"].sum()), int(ds["events"].sum())
     energy = {name: float(ds[name][-1]) for name in (
@@ -170,6 +175,22 @@ def wall_quality(ds: xr.Dataset) -> list[str]:
         f"work of load and movement {energy['external_work']:.4g} J: {energy['elastic_energy']:.4g} J stored, "
         f"{energy['friction_work']:.4g} J friction, {energy['fracture_work']:.4g} J fracture, "
         f"{energy['released_energy']:.4g} J released; errors add up to {energy['energy_error']:.2g} J",
+    ]
+
+
+def _run_in_time(ds: xr.Dataset) -> list[str]:
+    energy = {name: float(ds[name][-1]) for name in (
+        "external_work", "kinetic_energy", "elastic_energy", "friction_work", "damping_work", "fracture_work",
+        "released_energy", "energy_error",
+    )}  # fmt: skip
+    return [
+        f"{int(ds['cycles'].sum())} steps of {1e6 * float(ds.attrs['time_step']):.3g} us, "
+        f"{ds.attrs['contact_points']} contact points, neighbours looked for {int(ds['searches'][-1])} times; "
+        f"reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN",
+        f"work of loads and base {energy['external_work']:.4g} J: {energy['kinetic_energy']:.4g} J in motion, "
+        f"{energy['elastic_energy']:.4g} J stored, {energy['friction_work']:.4g} J friction, "
+        f"{energy['damping_work']:.4g} J damping, {energy['fracture_work']:.4g} J fracture, "
+        f"{energy['released_energy']:.4g} J released; {energy['energy_error']:.2g} J do not balance",
     ]
 
 

@@ -89,6 +89,8 @@ VARIABLES: dict[str, Variable] = {
     "crushing_work": Variable(_STEP, "J", "work taken so far by joints that are crushed"),
     "plastic_work": Variable(_STEP, "J", "work taken so far by zones that yield"),
     "time": Variable(_STEP, "s", "physical time of a dynamic run"),
+    "base_displacement_x": Variable(_STEP, "m", "displacement of the base along the wall in a dynamic run"),
+    "base_displacement_y": Variable(_STEP, "m", "displacement of the base upwards in a dynamic run"),
     "kinetic_energy": Variable(_STEP, "J", "energy of motion of the blocks in a dynamic run"),
     "boundary_work": Variable(_STEP, "J", "work put in so far by moving ground and supports in a dynamic run"),
     "damping_work": Variable(_STEP, "J", "work taken so far by damping in a dynamic run"),
@@ -115,8 +117,10 @@ VARIABLES: dict[str, Variable] = {
     "block_x": Variable(_BLOCK, "m", "centroid of the block along the wall"),
     "block_y": Variable(_BLOCK, "m", "height of the block's centroid"),
     "block_course": Variable(_BLOCK, "1", "course of the block, 0 at the bottom, -1 where there are none"),
-    "block_displacement_x": Variable((*_STEP, *_BLOCK), "m", "displacement of the block along the wall"),
-    "block_displacement_y": Variable((*_STEP, *_BLOCK), "m", "displacement of the block upwards"),
+    "block_displacement_x": Variable(
+        (*_STEP, *_BLOCK), "m", "displacement of the block along the wall, relative to the base"
+    ),
+    "block_displacement_y": Variable((*_STEP, *_BLOCK), "m", "displacement of the block upwards, relative to the base"),
     "block_rotation": Variable((*_STEP, *_BLOCK), "rad", "rotation of the block, counter-clockwise positive"),
     "block_support_force_x": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, along the wall"),
     "block_support_force_y": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, upwards"),

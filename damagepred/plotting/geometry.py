@@ -14,6 +14,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+LARGE_TURN = 0.02
+"""Rotation (rad) from which it is drawn as it is."""
 NO_BLOCK = -1
 """Stands for the ground, and for a block that could not be found."""
 
@@ -29,7 +31,7 @@ class Motion:
     displacement : array (n, 2)
         Of the centroids (m).
     rotation : array (n,)
-        Counter-clockwise (rad), small.
+        Counter-clockwise (rad).
     """
 
     x: FloatArray
@@ -57,11 +59,14 @@ class Motion:
         Returns
         -------
         array (p, 2)
-            Displacement (m), to first order in the rotation.
+            Displacement (m); of small rotations to first order, so that it can be exaggerated.
         """
         turn = self.rotation[block]
         arm_x, arm_y = points[:, 0] - self.x[block], points[:, 1] - self.y[block]
-        return self.displacement[block] + np.column_stack((-turn * arm_y, turn * arm_x))
+        large = np.abs(turn) > LARGE_TURN
+        across, along = np.where(large, np.sin(turn), turn), np.where(large, np.cos(turn) - 1.0, 0.0)
+        turned = np.column_stack((along * arm_x - across * arm_y, across * arm_x + along * arm_y))
+        return self.displacement[block] + turned
 
 
 def corners(ds: xr.Dataset) -> tuple[FloatArray, IntArray]:

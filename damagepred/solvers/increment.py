@@ -92,6 +92,8 @@ class Increment:
     time, kinetic_energy, boundary_work, damping_work : float
         Of a dynamic run: physical time (s), energy of motion, work put in by ground and supports, and taken by damping
         (J).
+    base : tuple of float
+        Displacement x, y of the base of a dynamic run (m); that of the blocks is relative to it.
     searches : int
         Times a dynamic run has looked so far for what blocks are near.
     support_force : array (n, 3) or None
@@ -128,6 +130,7 @@ class Increment:
     kinetic_energy: float = float("nan")
     boundary_work: float = float("nan")
     damping_work: float = float("nan")
+    base: tuple[float, float] = (0.0, 0.0)
     searches: int = 0
     support_force: FloatArray | None = None
     zones: ZonePicture | None = None

@@ -254,7 +254,8 @@ class DynamicRun:
         return Increment(
             number=self.output,
             progress=progress,
-            displacement=motion.displacement[:-1].copy(),
+            displacement=moved[:-1],
+            base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
             opening=opening.mean(axis=1),
             slip=slip,
             normal_stress=np.where(at_home, points["sigma"], 0.0).mean(axis=1),

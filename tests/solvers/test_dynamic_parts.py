@@ -1,0 +1,247 @@
+"""Parts of the dynamic solver one by one: points, neighbours, base motion, time step, settings."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+import damagepred
+from damagepred import Assembly, Scene
+from damagepred.assembly.assembly import rectangle
+from damagepred.errors import InputError
+from damagepred.kernels.large_contact import FREE, HOME
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
+from damagepred.solvers.dynamic.base import base_displacement, from_record
+from damagepred.solvers.dynamic.motion import motion_of
+from damagepred.solvers.dynamic.near import find_near, places
+from damagepred.solvers.dynamic.scenery import scenery
+from damagepred.solvers.dynamic.step import time_step
+from damagepred.solvers.stiffness import elastic_stiffness
+from tests.assembly.reference import voronoi
+from tests.solvers.dynamic_scenes import STIFF, THICKNESS, deepest, dry, on_plate, run, stack, started
+
+ORIGIN = np.array([0.3, 0.2])
+
+
+def cells(shift: float = 0.0) -> Assembly:
+    assembly = Assembly(thickness=THICKNESS, joint=Joint(tensile_strength=1e9, cohesion=1e9))
+    for corners in voronoi(np.random.default_rng(4), 20):
+        assembly.add_block(corners + shift)
+    assembly.support(0)
+    return assembly
+
+
+@pytest.mark.parametrize("assembly", [cells(), stack(3), on_plate()])
+def test_points_cover_every_face_once(assembly: Assembly) -> None:
+    model = assembly.build(STIFF)
+    scene = scenery(model, ORIGIN)
+    points, edges = scene.points, scene.edges
+    own = edges["polygon"][points["own_edge"]] < model.n_blocks
+    covered = np.bincount(points["own_edge"][own], 2 * points["area"][own] / THICKNESS, len(edges))
+    faces = edges["polygon"] < model.n_blocks
+    np.testing.assert_allclose(covered[faces], edges["length"][faces], rtol=1e-9)
+    # each lies on its face, between its ends
+    e = edges[points["own_edge"]]
+    x, y = points["x"] - e["x"], points["y"] - e["y"]
+    assert np.abs(e["along_x"] * y - e["along_y"] * x).max() < 1e-12
+    along = e["along_x"] * x + e["along_y"] * y
+    assert ((along > e["low"] - 1e-12) & (along < e["length"] + 1e-12)).all()
+    # every corner has a point on both its faces
+    ends = np.unique(np.column_stack((points["own_edge"], np.round(along / e["length"], 9)))[own], axis=0)
+    for edge in np.flatnonzero(faces):
+        assert {0.0, 1.0} <= set(ends[ends[:, 0] == edge][:, 1])
+
+
+def test_first_edges_are_in_touch() -> None:
+    """Opening and shear of every contact are nothing before anything moves, also 10 km away."""
+    for shift in (0.0, 1e4):
+        course = started(cells(shift).build(STIFF), 1e-4, start="unstressed")
+        opening, shear = course._home_gaps()
+        assert np.abs(opening).max() < 1e-12 + 1e-15 * shift
+        assert np.abs(shear).max() < 1e-12 + 1e-15 * shift
+
+
+def test_forces_are_those_of_small_displacements() -> None:
+    """The stiffness of all points together, by differences, is that of the contacts of the static solvers."""
+    from damagepred.kernels.dynamic_cycle import first_forces
+    from damagepred.solvers.dynamic.audit import Counts
+    from damagepred.solvers.dynamic.motion import put_bodies
+
+    model = cells().build(STIFF)
+    course = started(model, 1e-4, start="unstressed", new_contacts=False)
+    exact = elastic_stiffness(model).toarray()
+    random = np.random.default_rng(2)
+    small = 1e-9 * random.standard_normal((model.n_blocks + 1, 3))
+    small[-1, 2] = 0.0  # the ground does not turn
+    course.motion.displacement[:] = small
+    put_bodies(course.motion)
+    first_forces(course.scene, course.near, course.motion, None, False, Counts(np.zeros(4), np.zeros(3)))
+    found = -course.motion.force[:-1]
+    expected = (exact @ small.ravel()).reshape(-1, 3)[:-1]
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
+    model = cells().build(STIFF)
+    scene = scenery(model, ORIGIN)
+    motion = motion_of(model, ORIGIN)
+    random = np.random.default_rng(3)
+    motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
+    from damagepred.solvers.dynamic.motion import put_bodies
+
+    put_bodies(motion)
+    margin = 0.03
+    near = find_near(scene, motion.pose, margin)
+    at = places(motion.pose, scene.points["body"], scene.points["x"], scene.points["y"])
+    edges = scene.edges
+    c, s = motion.pose[edges["body"], 2], motion.pose[edges["body"], 3]
+    along = np.column_stack((c * edges["along_x"] - s * edges["along_y"], s * edges["along_x"] + c * edges["along_y"]))
+    end = places(motion.pose, edges["body"], edges["x"], edges["y"])
+    gap = (at[:, None, :] - end) @ np.zeros(2) + (
+        along[:, 0] * (at[:, None, 1] - end[:, 1]) - along[:, 1] * (at[:, None, 0] - end[:, 0])
+    )
+    largest = np.maximum.reduceat(gap, scene.first_edge[:-1], axis=1)
+    own = edges["polygon"][scene.points["own_edge"]]
+    expected = {(i, j) for i, j in np.argwhere(largest < margin).tolist() if own[i] != j}
+    found = {(i, int(j)) for i in range(len(at)) for j in near.polygon[near.first[i] : near.first[i + 1]]}
+    assert len(expected) > 100
+    assert found == expected
+
+
+@pytest.mark.parametrize("kind", ["half_sine", "full_sine", "rectangular"])
+@pytest.mark.parametrize("peak", [3.0, -7.0])
+def test_pulses_are_the_integral_of_their_acceleration(kind: str, peak: float) -> None:
+    motion = BaseMotion(kind=kind, acceleration=peak, duration=0.4, start=0.1, direction="y")  # type: ignore[arg-type]
+    shape = {
+        "half_sine": lambda t: np.sin(np.pi * t / 0.4),
+        "full_sine": lambda t: np.sin(2 * np.pi * t / 0.4),
+        "rectangular": lambda t: 1.0,
+    }[kind]
+
+    def rates(t: float, state: np.ndarray) -> list[float]:
+        return [state[1], peak * shape(t - 0.1) if 0.1 < t < 0.5 else 0.0]
+
+    time = np.array([0.05, 0.2, 0.37, 0.5, 0.9])
+    exact = integrate.solve_ivp(rates, (0, 1), [0.0, 0.0], t_eval=time, max_step=1e-3, rtol=1e-9, atol=1e-12)
+    found = base_displacement([motion])(time)
+    assert not found[:, 0].any()
+    np.testing.assert_allclose(found[:, 1], exact.y[0], atol=2e-4 * abs(peak))
+
+
+def test_records_of_acceleration_and_velocity_tell_the_same(tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 2001)
+    acceleration = 2.0 * np.sin(7 * time) * np.exp(-time)
+    velocity = integrate.cumulative_simpson(acceleration, x=time, initial=0)
+    way = integrate.cumulative_simpson(velocity, x=time, initial=0)
+    probe = np.array([0.0, 0.1234, 0.5, 0.98765, 1.0, 1.5])
+    exact = np.interp(probe, time, way) + velocity[-1] * np.maximum(probe - 1.0, 0.0)
+    for values, quantity in ((acceleration, "acceleration"), (velocity, "velocity")):
+        np.testing.assert_allclose(from_record(time, values, quantity, "none")(probe), exact, atol=2e-6)
+    np.testing.assert_allclose(from_record(time, way, "displacement", "none")(probe)[:-1], exact[:-1], atol=2e-6)
+    rest = from_record(time, acceleration, "acceleration", "velocity")
+    late = rest(np.array([1.0, 2.0]))
+    assert late[1] == pytest.approx(late[0], abs=1e-12), "at rest at the end"
+    file = tmp_path / "record.csv"
+    file.write_text("time (s); m/s2\n" + "\n".join(f"{t:.6f}; {a:.9g}" for t, a in zip(time, acceleration)))
+    read = base_displacement([BaseMotion(file=str(file), scale=2.0)])(probe)
+    np.testing.assert_allclose(read[:, 0], 2 * exact, atol=4e-6)
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"duration": 0}, r"\[dynamics\] duration = 0.0: must be greater than 0 s"),
+        ({"duration": "5 m"}, "wrong kind of unit"),
+        ({"damping": "some"}, "must be 'none', 'viscous', 'rayleigh' or 'local'"),
+        ({"damping": "rayleigh", "frequency": 200}, "second_frequency = 100 Hz: must be above frequency = 200 Hz"),
+        ({"base": [{"kind": "half_sine"}]}, "needs one greater than 0 s"),
+        ({"base": [{}]}, "a record needs two points or more"),
+        ({"base": [{"time": [0, 1, 1], "values": [0, 1, 2]}]}, "time: must rise"),
+        ({"base": [{"kind": "full_sine", "duration": 1, "file": "a.csv"}]}, "only read with kind = 'record'"),
+        ({"bse": []}, "unknown key"),
+    ],
+)
+def test_bad_settings_are_named(tables: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Scene.from_dict({"dynamics": tables})
+
+
+def test_settings_go_through_toml() -> None:
+    scene = Scene.from_dict(
+        {"dynamics": {"duration": "1500 ms", "base": [{"kind": "half_sine", "acceleration": "3 m/s2", "duration": 0.2},
+                                                      {"time": [0, 1.0], "values": [0, 0.2], "direction": "y"}]}}
+    )  # fmt: skip
+    assert scene.dynamics is not None
+    assert scene.dynamics.duration == 1.5
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert "dynamics.base.0.acceleration" in scene.number_places()
+
+
+def test_what_cannot_be_run_in_time_is_refused(tmp_path: Path) -> None:
+    missing = Dynamics(base=(BaseMotion(file=str(tmp_path / "none.csv")),))
+    with pytest.raises(InputError, match=r"none\.csv"):
+        damagepred.solve(stack(1), dynamics=missing)
+    empty = tmp_path / "empty.csv"
+    empty.write_text("time, value\n0.0, 1.0\n")
+    with pytest.raises(InputError, match="two lines or more"):
+        damagepred.solve(stack(1), dynamics=Dynamics(base=(BaseMotion(file=str(empty)),)))
+    with pytest.raises(InputError, match="lobatto"):
+        damagepred.solve(stack(1), solver=Solver(quadrature="midpoint"), dynamics=Dynamics())
+    weightless = Assembly()
+    weightless.add_block(rectangle(0, 0, 1, 1), BlockMaterial(density=0.0))
+    with pytest.raises(InputError, match="has no mass"):
+        damagepred.solve(weightless, dynamics=Dynamics())
+    with pytest.raises(InputError, match="no such block"):
+        weightless.set_velocity(3, x=1.0)
+    with pytest.raises(InputError, match="must be finite"):
+        weightless.set_velocity(0, x=np.inf)
+
+
+def test_damping_takes_its_share_of_the_time_step() -> None:
+    omega = 1000.0
+    bare = time_step(omega, Dynamics(time_step_safety=1.0))
+    assert bare == pytest.approx(2 / omega)
+    assert time_step(omega, Dynamics(time_step_safety=1.0, damping="viscous")) == bare
+    local = time_step(omega, Dynamics(time_step_safety=1.0, damping="local", local_damping=0.8))
+    assert local == pytest.approx(bare / np.sqrt(1.8))
+    settings = Dynamics(time_step_safety=1.0, damping="rayleigh", damping_ratio=0.2)
+    xi = 0.5 * settings.stiffness_damping * omega
+    assert time_step(omega, settings) == pytest.approx(bare * (np.sqrt(1 + xi * xi) - xi))
+
+
+@pytest.mark.parametrize("damping", ["none", "rayleigh", "local"])
+def test_the_whole_time_step_is_stable_whatever_is_met(damping: str) -> None:
+    """At the limit itself: a heap of cells that falls apart, with light blocks among heavy ones."""
+    assembly = Assembly(thickness=THICKNESS, joint=dry(1e9, 0.3))
+    for i, corners in enumerate(voronoi(np.random.default_rng(5), 12)):
+        assembly.add_block(corners + np.array([0.0, 0.2]), BlockMaterial(density=200.0 if i % 3 else 20000.0))
+    floor = assembly.add_block(rectangle(-2.0, -0.1, 3.0, 0.0))
+    assembly.support(floor)
+    ds = run(
+        assembly, 0.6, 6, start="unstressed", time_step_safety=1.0, damping=damping, damping_ratio=0.3, frequency=0.1,
+        second_frequency=300.0,
+    )  # fmt: skip
+    fallen = float(ds["external_work"].values[-1])
+    gained = ds["kinetic_energy"] + ds["elastic_energy"] - ds["external_work"]
+    assert fallen > 100.0
+    assert float(gained.max()) < 0.05 * fallen
+    height = ds["block_y"].values + ds["block_displacement_y"].values
+    assert np.delete(height, floor, axis=1).min() > 0.0, "nothing falls through the floor"
+    assert max(deepest(ds, step) for step in range(7)) < 2e-3
+
+
+def test_energy_of_a_first_state_and_points() -> None:
+    course = started(stack(2).build(STIFF), 1e-3)
+    assert course.begins_in_equilibrium
+    status = course.scene.points["status"]
+    assert (status[: len(course.home)] == HOME).all()
+    assert (status[len(course.home) :] == FREE).all()
+    assert course.audit.balance().energy_error == 0.0
+
+
+def test_wall_of_a_scene_runs_in_time() -> None:
+    scene = Scene(wall=Wall(length=0.96, height=0.3), dynamics=Dynamics(duration=0.01, outputs=2))
+    ds = damagepred.solve(scene)
+    assert ds["time"].values == pytest.approx([0.0, 0.005, 0.01])
+    assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
