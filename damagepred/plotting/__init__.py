@@ -5,8 +5,10 @@ from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.pictures import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.stress import draw_stress
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
+from damagepred.plotting.zones import draw_zone_states
 
 __all__ = [
     "draw_category_shares",
@@ -15,7 +17,9 @@ __all__ = [
     "draw_fragility",
     "draw_history",
     "draw_opening_width_change",
+    "draw_stress",
     "draw_wall",
+    "draw_zone_states",
     "save_fragility_picture",
     "save_study_pictures",
     "save_wall_pictures",

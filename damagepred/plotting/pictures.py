@@ -4,25 +4,33 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from damagepred.archive.files import write_whole
 from damagepred.damage.joints import DPC
 from damagepred.errors import InputError, StudyError
+from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.dpc import draw_dpc_opening
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.sheet import DPI, figure_of, new_figure
+from damagepred.plotting.stress import draw_stress, stress_levels
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
+from damagepred.plotting.zones import draw_zone_states, has_zones
 
 FORMATS = ("png", "pdf", "svg")
 
 
 def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
-    """Draw one wall: ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``.
+    """Draw one wall.
+
+    ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``stress_xx.png``
+    for a static path; of deformable blocks also ``stress_yy.png``, ``stress_xy.png``, ``principal_stress.png`` and,
+    if any zone has yielded, ``zone_states.png``.
 
     Parameters
     ----------
@@ -47,7 +55,45 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if ds.sizes.get("opening", 0):
         sheets["opening_width.png"] = _opening_width(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
-    return _save_all(sheets, folder)
+    return _save_all(sheets | stress_sheets(ds), folder)
+
+
+def stress_sheets(ds: xr.Dataset) -> dict[str, Figure]:
+    """Draw stresses half-way and at the end; of rigid blocks, for which there is one mean each, at the end alone."""
+    if not has_zones(ds):
+        return {} if "time" in ds.variables else {"stress_xx.png": figure_of(draw_stress(ds))}
+    last = ds.sizes["increment"] - 1
+    both = sorted({half_way(ds), last})
+    sheets = {f"stress_{name}.png": stress_sheet(ds, [(name, i) for i in both]) for name in ("xx", "yy", "xy")}
+    sheets["principal_stress.png"] = stress_sheet(ds, [("largest", last), ("smallest", last)])
+    if ds["zone_state"].values.any():
+        sheets["zone_states.png"] = figure_of(draw_zone_states(ds))
+    return sheets
+
+
+def half_way(ds: xr.Dataset) -> int:
+    """Return the position of the first increment with half of the last one's progress."""
+    progress = ds["progress"].values
+    return int(np.argmax(progress >= 0.5 * progress[-1] - 1e-9))
+
+
+def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]]) -> Figure:
+    """Draw stresses one under the other, the same one at several increments in the same colours.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    panels : list of (str, int)
+        Component, as ``draw_stress`` knows it, and position of the increment.
+    """
+    walls = [Deformed.of(ds, increment, None) for _, increment in panels]
+    figure = new_figure(10.0, sum(wall.sheet_height(1.4) for wall in walls))
+    factor = walls[-1].factor
+    for ax, (component, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
+        levels = stress_levels(ds, component, [i for c, i in panels if c == component])
+        draw_stress(ds, ax, component, increment, factor, levels)
+    return figure
 
 
 def _opening_width(ds: xr.Dataset) -> Figure:

@@ -96,9 +96,9 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
     )  # fmt: skip
     faces = Faces.of(ds, increment)
     cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
-    _draw_cracks(ax, _gaps(cracks, motion, points, block, factor), cracks.crack * MM, table)
+    _draw_cracks(ax, gaps_of(cracks, motion, points, block, factor), cracks.crack * MM, table)
     dpc = faces.pick(faces.is_dpc)
-    _draw_dpc(ax, dpc, _gaps(dpc, motion, points, block, factor))
+    _draw_dpc(ax, dpc, gaps_of(dpc, motion, points, block, factor))
     _finish(ax, ds, increment, factor, faces)
     return ax
 
@@ -131,7 +131,7 @@ def _tones(count: int) -> list[str]:
     return [BRICKS[i] for i in np.random.default_rng(1).integers(len(BRICKS), size=count)]
 
 
-def _gaps(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
+def gaps_of(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
     """Return what has opened between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
     sides = faces.neighbours(points, block)
 

@@ -6,7 +6,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.schema import VARIABLES
-from damagepred.scene import Damage, Dpc, Joint, Movement, Opening, Scene, Wall
+from damagepred.scene import BlockMaterial, Damage, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 WALL = Wall(length=1.2, height=0.3)
 
@@ -33,6 +33,21 @@ def on_dpc() -> xr.Dataset:
         opening=(Opening(x=0.48, y=0.15, width=0.24, height=0.15),),
         movement=Movement(kind="dishing", central_deflection=6e-3, increments=3),
         damage=Damage(dpc_threshold=0.2e-3),
+    )
+    return damagepred.solve(scene)
+
+
+@pytest.fixture(scope="session")
+def deformable() -> xr.Dataset:
+    """A tiny wall of deformable bricks below its dpc, rigid ones above, some of whose zones yield."""
+    scene = Scene(
+        title="soft foot",
+        wall=Wall(length=0.96, height=0.3),
+        block=BlockMaterial(cohesion=9e3, friction=0.3, tensile_strength=2e3),
+        dpc=Dpc(course=2),
+        movement=Movement(kind="doming", central_deflection=1e-3, increments=2),
+        loads=Loads(roof=2000.0),
+        solver=Solver(method="explicit", below_dpc="deformable", zone_size=0.04, tolerance=1e-2),
     )
     return damagepred.solve(scene)
 

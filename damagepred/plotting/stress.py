@@ -1,0 +1,241 @@
+"""Stress in the blocks: filled contours on the deformed wall."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+from damagepred.plotting.deformed import Deformed, add_magnification
+from damagepred.plotting.geometry import Faces, corners, polygons
+from damagepred.plotting.sheet import axes_or_new, figure_of, plain_number, require, set_title
+from damagepred.plotting.zones import Zones, has_zones, moved_gridpoints
+
+FloatArray = NDArray[np.float64]
+
+MPA = 1e-6
+"""Megapascals in a pascal."""
+
+COMPONENTS = {
+    "xx": r"$\sigma_{xx}$, along the wall",
+    "yy": r"$\sigma_{yy}$, upright",
+    "xy": r"$\sigma_{xy}$, shear",
+    "largest": r"$\sigma_1$, largest principal stress",
+    "smallest": r"$\sigma_2$, smallest principal stress",
+}
+"""What can be drawn, and its name."""
+
+SHARE = 5.0
+"""Percentage of the area at either end that does not count for the limits of the colours: corners peak."""
+MARGIN = 1.25
+"""The colours reach so many times further than the rest."""
+ONE_SIDED = 0.1
+"""With less than that share on the other side of zero, only one half of the colours is used."""
+NEXT_TO_NOTHING = 1e-3
+"""Where the colours end if there is no stress at all (MPa)."""
+BANDS = 18
+"""Bands of colour at most."""
+
+_CONTACTS = ("contact_normal_stress", "contact_shear_stress")
+
+
+def draw_stress(
+    ds: xr.Dataset,
+    ax: Axes | None = None,
+    component: str = "xx",
+    increment: int = -1,
+    exaggeration: float | None = None,
+    levels: Sequence[float] | FloatArray | None = None,
+) -> Axes:
+    """Draw filled contours of a stress (MPa, tension positive and red) on the deformed wall.
+
+    Of deformable blocks it is the stress of their zones, as means at the gridpoints of each block; of rigid ones the
+    mean stress that the forces in their joints make, see ``block_stress``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    component : {"xx", "yy", "xy", "largest", "smallest"}
+        Which: along the wall, upright, shear, or a principal stress in the wall's plane.
+    increment : int
+        Position of the increment, -1 for the last.
+    exaggeration : float, optional
+        Factor on all displacements; by default a round number that shows the largest as about 4.5 % of the
+        wall's length.
+    levels : sequence of float, optional
+        Limits of the bands of colour (MPa), rising; by default those of ``stress_levels``.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall, or has no such increment or component.
+    """
+    _check(ds, component)
+    wall = Deformed.of(ds, increment, exaggeration)
+    ax = axes_or_new(ax, 10.0, wall.sheet_height(1.4))
+    rigid, zoned = _stresses(wall)
+    if levels is None:
+        levels = _levels([_every(wall, rigid, zoned, component)])
+    limits = np.asarray(levels, dtype=np.float64)
+    colours = band_colours(limits)
+    norm = BoundaryNorm(list(limits), colours.N, extend="both")
+    wall.draw_rigid(ax, colours(norm(MPA * one_of(rigid, component))))
+    if len(zoned):
+        zones = Zones.of(ds)
+        shape = moved_gridpoints(ds, zones, increment, wall.factor)
+        smooth = np.column_stack([zones.at_gridpoints(s) for s in zoned.T])
+        picture = ax.tricontourf(
+            Triangulation(shape[:, 0], shape[:, 1], zones.corners), MPA * one_of(smooth, component), levels=limits,
+            colors=[tuple(c) for c in np.asarray(colours.colors)], extend="both", zorder=2,
+        )  # fmt: skip
+        picture.set_label("zones")
+    wall.draw_outlines(ax)
+    wall.draw_cracks(ax)
+    wall.finish(ax)
+    add_magnification(ax, wall)
+    bar = figure_of(ax).colorbar(
+        ScalarMappable(norm, colours), cax=ax.inset_axes((1.02, 0.0, 0.025, 1.0)), extend="both", spacing="uniform"
+    )
+    bar.set_label("MPa, tension positive")
+    every = MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned)])
+    reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
+    set_title(ax, wall.title, f"{COMPONENTS[component]}, at {wall.movement}: {reach}; {wall.scale}")
+    return ax
+
+
+def _signed(value: float) -> str:
+    return ("-" if value < 0 else "") + plain_number(abs(value))
+
+
+def _check(ds: xr.Dataset, component: str) -> None:
+    require(ds, _CONTACTS, "the result of one wall with all its fields (`damagepred solve`)")
+    if component not in COMPONENTS:
+        raise InputError(f"component = {component!r}: must be one of {', '.join(COMPONENTS)}.")
+    if "time" in ds.variables and not has_zones(ds):
+        raise InputError("stress in rigid blocks is drawn of static runs only: in time, they change neighbours.")
+
+
+def zone_stress(ds: xr.Dataset, increment: int) -> FloatArray:
+    """Return s_xx, s_yy and s_xy of the zones at an increment, (z, 3) (Pa)."""
+    return np.column_stack([ds[f"zone_stress_{name}"].values[increment] for name in ("xx", "yy", "xy")])
+
+
+def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
+    """Return the mean stress s_xx, s_yy and s_xy in every block, (n, 3) (Pa), from the forces in its joints.
+
+    In equilibrium the mean stress of a body is that of the forces f on its boundary at places r from its centroid,
+    sum(f r) / volume, whatever it is made of; uniform weight adds nothing. Forces that act on a block as a whole, as
+    the roof's, count as if spread over it like weight.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall whose blocks are as thick as their joints.
+    increment : int
+        Position of the increment.
+    """
+    points, block = corners(ds)
+    _, face = np.unique(ds["contact_interface"].values, return_inverse=True)
+    sides = Faces.of(ds, increment).neighbours(points, block)
+    normal = np.column_stack([ds[f"contact_normal_{axis}"].values for axis in "xy"])
+    tangent = np.column_stack((normal[:, 1], -normal[:, 0]))
+    length = ds["contact_length"].values[:, None]
+    pull = ds["contact_normal_stress"].values[increment][:, None] * normal
+    force = length * (pull + ds["contact_shear_stress"].values[increment][:, None] * tangent)
+    place = np.column_stack([ds[f"contact_{axis}"].values for axis in "xy"])
+    centre = np.column_stack([ds[f"block_{axis}"].values for axis in "xy"])
+    total = np.zeros((len(centre), 3))
+    for side, sign in zip(sides, (1.0, -1.0)):
+        own = side[face]
+        known = own >= 0
+        f, r = sign * force[known], place[known] - centre[own[known]]
+        parts = (f[:, 0] * r[:, 0], f[:, 1] * r[:, 1], 0.5 * (f[:, 0] * r[:, 1] + f[:, 1] * r[:, 0]))
+        for k, part in enumerate(parts):
+            np.add.at(total[:, k], own[known], part)
+    area = np.array([_area(p) for p in polygons(points, block)])
+    return np.asarray(total / area[:, None])
+
+
+def _area(polygon: FloatArray) -> float:
+    x, y = (polygon - polygon[0]).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+
+
+def one_of(stress: FloatArray, component: str) -> FloatArray:
+    """Return one component of stresses s_xx, s_yy, s_xy (k, 3), or a principal stress; array (k,)."""
+    if component in ("xx", "yy", "xy"):
+        return np.asarray(stress[:, ("xx", "yy", "xy").index(component)])
+    middle, half = 0.5 * (stress[:, 0] + stress[:, 1]), 0.5 * (stress[:, 0] - stress[:, 1])
+    radius = np.hypot(half, stress[:, 2])
+    return np.asarray(middle + radius if component == "largest" else middle - radius)
+
+
+def stress_levels(ds: xr.Dataset, component: str, increments: Sequence[int]) -> FloatArray:
+    """Return round limits (MPa) of bands of colour for a stress at some increments.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    component : str
+        See ``draw_stress``.
+    increments : sequence of int
+        Positions of the increments.
+
+    Returns
+    -------
+    array
+        As far as the stresses reach but for 5 % of the area at either end, and a quarter more; on both sides of zero
+        alike, or from zero to one side if there is next to nothing on the other.
+    """
+    _check(ds, component)
+    walls = [Deformed.of(ds, increment, 1.0) for increment in increments]
+    return _levels([_every(wall, *_stresses(wall), component) for wall in walls])
+
+
+def _levels(fields: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """Return levels (MPa) for stresses (Pa) that stand for areas."""
+    low, high = 0.0, 0.0
+    for values, weight in fields:
+        order = np.argsort(values)
+        share = np.cumsum(weight[order]) / weight.sum()
+        found = values[order][np.searchsorted(share, [SHARE / 100, 1 - SHARE / 100])]
+        low, high = min(low, float(found[0])), max(high, float(found[1]))
+    reach = MARGIN * MPA * max(-low, high) or NEXT_TO_NOTHING
+    two_sided = min(-low, high) >= ONE_SIDED * max(-low, high)
+    ends = (-reach if two_sided or -low > high else 0.0, reach if two_sided or high > -low else 0.0)
+    return np.asarray(MaxNLocator(BANDS, steps=[1, 2, 2.5, 5, 10], symmetric=two_sided).tick_values(*ends))
+
+
+def _stresses(wall: Deformed) -> tuple[FloatArray, FloatArray]:
+    """Return s_xx, s_yy, s_xy (Pa) of the rigid blocks (k, 3) and of all zones (z, 3)."""
+    rigid = block_stress(wall.ds, wall.increment)[wall.rigid] if wall.rigid.any() else np.empty((0, 3))
+    return rigid, zone_stress(wall.ds, wall.increment) if has_zones(wall.ds) else np.empty((0, 3))
+
+
+def _every(wall: Deformed, rigid: FloatArray, zoned: FloatArray, component: str) -> tuple[FloatArray, FloatArray]:
+    """Return all stresses (Pa), and the areas they stand for."""
+    area = np.array([_area(p) for p in polygons(wall.points, wall.block)])[wall.rigid]
+    weight = [area, Zones.of(wall.ds).area] if len(zoned) else [area]
+    return np.concatenate([one_of(s, component) for s in (rigid, zoned)]), np.concatenate(weight)
+
+
+def band_colours(levels: FloatArray) -> ListedColormap:
+    """Return a colour for each band and for what lies beyond at both ends: blue in compression, red in tension."""
+    bands = len(levels) + 1
+    below, above = levels[0] >= -1e-12, levels[-1] <= 1e-12
+    start, end = (0.5 if below else 0.0), (0.5 if above else 1.0)
+    shades = list(colormaps["RdBu_r"](np.linspace(start, end, bands)))
+    return ListedColormap(shades)

@@ -1,0 +1,175 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_rgba
+
+import damagepred
+from damagepred.assembly.assembly import GRAVITY, rectangle
+from damagepred.errors import InputError
+from damagepred.plotting import draw_stress, draw_zone_states
+from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.stress import COMPONENTS, band_colours, block_stress, one_of, stress_levels, zone_stress
+from damagepred.plotting.zones import STATES, Zones
+from damagepred.scene import BlockMaterial, Joint, Solver
+
+
+def collection(ax, label):
+    return next(c for c in ax.collections if c.get_label() == label)
+
+
+def column(zone_size: float = 0.0) -> xr.Dataset:
+    """Three blocks on each other, 0.5 m wide and 0.3 m high, pushed sideways at the top."""
+    assembly = damagepred.Assembly(
+        thickness=0.2,
+        joint=Joint(tensile_strength=1e9, cohesion=1e9),
+        block=BlockMaterial(density=2000.0, poisson_ratio=0.0),  # or joints hold what would widen
+    )
+    for i in range(3):
+        assembly.add_block(rectangle(0, 0.3 * i, 0.5, 0.3 * (i + 1)), zone_size=zone_size, course=i)
+    assembly.rest_on_ground([0])
+    assembly.load(2, x=1000.0)
+    return damagepred.solve(assembly, increments=1, solver=Solver())
+
+
+@pytest.mark.parametrize("zone_size", [0.0, 0.1])
+def test_mean_stress_of_blocks_is_what_balances_weight_and_push(zone_size):
+    stress = block_stress(column(zone_size), -1)
+    above = 2000.0 * GRAVITY * 0.3 * (np.array([2.0, 1.0, 0.0]) + 0.5)  # at mid-height
+    assert stress[:, 1] == pytest.approx(-above, rel=1e-5)
+    # the push is in every joint below the top block, and is spread over that one like weight
+    push = 1000.0 / (0.5 * 0.2)
+    assert stress[:2, 2] == pytest.approx(push, rel=1e-5)
+    assert stress[2, 2] == pytest.approx(push / 2, rel=1e-5)
+    assert stress[:, 0] == pytest.approx(0.0, abs=1e-3 * push)
+
+
+def test_joints_and_zones_tell_the_same_mean_stress(deformable):
+    """Two ways to one number: forces in the joints round a brick, and the stress in its zones."""
+    zones = Zones.of(deformable)
+    area = np.bincount(zones.block, zones.area)
+    for increment in (0, 1, 2):
+        joints, inside = block_stress(deformable, increment)[: len(area)], zone_stress(deformable, increment)
+        mean = np.column_stack([np.bincount(zones.block, zones.area * s) / area for s in inside.T])
+        scale = np.abs(mean).max()
+        assert mean == pytest.approx(joints, abs=0.02 * scale)
+        assert scale > 1e3
+
+
+def test_principal_stresses():
+    stress = np.array([[3.0, -1.0, 0.0], [0.0, 0.0, 2.0], [5.0, 1.0, 1.5]])
+    for row, large, small in zip(stress, one_of(stress, "largest"), one_of(stress, "smallest")):
+        assert sorted(np.linalg.eigvalsh([[row[0], row[2]], [row[2], row[1]]])) == pytest.approx([small, large])
+
+
+def test_gridpoint_means_are_those_of_the_block(deformable):
+    zones = Zones.of(deformable)
+    block = deformable.gridpoint_block.values
+    assert zones.at_gridpoints(zones.block.astype(float)) == pytest.approx(block)
+    one = zones.at_gridpoints((np.arange(len(zones.block)) == 5).astype(float))
+    corner = zones.corners[5, 0]
+    around = (zones.corners == corner).any(axis=1)
+    assert one[corner] == pytest.approx(zones.area[5] / zones.area[around].sum())
+
+
+def test_rims_are_the_outlines_of_the_bricks(deformable):
+    zones = Zones.of(deformable)
+    ends = zones.points[zones.rims()]
+    each = deformable.gridpoint_block.values[zones.rims()[:, 0]]
+    length = np.bincount(each, np.hypot(*(ends[:, 1] - ends[:, 0]).T))
+    first = np.bincount(deformable.vertex_block.values, minlength=len(length))
+    for i in range(len(length)):
+        own = deformable.vertex_block.values == i
+        x, y = deformable.vertex_x.values[own], deformable.vertex_y.values[own]
+        assert first[i] == 4
+        assert length[i] == pytest.approx(2 * (np.ptp(x) + np.ptp(y)))
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_levels_are_round_and_show_most_of_the_wall(deformable, component):
+    levels = stress_levels(deformable, component, [1, 2])
+    step = np.diff(levels)
+    assert step == pytest.approx(step[0])
+    assert 5 <= len(levels) <= 22
+    assert float(f"{step[0]:.2g}") == pytest.approx(step[0])
+    assert pytest.approx(levels[np.abs(levels).argmin()], abs=1e-12) == 0.0
+    rigid = deformable.block_course.values >= 2
+    field = np.concatenate((zone_stress(deformable, -1), block_stress(deformable, -1)[rigid]))
+    field = 1e-6 * one_of(field, component)
+    area = np.concatenate((Zones.of(deformable).area, np.full(rigid.sum(), 0.15 * 0.96 / rigid.sum())))
+    assert area[(field < levels[0]) | (field > levels[-1])].sum() < 0.1 * area.sum()
+    assert np.abs(field).max() > 0.3 * np.abs(levels).max()
+    two_sided = levels[0] < 0 < levels[-1]
+    assert not two_sided or levels[0] == pytest.approx(-levels[-1])
+
+
+def test_tension_is_red_and_compression_blue_whatever_the_range():
+    for levels in (np.linspace(-1, 1, 11), np.linspace(-1, 0, 6), np.linspace(0, 1, 6)):
+        colours = np.asarray(band_colours(levels).colors)
+        red, blue = colours[:, 0], colours[:, 2]
+        assert len(colours) == len(levels) + 1
+        if levels[0] < 0:
+            assert blue[0] > red[0]
+        if levels[-1] > 0:
+            assert red[-1] > blue[-1]
+    one_sided = np.asarray(band_colours(np.linspace(-1, 0, 6)).colors)
+    assert one_sided[-1, :3].min() > 0.9  # nothing is nearly white
+
+
+def test_zones_and_rigid_blocks_are_drawn_in_one_picture(deformable):
+    ax = draw_stress(deformable, component="yy", levels=[-0.1, -0.05, 0.0, 0.05], exaggeration=10)
+    rigid = collection(ax, "rigid blocks")
+    assert len(rigid.get_paths()) == int((deformable.block_course.values >= 2).sum())
+    mean = 1e-6 * block_stress(deformable, -1)[deformable.block_course.values >= 2][:, 1]
+    shades = np.asarray(band_colours(np.array([-0.1, -0.05, 0.0, 0.05])).colors)
+    band = np.searchsorted([-0.1, -0.05, 0.0, 0.05], mean, side="right")
+    assert rigid.get_facecolor() == pytest.approx(shades[band], abs=1e-6)
+    assert collection(ax, "zones").get_zorder() == rigid.get_zorder()
+    title = ax.get_title(loc="left")
+    assert "soft foot" in title
+    assert "doming 1.0 mm" in title
+    assert "10 times" in title
+    assert f"{1e-6 * min(zone_stress(deformable, -1)[:, 1].min(), 1e6 * mean.min()):.3g} to" in title
+    assert ax.get_aspect() == 1.0
+    # nothing is clipped
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    shape = Deformed.of(deformable, -1, 10.0).shape
+    assert left < shape[:, 0].min() < shape[:, 0].max() < right
+    assert bottom < shape[:, 1].min() < shape[:, 1].max() < top
+
+
+def test_the_bar_under_the_wall_is_as_long_as_its_displacement_is_drawn(deformable):
+    ax = draw_stress(deformable, exaggeration=40)
+    line = next(line for line in ax.lines if line.get_label() == "magnification")
+    words = next(t.get_text() for t in ax.texts if "displacement of" in t.get_text())
+    size = float(words.split()[2]) * 1e-3
+    assert np.ptp(line.get_xdata()) == pytest.approx(40 * size)
+    assert not draw_stress(deformable, exaggeration=1).texts
+
+
+def test_states_are_drawn_zone_by_zone(deformable):
+    ax = draw_zone_states(deformable)
+    drawn = collection(ax, "zones").get_facecolor()
+    state = deformable.zone_state.values[-1]
+    assert drawn == pytest.approx(np.array([to_rgba(STATES[s][1]) for s in state]))
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert f"yields in shear: {int((state == 1).sum())}" in words
+    assert len(words) == len(np.unique(state))
+
+
+def test_states_have_the_names_of_the_archive(deformable):
+    assert len(STATES) == len(deformable.zone_state.attrs["flag_values"])
+
+
+def test_wrong_input_is_named(deformable, cracked, study):
+    with pytest.raises(InputError, match=r"component = 'zz': must be one of xx, yy, xy, largest, smallest"):
+        draw_stress(deformable, component="zz")
+    with pytest.raises(InputError, match="increment = 7"):
+        draw_stress(deformable, increment=7)
+    with pytest.raises(InputError, match="zone_state"):
+        draw_zone_states(cracked)
+    with pytest.raises(InputError, match="contact_normal_stress"):
+        draw_stress(study)
+    with pytest.raises(InputError, match="static runs"):
+        draw_stress(cracked.assign_coords(time=("increment", np.arange(cracked.sizes["increment"]))))
