@@ -306,40 +306,52 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
         u_n, u_s = gap + p.offset, along - p.anchor
         moved = u_n - p.opening
 
-        # the law, past the kink by its mean
         row = p.law
         k_n, k_s = laws[row, 0], laws[row, 1]
         was_cracked, dilated, slip = p.cracked != 0.0, p.dilated, p.slip
         away, half = u_n - dilated, 0.5 * abs(moved)
-        pressed = u_n
+        # most contacts neither give way nor pass the kink: then there is no more to the law than this
+        sigma, tau = k_n * away, k_s * (u_s - slip)
+        limit = 7 if was_cracked else 3
         no_tension = was_cracked & (laws[row, 7] == 0.0)
+        gives = (sigma > laws[row, limit]) | (abs(tau) > laws[row, limit + 1] - sigma * laws[row, limit + 2])
+        gives = gives | (no_tension & (abs(away) < half))
         if softening is not None:
+            gives = gives | (was_cracked & (laws[row, 11] > 0.0))
             no_tension = no_tension & (p.opened >= laws[row, 11])
-        if no_tension & (abs(away) < half):
-            pressed = dilated - (half - away) * (half - away) / (4.0 * half)
-        softened = None
-        if softening is not None:
-            softened = (laws[row, 11], laws[row, 12])
-        strength = (laws[row, 3], laws[row, 4], laws[row, 5], laws[row, 6])
-        weakened = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
-        sigma, tau, new_slip, new_dilated, cracked, opened = joint_law(
-            pressed, u_s, slip, dilated, was_cracked, p.opened, (k_n, k_s, laws[row, 2]), strength, weakened, softened,
-            laws[row, 13], laws[row, 14] != 0.0,
-        )  # fmt: skip
+        cracked = was_cracked
+        if gives:
+            # the law, past the kink by its mean
+            pressed = u_n
+            if no_tension & (abs(away) < half):
+                pressed = dilated - (half - away) * (half - away) / (4.0 * half)
+            softened = None
+            if softening is not None:
+                softened = (laws[row, 11], laws[row, 12])
+            strength = (laws[row, 3], laws[row, 4], laws[row, 5], laws[row, 6])
+            weakened = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
+            sigma, tau, new_slip, new_dilated, cracked, opened = joint_law(
+                pressed, u_s, slip, dilated, was_cracked, p.opened, (k_n, k_s, laws[row, 2]), strength, weakened,
+                softened, laws[row, 13], laws[row, 14] != 0.0,
+            )  # fmt: skip
+            p.slip = new_slip
+            p.dilated = new_dilated
+            p.cracked = 1.0 if cracked else 0.0
+            p.opened = opened
 
-        # where the work went
-        mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
-        rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilated))
-        softens = False
-        if softening is not None:
-            softens = cracked & (laws[row, 11] > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
-        if (cracked != was_cracked) | softens:
-            lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
-            lost -= 0.5 * sigma * (u_n - new_dilated)
-            if softens:
-                torn += p.area * lost
-            else:
-                freed += p.area * lost
+            # where the work went
+            mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
+            rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilated))
+            softens = False
+            if softening is not None:
+                softens = cracked & (laws[row, 11] > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
+            if (cracked != was_cracked) | softens:
+                lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
+                lost -= 0.5 * sigma * (u_n - new_dilated)
+                if softens:
+                    torn += p.area * lost
+                else:
+                    freed += p.area * lost
 
         # damping by the rate of the elastic stress; it never pulls a joint that carries no tension
         pull_n, pull_s = sigma, tau
@@ -360,10 +372,6 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
         p.shear = u_s
         p.sigma = sigma
         p.tau = tau
-        p.slip = new_slip
-        p.dilated = new_dilated
-        p.cracked = 1.0 if cracked else 0.0
-        p.opened = opened
         if sigma == 0.0 and tau == 0.0:
             if cracked and away > (p.release if p.status == HOME else half):
                 p.status = FREE
