@@ -123,9 +123,10 @@ class Joints(NamedTuple):
 class JointProperties(NamedTuple):
     """Law of each interface (m,): the fields of ``damagepred.scene.Joint``, with stiffness as the solver uses it.
 
-    Instead of the fracture energy there is ``critical_opening`` (m): where tension has fallen to nothing,
-    w_c = 2 G_f / f_t, elastic opening included. It is 0 where the bond breaks at once. A joint without cap has
-    an infinite ``compressive_strength``.
+    Instead of the fracture energies there are ``critical_opening`` (m), where tension has fallen to nothing,
+    w_c = 2 G_f / f_t, elastic opening included, 0 where the bond breaks at once; and ``critical_slip`` (m), which wears
+    off the bond, s_c = 2 G_f / (C - C_r), 0 where slip leaves it as it is. A joint without cap has an infinite
+    ``compressive_strength``.
     """
 
     normal_stiffness: FloatArray
@@ -141,6 +142,14 @@ class JointProperties(NamedTuple):
     compressive_strength: FloatArray
     cap_shear: FloatArray
     critical_opening: FloatArray
+    critical_slip: FloatArray
+
+    @property
+    def wear(self) -> FloatArray:
+        """Opening that uses up as much of the bond as a unit of slip (1); 0 where slip leaves it as it is."""
+        softening = self.critical_opening - self.tensile_strength / self.normal_stiffness
+        worn = self.critical_slip > 0
+        return np.divide(softening, self.critical_slip, out=np.zeros_like(softening), where=worn)
 
 
 class Ground(NamedTuple):

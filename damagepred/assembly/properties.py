@@ -13,6 +13,9 @@ from damagepred.scene import BlockMaterial, Joint
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+STEEPEST = 1.1
+"""Smallest critical slip over the elastic shear displacement it uses up; below, the first slip breaks the bond."""
+
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
 Fields = Mapping[int, Mapping[str, FloatArray]]
 
@@ -39,7 +42,7 @@ def joint_properties(
         Values that vary from joint to joint, by material and field name.
     """
     columns: dict[str, FloatArray] = {}
-    for name in (*JointProperties._fields[:-1], "fracture_energy"):
+    for name in (*JointProperties._fields[:-2], "fracture_energy", "shear_fracture_energy"):
         values = np.array([_value(m, name) for m in materials])[material]
         for number, varied in fields.items():
             if name in varied:
@@ -57,6 +60,8 @@ def joint_properties(
     columns["brittle_shear"] = columns["brittle_shear"].astype(np.bool_)
     energy, strength = columns.pop("fracture_energy"), columns["tensile_strength"]
     columns["critical_opening"] = np.divide(2.0 * energy, strength, out=np.zeros_like(energy), where=strength > 0)
+    energy, lost = columns.pop("shear_fracture_energy"), columns["cohesion"] - columns["residual_cohesion"]
+    columns["critical_slip"] = np.divide(2.0 * energy, lost, out=np.zeros_like(energy), where=lost > 0)
     return JointProperties(**columns), len(np.unique(joint[limited]))  # type: ignore[arg-type]
 
 
@@ -119,13 +124,20 @@ def brittle_where_soft(properties: JointProperties) -> JointProperties:
     """Let joints break at once whose fracture energy is less than what they hold elastically as they crack.
 
     Their tension would have to fall to nothing at an opening, w_c, that is not beyond the one at which they crack,
-    f_t / k_n. To be called when the stiffness is final.
+    f_t / k_n. The same holds for slip. To be called when the stiffness is final.
 
     Parameters
     ----------
     properties : JointProperties
-        With critical_opening = 2 G_f / f_t.
+        With critical_opening = 2 G_f / f_t, critical_slip = 2 G_f / (C - C_r).
     """
     elastic = properties.tensile_strength / properties.normal_stiffness
     opening = properties.critical_opening
-    return properties._replace(critical_opening=np.where(opening > elastic, opening, 0.0))
+    soft = opening > elastic
+    slip = np.where(soft, properties.critical_slip, 0.0)
+    shear = STEEPEST * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
+    return properties._replace(
+        critical_opening=np.where(soft, opening, 0.0),
+        critical_slip=np.where(slip > shear, slip, 0.0),
+        brittle_shear=properties.brittle_shear | ((slip > 0) & (slip <= shear)),
+    )

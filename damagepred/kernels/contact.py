@@ -7,7 +7,7 @@ numbers (opening and shear at its middle, relative rotation). The contacts, its 
 import numpy as np
 
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance
+from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance, wear_of
 from damagepred.kernels.tiles import LANES
 
 Y, TURN = np.uint64(1), np.uint64(2)
@@ -71,7 +71,7 @@ def contact_forces(tile, ground, special, softening, progress):
     ground : record or None
         Full movement of the ground under the tile, None if it does not touch the ground.
     special : bool or None
-        None if no joint dilates, breaks in shear or has a cap: what they need is then left out when compiling.
+        None if no joint dilates, breaks or wears by slip or has a cap: what they need is then left out when compiling.
     softening : bool or None
         None if no bond softens.
     progress : float
@@ -89,9 +89,11 @@ def contact_forces(tile, ground, special, softening, progress):
         weakened = (tile.weakened[0, i], tile.weakened[1, i], tile.weakened[2, i], tile.weakened[3, i])
         psi, brittle_shear = 0.0, False
         cap = None
+        wear = None
         if special is not None:
             psi, brittle_shear = tile.dilation[i], tile.brittle_shear[i] != 0.0
             cap = (tile.cap[0, i], tile.cap[1, i], tile.cap[2, i])
+            wear = tile.wear[i]
         softened = None
         if softening is not None:
             softened = (tile.critical_opening[i], tile.bond_slope[i])
@@ -110,7 +112,7 @@ def contact_forces(tile, ground, special, softening, progress):
                 opened = tile.opened[k, i]
             sigma, tau, slip, dilated, cracked, opened = joint_law(
                 u_n, u_s, tile.slip[k, i], dilated, tile.cracked[k, i] != 0.0, opened,
-                stiffness, strength, weakened, softened, psi, brittle_shear, cap,
+                stiffness, strength, weakened, softened, psi, brittle_shear, cap, wear,
             )  # fmt: skip
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
@@ -179,4 +181,5 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             sigma[i, k], tau[i, k], _, _, _, _ = joint_law(
                 u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k], state.opened[i, k],
                 (k_n, k_s, 1.0 / k_s), strength, weakened, softening, psi, properties.brittle_shear[i], cap,
+                wear_of(properties, i),
             )  # fmt: skip

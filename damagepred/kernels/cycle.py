@@ -15,7 +15,7 @@ def run_cycles(joints, special, softening, zoned, motion, damping, load_share, p
     joints : NamedTuple of arrays
         The interfaces in tiles; see ``damagepred.solvers.packed.PackedJoints``.
     special : bool or None
-        None if no joint dilates, breaks in shear or has a cap.
+        None if no joint dilates, breaks or wears by slip or has a cap.
     softening : bool or None
         None if no bond softens.
     zoned : tuple or None

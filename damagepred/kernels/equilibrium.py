@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.kernels.contact import relative
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.joint import capped
+from damagepred.kernels.joint import capped, wear_of
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
@@ -21,6 +21,9 @@ SOFT_STEPS = 6
 """Newton steps for the slip of a joint that dilates while it softens."""
 STEEPEST = 1e-3
 """Shear stress over f_c from which on the slope of the cap is taken as it is."""
+WEAR_STEPS, WORN, SNAPS = 40, 1e-13, 1e-6
+"""Newton steps for the slip of a joint that wears, share of the stress to which it is found, and share of the shear
+stiffness below which what is left lets go at once."""
 AT_LIMIT = 1.0 - 1e-9
 """Share of its limit from which a shear stress counts as sliding when the tangent is asked for."""
 
@@ -128,6 +131,8 @@ def live_contact(properties, i, cracked, opened, e, shear):
     limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, gone)
     if size < limit * AT_LIMIT:
         return sigma, tau, slope, 0.0, 0.0, k_s, 0.0, closing, limit
+    if properties.critical_slip[i] > 0.0 and not gone and (cracked or e <= strength / k_n):
+        return worn_contact(properties, i, cracked, opened, e, shear, closing)
     sign = 1.0 if tau >= 0.0 else -1.0
     if gone:
         psi = 0.0  # what is open does not climb
@@ -156,6 +161,86 @@ def live_contact(properties, i, cracked, opened, e, shear):
         sign * travelled,
         psi * travelled + closing,
         size - k_s * travelled,
+    )
+
+
+@law
+def opened_so_far(cracked, opened, e, first):
+    """Return how far a softening bond has been open at an opening e (m), before it slides on; ``first`` if never."""
+    return max(opened, e, first) if cracked else first
+
+
+@rule
+def worn_contact(properties, i, cracked, opened, e, shear, closing):
+    """Return what ``live_contact`` does for a joint that slides and whose bond wears by it.
+
+    Slip t uses up the bond as the opening kappa = kappa_0 + wear t does, and the limit L follows:
+    k_s (|shear| - t) = L(e, t), solved by Newton's method; where L falls by slip alone it is a straight line.
+
+    Parameters
+    ----------
+    closing : float
+        How far it is crushed (m).
+    """
+    k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
+    strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
+    strongest, c_ss = properties.compressive_strength[i], properties.cap_shear[i]
+    wear, first = wear_of(properties, i), strength / k_n
+    begun = opened_so_far(cracked, opened, e, first)
+    follows = 1.0 if cracked and e >= begun else 0.0  # whether kappa follows the opening
+    sign, size = 1.0 if shear >= 0.0 else -1.0, abs(k_s * shear)
+    most = size / k_s
+    all_gone = max((critical - begun) / wear, 0.0) * (1.0 + 1e-12)  # so that rounding leaves nothing
+    cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
+    more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
+    t = 0.0
+    for _ in range(WEAR_STEPS):
+        kappa = begun + wear * t
+        bond = min(max((critical - kappa) / (critical - first), 0.0), 1.0)
+        softens = -1.0 / (critical - first) if bond > 0.0 else 0.0
+        if e > 0.0:
+            sigma, along = strength * bond * e / kappa, strength * bond / kappa
+            across = strength * e * (softens * kappa - bond) / (kappa * kappa)  # with kappa
+        else:
+            sigma, along, across = max(k_n * e, -strongest), k_n if closing == 0.0 else 0.0, 0.0
+            if sigma <= -strongest * AT_LIMIT:
+                along = 0.0
+        angle = friction + bond * more_friction
+        limit = cohesion + bond * more_cohesion - sigma * angle
+        by_kappa = softens * (more_cohesion - sigma * more_friction) - angle * across
+        by_opening = -angle * along + follows * by_kappa
+        if strongest < np.inf:
+            ellipse = capped(NO_LIMIT, sigma, strongest, 1.0 / c_ss)
+            if ellipse < limit:
+                limit, by_kappa = ellipse, 0.0
+                by_opening = -min(sigma, 0.0) * along / (c_ss * max(ellipse, STEEPEST * strongest))
+        by_slip = wear * by_kappa
+        gap = size - k_s * t - limit
+        if abs(gap) <= WORN * (size + abs(limit)):
+            break
+        if k_s + by_slip < SNAPS * k_s:
+            t = all_gone  # it lets go at once
+        else:
+            t = min(max(t + gap / (k_s + by_slip), 0.0), most)
+            # beyond the kink where nothing is left to wear
+            if softens != 0.0 and t > all_gone:
+                t = all_gone
+    if e > 0.0 and bond == 0.0:  # it has let go, and is open
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, shear, 0.0, 0.0
+    if limit <= 0.0 or t >= most:
+        return sigma, 0.0, along + follows * across, 0.0, 0.0, 0.0, shear, closing, 0.0
+    stiff = k_s + by_slip
+    t_shear, t_opening = k_s / stiff, -by_opening / stiff
+    return (
+        sigma,
+        sign * (size - k_s * t),
+        along + follows * across + wear * across * t_opening,
+        sign * wear * across * t_shear,
+        -sign * k_s * t_opening,
+        k_s * (1.0 - t_shear),
+        sign * t,
+        closing,
+        size - k_s * t,
     )
 
 
@@ -200,8 +285,9 @@ def is_plain(properties, i):
 def frozen_contact(properties, i, cracked, opened, bound, e, shear):
     """Return stresses and slopes (nn, ns, sn, ss) as ``live_contact``, with a given largest shear stress."""
     k_s = properties.shear_stiffness[i]
+    worn = opened > 0.0 and properties.critical_slip[i] > 0.0
     sigma, slope, _, _ = normal_law(
-        e, cracked, opened, properties.normal_stiffness[i], properties.tensile_strength[i],
+        e, cracked or worn, opened, properties.normal_stiffness[i], properties.tensile_strength[i],
         properties.residual_tensile_strength[i], properties.critical_opening[i], False,
     )  # fmt: skip
     if sigma <= -properties.compressive_strength[i] * AT_LIMIT:
@@ -312,13 +398,18 @@ def freeze(active, interfaces, properties, ground, memory, displacement, progres
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
-            _, _, _, _, _, _, _, climb, limit = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            _, _, _, _, _, _, slip, climb, limit = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
             old = bound[i, k]
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
             climbs = climb if properties.dilation[i] > 0.0 else 0.0  # crushing is part of the energy
             dilated[i, k] += share * (memory.dilated[i, k] + climbs - dilated[i, k])
-            if cracked and properties.critical_opening[i] > 0.0:
-                opened[i, k] = max(opened[i, k], e - climb, properties.tensile_strength[i] / k_n)
+            first = properties.tensile_strength[i] / k_n
+            if properties.critical_slip[i] > 0.0:
+                reached = opened_so_far(cracked, memory.opened[i, k], e, first) + wear_of(properties, i) * abs(slip)
+                if cracked or (slip != 0.0 and e <= first):
+                    opened[i, k] = max(opened[i, k], reached)
+            elif cracked and properties.critical_opening[i] > 0.0:
+                opened[i, k] = max(opened[i, k], e - climb, first)
 
 
 @kernel
@@ -332,11 +423,11 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
 
     Returns
     -------
-    friction, crushing : float
-        What it took (J).
+    friction, crushing, torn : float
+        What it took (J); ``torn`` is what the tension of bonds that wear by slip took, which ``energy`` cannot tell.
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    friction, crushing = 0.0, 0.0
+    friction, crushing, torn = 0.0, 0.0, 0.0
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n = properties.normal_stiffness[i]
@@ -359,9 +450,36 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
                     crushing += normal_work
             if cracked and properties.critical_opening[i] == 0.0 and properties.residual_tensile_strength[i] == 0.0:
                 memory.opened[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
-            if cracked and properties.critical_opening[i] > 0.0:
-                memory.opened[i, k] = max(memory.opened[i, k], e - climb, properties.tensile_strength[i] / k_n)
-    return friction, crushing
+            strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
+            first = strength / k_n
+            if properties.critical_slip[i] > 0.0:
+                if cracked or (slip != 0.0 and e <= first):
+                    before = max(memory.opened[i, k], first)
+                    between = opened_so_far(cracked, memory.opened[i, k], e, first)
+                    after = between + wear_of(properties, i) * abs(slip)
+                    taken = softening_work(between, strength, k_n, critical)
+                    taken -= softening_work(before, strength, k_n, critical)
+                    lost = secant(between, strength, k_n, critical) - secant(after, strength, k_n, critical)
+                    torn += interfaces.contact_area[i, k] * (taken + 0.5 * max(e, 0.0) ** 2 * lost)
+                    memory.opened[i, k] = after
+                    memory.cracked[i, k] = True
+            elif cracked and critical > 0.0:
+                memory.opened[i, k] = max(memory.opened[i, k], e - climb, first)
+    return friction, crushing, torn
+
+
+@law
+def secant(opened, strength, k_n, critical):
+    """Return the stiffness of a softened bond in tension (Pa/m)."""
+    return strength * bond_left(opened, strength, k_n, critical) / opened
+
+
+@law
+def softening_work(opened, strength, k_n, critical):
+    """Return what a bond has taken that softened by opening alone (J/m2): under the curve, less what it gives back."""
+    first, reached = strength / k_n, min(opened, critical)
+    holds = strength * bond_left(reached, strength, k_n, critical)
+    return 0.5 * (strength * first + (strength + holds) * (reached - first) - holds * reached)
 
 
 @kernel
@@ -486,12 +604,8 @@ def energy(interfaces, properties, ground, memory, displacement, progress):
                 sigma, tau, _, _, _, _, _, _, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
             stored += 0.5 * area * sigma * e
             stored += 0.5 * area * tau * tau / k_s
-            if cracked and critical > 0.0:
-                first = strength / k_n
-                opened = min(max(memory.opened[i, k], first), critical)
-                holds = strength * bond_left(opened, strength, k_n, critical)
-                # under the curve so far, less what unloading gives back
-                softened += area * 0.5 * (strength * first + (strength + holds) * (opened - first) - holds * opened)
+            if cracked and critical > 0.0 and properties.critical_slip[i] == 0.0:
+                softened += area * softening_work(max(memory.opened[i, k], strength / k_n), strength, k_n, critical)
             if i >= first_ground:
                 power -= area * (sigma * ground.normal[i - first_ground, k] + tau * ground.shear[i - first_ground, k])
     return stored, softened, power

@@ -21,6 +21,9 @@ shear than Coulomb's, the ellipse of Lourenco and Rots:
 
     sigma >= -f_c,   |tau| <= sqrt((f_c^2 - sigma^2) / C_ss)
 
+Slip may wear off a bond that softens, as opening does: kappa then grows with the slip, too, by (w_c - u_0) / s_c for
+each unit of it, so that a slip of s_c leaves nothing.
+
 There is no branch in it, only choices between two values, so that the compiler can work on many contacts at a time.
 What no joint of a wall needs is left out when compiling.
 """
@@ -38,7 +41,7 @@ NO_LIMIT = 1e300
 @law
 def joint_law(
     opening, shear, slip, dilated, cracked, opened, stiffness, strength, weakened, softening, psi, brittle_shear,
-    cap=None,
+    cap=None, wear=None,
 ):  # fmt: skip
     """Return (sigma, tau, slip, dilated, cracked, opened) of one contact.
 
@@ -52,7 +55,7 @@ def joint_law(
         Whether tensile strength was passed, or the bond broken by slip.
     opened : float
         kappa, if the joint softens: the largest u of the cracked contact so far (m), at least w_c once slip has
-        broken the bond. Otherwise 0.
+        broken the bond, and more if slip wears it. Otherwise 0.
     stiffness : tuple of float
         (k_n, k_s, 1 / k_s) (Pa/m, Pa/m, m/Pa).
     strength, weakened : tuple of float
@@ -67,6 +70,9 @@ def joint_law(
     cap : tuple of float or None
         (f_c, f_c / k_n, 1 / C_ss) (Pa, m, 1), infinite where this joint has no cap; None if none has, to leave out when
         compiling what it needs. A joint with a cap does not dilate.
+    wear : float or None
+        By how much kappa grows for each unit of slip (1), 0 where slip leaves the bond as it is; None if it does in all
+        joints, or no bond softens. A joint that wears does not dilate.
     """
     # the stresses if nothing gives way
     k_n, k_s, shear_compliance = stiffness
@@ -132,6 +138,11 @@ def joint_law(
     slip = shear if is_open else slip + copysign(travelled, tau)
     tau = 0.0 if is_open else tau - copysign(k_s * travelled, tau)
     dilated = dilated if is_open else dilated + psi * travelled
+    if softening is not None and wear is not None:
+        worn = (wear > 0.0) & (travelled > 0.0) & (not is_open)
+        first = w_c - 1.0 / slope
+        opened = (opened if opened > first else first) + wear * travelled if worn else opened
+        cracked = cracked | worn
     return sigma, tau, slip, dilated, cracked, opened
 
 
@@ -174,6 +185,15 @@ def bond_left(opened, cracked, critical_opening, slope):
 def bond_slope(k_n, f_t, critical_opening):
     """Return the share of the bond that is lost for each unit of opening beyond u_0 (1/m)."""
     return 1.0 / maximum(critical_opening - f_t / k_n, THINNEST)
+
+
+@law
+def wear_of(properties, i):
+    """Return by how much kappa grows for each unit of slip of interface i (1)."""
+    if properties.critical_slip[i] == 0.0:
+        return 0.0
+    first = properties.tensile_strength[i] / properties.normal_stiffness[i]
+    return (properties.critical_opening[i] - first) / properties.critical_slip[i]
 
 
 @law

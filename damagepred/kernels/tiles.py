@@ -37,6 +37,7 @@ def tile_type(points):
             ("normal_stiffness", "f8", lane), ("shear_stiffness", "f8", lane), ("shear_compliance", "f8", lane),
             ("strength", "f8", (4, LANES)), ("weakened", "f8", (4, LANES)),
             ("dilation", "f8", lane), ("brittle_shear", "f8", lane), ("cap", "f8", (3, LANES)),
+            ("wear", "f8", lane),
             ("critical_opening", "f8", lane), ("bond_slope", "f8", lane),
             ("slip", "f8", contact), ("dilated", "f8", contact), ("cracked", "f8", contact),
             ("opened", "f8", contact),

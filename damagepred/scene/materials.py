@@ -89,6 +89,13 @@ class Joint:
         the opening, from f_t to nothing at 2 G_f / f_t, and cohesion and friction fall to their residual values with
         it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
         Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, from memory).
+    shear_fracture_energy : float or None
+        G_f (N/m), mode II: what sliding an unopened joint takes to wear off its bond, on top of what the residual
+        values take. Cohesion, friction and what tension the joint carries fall linearly with the slip, to the residual
+        values at 2 G_f / (cohesion - residual_cohesion): slip and opening use up one and the same bond. Only together
+        with fracture_energy, without dilation and brittle_shear. So little that the elastic joint holds more: the first
+        slip breaks the bond. None: slip leaves the bond as it is. Clay brick and mortar: 10 to 250 N/m (van der
+        Pluijm 1999, from memory).
     compressive_strength : float or None
         f_c (Pa), the cap: the joint carries no more pressure, sigma >= -f_c, and closes for good beyond (it crushes);
         and pressed near to it, it carries less shear, |tau| <= sqrt((f_c^2 - sigma^2) / C_ss) where that is less than
@@ -109,6 +116,7 @@ class Joint:
     residual_friction: Pure | None = Field(default=None, ge=0)
     brittle_shear: bool = False
     fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    shear_fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
     compressive_strength: Pressure | None = Field(default=None, gt=0)
     cap_shear: Pure = Field(default=9.0, gt=0)
 
@@ -124,6 +132,14 @@ class Joint:
                 raise ValueError(
                     f"{residual} = {getattr(self, residual):g}: must not exceed {intact} = {getattr(self, intact):g}"
                 )
+        if self.shear_fracture_energy is not None:
+            for wrong, name in (
+                (self.fracture_energy is None, "fracture_energy, which is missing"),
+                (self.dilation > 0, f"dilation = 0, not {self.dilation:g}"),
+                (self.brittle_shear, "brittle_shear = false"),
+            ):
+                if wrong:
+                    raise ValueError(f"shear_fracture_energy = {self.shear_fracture_energy:g}: goes only with {name}")
         if self.compressive_strength is not None and self.dilation > 0:
             raise ValueError(
                 f"compressive_strength = {self.compressive_strength:g}: goes only with dilation = 0, not "

@@ -80,15 +80,17 @@ def pack(model: Model) -> PackedJoints:
         put(tiles[name], lane, np.column_stack((*strength, compliance)))
     strongest = law.compressive_strength
     put(tiles["cap"], lane, np.column_stack((strongest, strongest / law.normal_stiffness, 1.0 / law.cap_shear)))
+    put(tiles["wear"], lane, law.wear)
     for name in ("normal", "shear"):
         put(ground[name], np.arange(on_ground), getattr(model.ground, name))
     return PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
 
 
 def needs_all_of_the_law(model: Model) -> bool:
-    """Tell whether any joint dilates, breaks in shear or has a cap; without, the cycle is a sixth faster."""
+    """Tell whether any joint dilates, breaks or wears by slip or has a cap; without, the cycle is a sixth faster."""
     law = model.properties
-    return bool(law.dilation.any() or law.brittle_shear.any() or np.isfinite(law.compressive_strength).any())
+    special = law.dilation.any() or law.brittle_shear.any() or law.critical_slip.any()
+    return bool(special or np.isfinite(law.compressive_strength).any())
 
 
 def needs_softening(model: Model) -> bool:

@@ -22,14 +22,14 @@ from damagepred.kernels.equilibrium import (
     plain_contact,
     settle,
 )
-from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance
+from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance, wear_of
 from damagepred.solvers.state import JointMemory
 
 K_N, K_S = 82e9, 36e9
 COUNT = 3000
 CYCLES = 3000
 ALL = "everything"
-FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "cap", ALL)
+FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "cap", "wear", ALL)
 
 
 # -- random joints ----------------------------------------------------------------------------------------------------
@@ -40,6 +40,8 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
     has = {name: (feature == name) | ((feature == ALL) & (rng.random(count) < 0.5)) for name in FEATURES}
     cohesion, friction = rng.uniform(0.05e6, 0.4e6, count), rng.uniform(0.3, 1.1, count)
     strength = np.minimum(rng.uniform(0.05e6, 0.5e6, count), cohesion / friction)
+    has["wear"] &= ~has["residual strength"]
+    has["softening"] |= has["wear"]
     weaker = has["residual"] | has["softening"]
     keeps = has["residual strength"] & ~has["softening"]
     # a critical opening a few times that at which the bond begins to soften
@@ -51,7 +53,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         tensile_strength=strength,
         cohesion=cohesion,
         friction=friction,
-        dilation=np.where(has["dilation"] & ~has["cap"], rng.uniform(0.01, 0.3, count), 0.0),
+        dilation=np.where(has["dilation"] & ~has["cap"] & ~has["wear"], rng.uniform(0.01, 0.3, count), 0.0),
         residual_tensile_strength=np.where(keeps, left * strength, 0.0),
         residual_cohesion=np.where(weaker | keeps, left * cohesion, 0.0),
         residual_friction=np.where(weaker, rng.uniform(0.5, 1.0, count), 1.0) * friction,
@@ -59,6 +61,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         compressive_strength=np.where(has["cap"], rng.uniform(0.3e6, 2e6, count), np.inf),
         cap_shear=rng.uniform(1.0, 12.0, count),
         critical_opening=critical,
+        critical_slip=np.where(has["wear"], (cohesion - left * cohesion) / K_S * rng.uniform(1.5, 20.0, count), 0.0),
     )
 
 
@@ -114,7 +117,7 @@ def cycle(joints, i, u_n, u_s, slip, dilated, cracked, opened):
     cap = (strongest, strongest / k_n, 1.0 / joints.cap_shear[i])
     return joint_law(
         u_n, u_s, slip, dilated, cracked, opened, (k_n, k_s, 1.0 / k_s), intact, weakened, softening, psi,
-        joints.brittle_shear[i], cap,
+        joints.brittle_shear[i], cap, wear_of(joints, i),
     )  # fmt: skip
 
 
@@ -149,6 +152,8 @@ def test_the_explicit_law_comes_to_rest_at_these_stresses(feature: str) -> None:
     comparable &= ~(cracked & keeps & ((K_N * e > joints.residual_tensile_strength) != (opened > 0)) & (e > 0))
     # where dilation closes what opens, it matters which comes first: see the paths below
     comparable &= ~(cracked & (joints.dilation > 0) & (e > 0) & (softens | (opened == 0)))
+    # nor is it the same whether a pulled joint slides first, or its bond wears and gives way first
+    comparable &= ~((joints.critical_slip > 0) & (e > 0) & (live[:, 6] != 0))
     assert comparable.sum() > 0.5 * COUNT
     stress = np.abs(live[:, :2]).max(axis=1) + 1e4
     # the cap is upright where it ends: a root of rounding is left there
@@ -223,8 +228,12 @@ def settled(joints, cracked, opened, slip, dilated, u_n, u_s):
     brittle = cracked & ~softens & (joints.residual_tensile_strength == 0)
     opened = np.where(brittle, np.where((sigma == 0) & (e > 0), np.inf, 0.0), opened)
     first = joints.tensile_strength / K_N
-    opened = np.where(cracked & softens, np.maximum(np.maximum(opened, e), first), opened)
-    return sigma, tau, opened, slip + slid, dilated + climb
+    wears = (joints.critical_slip > 0) & (cracked | ((slid != 0) & (e <= first)))
+    opened = np.where(
+        (cracked & softens) | wears, np.maximum(np.maximum(opened, np.where(cracked, e, 0)), first), opened
+    )
+    opened = np.where(wears, opened + joints.wear * np.abs(slid), opened)
+    return sigma, tau, cracked | wears, opened, slip + slid, dilated + climb
 
 
 @numba.njit
@@ -262,7 +271,7 @@ def difference_along_paths(joints, corners, steps):
             opened = np.where(breaks & ~softens, np.inf, opened)
             keeps = cracked & ~softens & (left > 0)
             opened = np.where(keeps, np.where(elastic > left, np.inf, 0.0), opened)
-            sigma, tau, opened, slip, dilated = settled(joints, cracked, opened, slip, dilated, u_n, u_s)
+            sigma, tau, cracked, opened, slip, dilated = settled(joints, cracked, opened, slip, dilated, u_n, u_s)
         np.testing.assert_array_equal(cracked, explicit[2])
         apart = np.maximum(np.abs(sigma - stress[:, 0]), np.abs(tau - stress[:, 1]))
         differences.append(apart / (joints.cohesion + np.abs(stress).max(axis=1)))
@@ -354,6 +363,10 @@ def test_frozen_at_what_the_live_law_says_the_two_agree() -> None:
     live = evaluate(joints, cracked, opened, e, shear)
     softened = np.maximum(np.maximum(opened, e - live[:, 7]), joints.tensile_strength / K_N)
     reached = np.where(cracked & (joints.critical_opening > 0), softened, opened)
+    first = joints.tensile_strength / K_N
+    wears = (joints.critical_slip > 0) & (cracked | ((live[:, 6] != 0) & (e <= first)))
+    worn = np.maximum(np.maximum(opened, np.where(cracked, e, 0.0)), first) + joints.wear * np.abs(live[:, 6])
+    reached = np.where(wears, worn, reached)
     bound = np.maximum(live[:, 8], 0.0)
     frozen = evaluate_frozen(joints, cracked, reached, bound, e - live[:, 7], shear)
     followed = (live[:, 0] != 0.0) | (live[:, 7] == 0.0)  # what has opened has not climbed

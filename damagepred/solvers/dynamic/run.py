@@ -306,6 +306,8 @@ def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
         raise InputError("solver.blocks = 'deformable': not yet run in time; take 'rigid'.")
     if np.isfinite(model.properties.compressive_strength).any():
         raise InputError("joint.compressive_strength: not yet run in time; leave it out, or solve without dynamics.")
+    if model.properties.critical_slip.any():
+        raise InputError("joint.shear_fracture_energy: not yet run in time; leave it out, or solve without dynamics.")
     if model.supports.after_load.any():
         raise InputError("hold_after_load: not yet run in time; hold the block from the beginning with support.")
     if settings.quadrature == "midpoint" and dynamics.new_contacts:

@@ -156,14 +156,15 @@ class Path:
     def remember(self, state: State, gave_way: bool) -> None:
         """Let the joints remember this equilibrium."""
         model = self.model
-        friction, crushing = settle(
+        friction, crushing, torn = settle(
             self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
             state.displacement, state.progress, self.unopened,
         )  # fmt: skip
         solids, yielding = self.equilibrium.solids, 0.0
         if solids is not None:
             yielding = solids.settle(state.displacement, state.plastic)
-        self.balance.add(state, Spent(friction, crushing, yielding), self._support_power(state), gave_way, solids)
+        spent = Spent(friction, crushing, yielding)
+        self.balance.add(state, spent, torn, self._support_power(state), gave_way, solids)
 
     def _support_power(self, state: State) -> float:
         """Return the work of what moves the supports per progress (J)."""

@@ -60,7 +60,7 @@ class WorkBalance:
         """Note where the path begins."""
         self.go_on(model)
         self._keep(state)
-        self._power = 0.0
+        self._power = self._torn = 0.0
 
     def go_on(self, model: Model) -> None:
         """Go on with a model of the same wall that is held otherwise."""
@@ -69,7 +69,9 @@ class WorkBalance:
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
 
-    def add(self, state: State, spent: Spent, reaction: float, gave_way: bool, solids: Solids | None) -> None:
+    def add(
+        self, state: State, spent: Spent, torn: float, reaction: float, gave_way: bool, solids: Solids | None
+    ) -> None:
         """Add the step to a new equilibrium.
 
         Parameters
@@ -78,6 +80,8 @@ class WorkBalance:
             With the memory of the new equilibrium.
         spent : Spent
             Work taken in the step.
+        torn : float
+            Work taken by the tension of bonds that wear by slip (J), which the energy of the joints does not tell.
         reaction : float
             Work per progress of what moves the supports in the new equilibrium (J).
         gave_way : bool
@@ -92,6 +96,8 @@ class WorkBalance:
         if solids is not None:
             stored += solids.stored(state.displacement, state.plastic)
         power += reaction
+        self._torn += torn
+        softened += self._torn
         moved = state.displacement - self._displacement
         dead = 0.5 * (state.load + self._load) * float(self._loads[0] @ moved)
         live = 0.5 * (state.progress + self._progress) * float(self._loads[1] @ moved)

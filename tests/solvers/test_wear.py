@@ -1,0 +1,128 @@
+"""Bonds that wear off by slip: the softening shear box, and walls in both solvers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.assembly import wall_model
+from damagepred.kernels.joint import bond_slope, joint_law
+from damagepred.scene import Joint, Scene, Solver, Wall
+from tests.solvers.test_cap import SOLVERS, B, T, boxes, lost, pushed_wall
+
+SHEAR_ENERGY = 100.0
+WEARS = Joint(fracture_energy=10.0, shear_fracture_energy=SHEAR_ENERGY, residual_cohesion=0.05e6, residual_friction=0.6)
+
+
+@pytest.fixture(params=SOLVERS)
+def solver(request: pytest.FixtureRequest) -> Solver:
+    return SOLVERS[request.param]
+
+
+def sheared(joint: Joint, pressure: float, moved: float, increments: int, solver: Solver) -> xr.Dataset:
+    wall, box = boxes(joint)
+    wall.load(box, y=-pressure * B * T)
+    wall.support(box, x=True, y=False)
+    wall.move(box, x=moved)
+    return damagepred.solve(wall, solver=solver, increments=increments)
+
+
+@pytest.mark.parametrize("pressure", [0.0, 0.3e6])
+def test_a_shear_box_softens_to_its_residual_strength(solver: Solver, pressure: float) -> None:
+    """k_s (u - s) falls linearly with s from C + p tan phi to the residual at s_c = 2 G_f / (C - C_r)."""
+    joint = WEARS
+    critical = 2 * SHEAR_ENERGY / (joint.cohesion - joint.residual_cohesion)
+    assert joint.residual_friction is not None
+    first = joint.cohesion + pressure * joint.friction
+    left = joint.residual_cohesion + pressure * joint.residual_friction
+    moved = 1.5 * critical
+    ds = sheared(joint, pressure, moved, 12, solver)
+    assert ds.attrs["status"] == "complete"
+    u = np.linspace(0, 1, 13) * moved
+    k_s = joint.shear_stiffness
+    slip = np.maximum(k_s * u - first, 0.0) / (k_s - (first - left) / critical)
+    slip = np.where(slip > critical, u - left / k_s, slip)
+    np.testing.assert_allclose(np.abs(ds["contact_slip"].values[:, 1]), slip, rtol=1e-3, atol=1e-9)
+    tau = np.minimum(k_s * u, np.maximum(first - (first - left) * slip / critical, left))
+    np.testing.assert_allclose(np.abs(ds["contact_shear_stress"].values[:, 1]), tau, rtol=1e-3, atol=1e-3)
+    if solver.method == "quasi_static":
+        assert float(ds["joint_law_violation"].max()) < 1.0
+
+
+@pytest.mark.parametrize("pressure", [0.0, 0.3e6])
+def test_wearing_off_a_bond_takes_its_fracture_energy(pressure: float) -> None:
+    """With friction as it was, what friction takes beyond the residual strength is G_f, in steps short enough."""
+    joint = replace(WEARS, residual_friction=None)
+    critical = 2 * SHEAR_ENERGY / (joint.cohesion - joint.residual_cohesion)
+    ds = sheared(joint, pressure, 1.5 * critical, 200, SOLVERS["quasi_static"])
+    slip = abs(float(ds["contact_slip"].values[-1, 1]))
+    left = joint.residual_cohesion + pressure * joint.friction
+    extra = float(ds["friction_work"][-1]) / (B * T) - left * slip
+    assert extra == pytest.approx(SHEAR_ENERGY, rel=0.02)
+    assert lost(ds) < 1e-3 + 0.01
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.8, 1.2])
+def test_slip_uses_up_the_tension_too(share: float) -> None:
+    """Slid under pressure by a share of s_c, then pulled: what is left of f_t is the most it carries."""
+    k_n, k_s, f_t, cohesion, friction, w_c, s_c = 82e9, 36e9, 0.25e6, 0.35e6, 0.75, 1e-4, 7e-4
+    slope = bond_slope(k_n, f_t, w_c)
+    intact, weakened = (f_t, cohesion, friction, 1 / k_s), (0.0, 0.0, friction, 1 / k_s)
+    wear = (w_c - f_t / k_n) / s_c
+
+    def step(u_n: float, u_s: float, memory: tuple) -> tuple[float, tuple]:
+        for _ in range(5):
+            sigma, _, *memory = joint_law(
+                u_n, u_s, *memory, (k_n, k_s, 1 / k_s), intact, weakened, (w_c, slope), 0.0, False,
+                (np.inf, np.inf, 1.0), wear,
+            )  # fmt: skip
+        return sigma, tuple(memory)
+
+    memory: tuple = (0.0, 0.0, False, 0.0)
+    for u_s in np.linspace(0, share * s_c, 400):
+        _, memory = step(-1e6 / k_n, float(u_s), memory)
+    slid = abs(memory[0])
+    bond = max(1.0 - slid / s_c, 0.0)
+    most = 0.0
+    for u_n in np.linspace(-1e6 / k_n, 1.2 * w_c, 4000):
+        sigma, memory = step(float(u_n), memory[0], memory)
+        most = max(most, sigma)
+    assert most == pytest.approx(f_t * bond, rel=0.02, abs=1.0)
+    assert (slid > 0.15 * s_c) == (share > 0.0)
+
+
+def test_so_little_energy_is_a_brittle_joint() -> None:
+    scene = Scene(wall=Wall(length=1.2, height=0.3), joint=replace(WEARS, shear_fracture_energy=0.1))
+    law = wall_model(scene).properties
+    assert law.brittle_shear.all()
+    assert not law.critical_slip.any()
+    enough = wall_model(replace(scene, joint=WEARS)).properties
+    assert not enough.brittle_shear.any()
+    np.testing.assert_allclose(enough.critical_slip, 2 * SHEAR_ENERGY / (0.375e6 - 0.05e6))
+    np.testing.assert_allclose(
+        enough.wear * enough.critical_slip,
+        enough.critical_opening - enough.tensile_strength / enough.normal_stiffness,
+    )
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"fracture_energy": None}, {"dilation": 0.1}, {"brittle_shear": True}], ids=lambda w: next(iter(w))
+)
+def test_what_does_not_go_together_is_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="shear_fracture_energy"):
+        replace(WEARS, **wrong)
+
+
+@pytest.mark.parametrize("cap", [None, 2.0e6])
+def test_a_wall_that_slides_is_the_same_in_both_solvers(cap: float | None) -> None:
+    joint = replace(WEARS, compressive_strength=cap, cohesion=0.1e6, tensile_strength=0.1e6, residual_cohesion=0.0)
+    exact, found = pushed_wall(joint), pushed_wall(joint, method="explicit", tolerance=1e-3)
+    beam = exact.sizes["block"] - 1
+    force = [ds["block_support_force_x"].values[:, beam] for ds in (exact, found)]
+    np.testing.assert_allclose(force[1], force[0], atol=0.03 * force[0].max())
+    assert lost(exact) < 0.03
+    keeps = pushed_wall(replace(joint, shear_fracture_energy=None))
+    apart = np.abs(keeps["block_support_force_x"].values[:, beam] - force[0]).max()
+    assert apart > 0.005 * force[0].max(), "wear matters"
