@@ -170,7 +170,7 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
     return Estimate(
         title, model.n_blocks, model.n_contacts, len(model.joints.kind), count,
         samples or 1, variables, ready - began, seconds,
-        scene.solver.method, matrix_bytes(model, scene.solver), status,
+        scene.solver.method if scene.dynamics is None else "dynamic", matrix_bytes(model, scene.solver), status,
         0 if mesh is None else len(mesh.block), 0 if mesh is None else len(mesh.zones),
         0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(),
     )  # fmt: skip

@@ -133,6 +133,11 @@ class StudySettings:
                 f"{source}: [study] stop_at_category = {stop}: {table.name} goes up to category {table.highest}; "
                 'take one of those, or "none" to solve every path to its end.'
             )
+        if self.scene.dynamics is not None:
+            raise InputError(
+                f"{source}: [scene.dynamics]: a study follows the movement of the ground without time, so that each "
+                "wall tells at which movement it reached a category; leave this table out, or run the walls one by one."
+            )
         places = self.scene.number_places()
         for place, variable in self.variables.items():
             if place not in places:

@@ -397,11 +397,15 @@ def warm_up(scene: Scene) -> None:
         dpc=replace(scene.dpc, course=1) if scene.dpc else None,
         movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
         loads=Loads(),
+        dynamics=None,
     )
     # a wall that gives way moves by the explicit scheme, whatever the solver
     runs = [(small, replace(scene.solver, method="explicit", tolerance=0.1))]
     if scene.solver.method == "quasi_static":
         runs += [(small, scene.solver), (replace(small, dpc=None), scene.solver)]
+    if scene.dynamics is not None:
+        brief = replace(scene.dynamics, duration=1e-3, outputs=1)
+        runs.append((replace(small, dynamics=brief), scene.solver))
     for wall, solver in runs:
         with suppress(SolverError):
             solve(wall, solver=solver)

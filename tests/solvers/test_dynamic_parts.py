@@ -245,3 +245,12 @@ def test_wall_of_a_scene_runs_in_time() -> None:
     ds = damagepred.solve(scene)
     assert ds["time"].values == pytest.approx([0.0, 0.005, 0.01])
     assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
+
+
+def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
+    from damagepred.study.settings import StudySettings
+
+    file = tmp_path / "study.toml"
+    file.write_text("[study]\nsamples = 2\n[scene.dynamics]\nduration = 1.0\n")
+    with pytest.raises(InputError, match=r"\[scene.dynamics\]: a study follows the movement"):
+        StudySettings.from_toml(file)

@@ -1,0 +1,56 @@
+"""How long a step of a run in time takes, for each boundary point.
+
+    python studies/benchmarks/dynamic_step.py
+
+The wall is the paper's (6.0 x 2.4 m, 816 blocks): at rest, and dry and shaken by a pulse so that bricks slide and fall.
+One core; processor time, the fastest of many stretches. Compiling is not counted.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from damagepred.assembly import wall_model
+from damagepred.scene import BaseMotion, Dynamics, Joint, Scene
+from damagepred.solvers.dynamic import DynamicRun
+
+OUTPUTS, INTERVAL = 100, 2e-3
+"""Stretches, and their length (s)."""
+
+
+def at_rest() -> Scene:
+    """Return the wall with its mortar, and nothing that shakes it."""
+    return Scene(dynamics=Dynamics(duration=OUTPUTS * INTERVAL, outputs=OUTPUTS))
+
+
+def falling() -> Scene:
+    """Return the wall without mortar on ground that shakes with 20 m/s2."""
+    pulse = BaseMotion(kind="full_sine", acceleration=20.0, duration=0.3)
+    joint = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6)
+    return Scene(joint=joint, dynamics=Dynamics(duration=OUTPUTS * INTERVAL, outputs=OUTPUTS, base=(pulse,)))
+
+
+def main() -> None:
+    """Print a table."""
+    print("wall        points  steps  searches  us a step  ns a point and step (fastest, all)")
+    for name, scene in (("at rest", at_rest()), ("shaken", falling())):
+        assert scene.dynamics is not None
+        run = DynamicRun(wall_model(scene), scene.solver, scene.dynamics)
+        run.advance()
+        times = []
+        for _ in range(OUTPUTS - 1):
+            start = time.process_time()
+            run.advance()
+            times.append((time.process_time() - start) / run.steps_each)
+        points, mean = len(run.scene.points), sum(times) / len(times)
+        print(
+            f"{name:10s} {points:7d} {run.steps:6d} {run.searches:9d} {1e6 * mean:10.0f} "
+            f"{1e9 * min(times) / points:8.1f} {1e9 * mean / points:6.1f}"
+        )
+
+
+if __name__ == "__main__":
+    main()
