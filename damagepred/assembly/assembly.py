@@ -385,7 +385,7 @@ class Assembly:
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
         mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
-        outline, first_vertex, body = _outlines(blocks, mesh)
+        outline, first_vertex, facet = _outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded = self._ground_edges(outline, first_vertex)
         edges = _joined(shared, grounded)
@@ -394,7 +394,10 @@ class Assembly:
         edges = SharedEdges(*(column[order] for column in edges))  # type: ignore[arg-type]
         kind, material = kind[order], material[order]
         joint, joints = _number_joints(edges, kind, blocks)
-        interfaces = _place_contacts(edges, kind, joint, body, blocks, mesh, settings, np.array(self._thickness))
+        mesh, body_a, body_b = _bodies(edges, facet, len(blocks.x), mesh)
+        interfaces = _place_contacts(
+            edges, kind, joint, (body_a, body_b), blocks, mesh, settings, np.array(self._thickness)
+        )
         first = len(kind) - len(grounded.a)
         ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
         return Geometry(blocks, interfaces, joints, material, ground_x, mesh)
@@ -621,19 +624,34 @@ def block_law(materials: Sequence[BlockMaterial], material: IntArray, thickness:
 
 
 def _outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the outlines of all blocks, those of deformable ones facet by facet, and the body of each edge."""
-    count = len(blocks.x)
-    owner = np.repeat(np.arange(count), np.diff(blocks.first_vertex))
+    """Return the outlines of all blocks, those of deformable ones facet by facet, and the facet of each edge, or -1."""
+    none = np.full(len(blocks.vertices), -1, dtype=np.int64)
     if mesh is None:
-        return blocks.vertices, blocks.first_vertex, owner
-    pieces, bodies = np.split(blocks.vertices, blocks.first_vertex[1:-1]), np.split(owner, blocks.first_vertex[1:-1])
+        return blocks.vertices, blocks.first_vertex, none
+    pieces, facets = np.split(blocks.vertices, blocks.first_vertex[1:-1]), np.split(none, blocks.first_vertex[1:-1])
     for d, block in enumerate(mesh.block):
         own = slice(mesh.first_facet[d], mesh.first_facet[d + 1])
         start = mesh.facets[own, 0]
         pieces[block] = np.column_stack((mesh.x[start], mesh.y[start]))
-        bodies[block] = count + 1 + np.arange(own.start, own.stop)
+        facets[block] = np.arange(own.start, own.stop)
     first = np.concatenate(([0], np.cumsum([len(p) for p in pieces])))
-    return np.concatenate(pieces), first, np.concatenate(bodies)
+    return np.concatenate(pieces), first, np.concatenate(facets)
+
+
+def _bodies(
+    edges: SharedEdges, facet: IntArray, ground: int, mesh: Mesh | None
+) -> tuple[Mesh | None, IntArray, IntArray]:
+    """Return the bodies on both sides of each interface: blocks, the ground, or pieces of facets of their own."""
+    if mesh is None:
+        return None, edges.a, edges.b
+    middle = (edges.start + edges.end) / 2
+    on_a = np.where(edges.a == ground, -1, facet[edges.edge_a])
+    on = np.stack((on_a, facet[edges.edge_b]), axis=1)
+    side = on >= 0
+    body = np.stack((edges.a, edges.b), axis=1)
+    body[side] = ground + 1 + np.arange(int(side.sum()))
+    x, y = (np.repeat(middle[:, axis, None], 2, axis=1)[side] for axis in range(2))
+    return mesh.in_pieces(on[side], x, y), body[:, 0].copy(), body[:, 1].copy()
 
 
 def _numbered(materials: list[Any], material: object | None) -> int:
@@ -670,7 +688,7 @@ def _place_contacts(
     edges: SharedEdges,
     kind: NDArray[np.int8],
     joint: IntArray,
-    body: IntArray,
+    bodies: tuple[IntArray, IntArray],
     blocks: Blocks,
     mesh: Mesh | None,
     solver: Solver,
@@ -680,13 +698,11 @@ def _place_contacts(
     middle = (edges.start + edges.end) / 2
     length = np.hypot(*(edges.end - edges.start).T)
     n_x, n_y = edges.normal.T
-    ground = len(blocks.x)
     centre = np.column_stack((blocks.x, blocks.y))
     centre = np.vstack((centre, [0.0, 0.0]))  # the ground does not turn: any centre serves
     if mesh is not None:
-        ends = mesh.facets
-        centre = np.vstack((centre, np.column_stack((mesh.x[ends].mean(axis=1), mesh.y[ends].mean(axis=1)))))
-    body_a, body_b = np.where(edges.a == ground, ground, body[edges.edge_a]), body[edges.edge_b]
+        centre = np.vstack((centre, np.column_stack((mesh.piece_x, mesh.piece_y))))
+    body_a, body_b = bodies
     depth = np.minimum(np.append(thickness, np.inf)[edges.a], thickness[edges.b])
 
     def arms(block: IntArray) -> tuple[FloatArray, FloatArray]:

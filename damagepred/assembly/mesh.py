@@ -45,9 +45,11 @@ class Mesh(NamedTuple):
     """Zones of all deformable blocks: d blocks, g gridpoints, z zones, f facets, each block's own one after the other.
 
     Displacements and forces are vectors over degrees of freedom: 3 for each of n blocks, 3 for the ground, 3 for each
-    facet, and those of the gridpoints, in batches of blocks of one pattern: gridpoint by gridpoint x of all blocks of
-    the batch, then y. The three of a deformable block are its mean motion; those of a facet follow from its
-    gridpoints. Body number n + 1 + i is facet i: what interfaces join.
+    piece of a facet, and those of the gridpoints, in batches of blocks of one pattern: gridpoint by gridpoint x of all
+    blocks of the batch, then y. The three of a deformable block are its mean motion; those of a piece follow from the
+    gridpoints of its facet. Body number n + 1 + i is piece i: what interfaces join. There is one for each side of an
+    interface, in whose middle it lies, so that two sides that are stretched alike do not slip where their gridpoints
+    do not meet.
 
     Attributes
     ----------
@@ -67,6 +69,10 @@ class Mesh(NamedTuple):
         Gridpoints of each zone, counter-clockwise.
     facets : array of int (f, 2)
         Gridpoints at start and end of each facet; the outward normal is on the right.
+    piece_facet : array of int (p,)
+        Facet of each piece that an interface joins.
+    piece_place : array (p,)
+        Where its middle lies on the facet, 0 at the start, 1 at the end.
     dof_x, dof_y : array of int (g,)
         Degrees of freedom of the gridpoints.
     size : int
@@ -87,6 +93,8 @@ class Mesh(NamedTuple):
     y: FloatArray
     zones: IntArray
     facets: IntArray
+    piece_facet: IntArray
+    piece_place: FloatArray
     dof_x: IntArray
     dof_y: IntArray
     size: int
@@ -105,6 +113,37 @@ class Mesh(NamedTuple):
     def gridpoint_block(self) -> IntArray:
         """Block of each gridpoint (g,)."""
         return np.repeat(self.block, np.diff(self.first_gridpoint))
+
+    @property
+    def piece_x(self) -> FloatArray:
+        """Middle of each piece (p,) (m)."""
+        start, end = self.facets[self.piece_facet].T
+        return (1.0 - self.piece_place) * self.x[start] + self.piece_place * self.x[end]
+
+    @property
+    def piece_y(self) -> FloatArray:
+        """Middle of each piece (p,) (m)."""
+        start, end = self.facets[self.piece_facet].T
+        return (1.0 - self.piece_place) * self.y[start] + self.piece_place * self.y[end]
+
+    def in_pieces(self, facet: IntArray, x: FloatArray, y: FloatArray) -> Mesh:
+        """Return the mesh with these pieces of facets, the degrees of freedom numbered anew.
+
+        Parameters
+        ----------
+        facet : array of int (p,)
+            Facet of each.
+        x, y : array (p,)
+            Its middle (m).
+        """
+        start, end = self.facets[facet].T
+        along_x, along_y = self.x[end] - self.x[start], self.y[end] - self.y[start]
+        place = ((x - self.x[start]) * along_x + (y - self.y[start]) * along_y) / (along_x**2 + along_y**2)
+        more = 3 * (len(facet) - len(self.piece_facet))
+        return self._replace(
+            piece_facet=facet, piece_place=place, batch_dof=self.batch_dof + more, dof_x=self.dof_x + more,
+            dof_y=self.dof_y + more, size=self.size + more,
+        )  # fmt: skip
 
     @property
     def on_boundary(self) -> NDArray[np.bool_]:
@@ -249,7 +288,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     Returns
     -------
     Mesh or None
-        None if no block is deformable.
+        None if no block is deformable. No facet has pieces yet; see ``Mesh.in_pieces``.
     """
     if not sizes:
         return None
@@ -270,8 +309,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     batch, lane, batch_pattern = _batches(number, [polygons[b] - polygons[b].mean(axis=0) for b in blocks])
     count_g = np.array([patterns[p].gridpoints for p in number])
     first_gridpoint = np.concatenate(([0], np.cumsum(count_g)))
-    facets = sum(len(patterns[p].facets) for p in number)
-    start = 3 * (len(polygons) + 1 + facets)
+    start = 3 * (len(polygons) + 1)
     in_batch = np.array([2 * SIDE_BY_SIDE * patterns[p].gridpoints for p in batch_pattern])
     batch_dof = start + np.concatenate(([0], np.cumsum(in_batch)))
     owner = np.repeat(np.arange(len(blocks)), count_g)
@@ -286,6 +324,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
         x=xy[:, 0].copy(), y=xy[:, 1].copy(),
         zones=np.concatenate([patterns[p].zones + at for p, at in zip(number, first_gridpoint)]),
         facets=np.concatenate([patterns[p].facets + at for p, at in zip(number, first_gridpoint)]),
+        piece_facet=np.empty(0, dtype=np.int64), piece_place=np.empty(0),
         dof_x=dof_x, dof_y=dof_x + SIDE_BY_SIDE, size=int(batch_dof[-1]),
     )  # fmt: skip
 

@@ -55,14 +55,14 @@ class Interfaces(NamedTuple):
     """Common edges of two blocks; m of them, each with q contacts. Those with the ground come last.
 
     The normal points from block a to block b, the tangent is (normal_y, -normal_x). The ground is block n. The edge
-    of a deformable block moves piece by piece: each of its facets is a body of its own, number n + 1 and up.
+    of a deformable block moves piece by piece: each piece that an interface joins is a body, number n + 1 and up.
 
     Attributes
     ----------
     block_a, block_b : array of int (m,)
         The two blocks.
     body_a, body_b : array of int (m,)
-        The bodies that move the two sides: the block itself if it is rigid, or its facet.
+        The bodies that move the two sides: the block itself if it is rigid, or a piece of its facet.
     kind : array of int8 (m,)
         A ``Kind``.
     joint : array of int (m,)
@@ -298,8 +298,8 @@ class Model:
 
     @property
     def n_bodies(self) -> int:
-        """Number of bodies that joints act on: blocks, the ground, and facets of deformable blocks."""
-        return self.n_blocks + 1 + (0 if self.mesh is None else len(self.mesh.facets))
+        """Number of bodies that joints act on: blocks, the ground, and pieces of deformable blocks' facets."""
+        return self.n_blocks + 1 + (0 if self.mesh is None else len(self.mesh.piece_facet))
 
     @property
     def size(self) -> int:

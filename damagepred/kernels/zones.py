@@ -57,7 +57,7 @@ def moduli_type():
 
 @law
 def place_facets(facets, displacement):
-    """Bring the facets to where their gridpoints are: middle of the two, and rotation of the line between them.
+    """Bring pieces of facets to where their gridpoints are: a place between the two, and rotation of their line.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def place_facets(facets, displacement):
     for f in range(facets.start_x.size):
         x0, y0 = displacement[facets.start_x[f]], displacement[facets.start_y[f]]
         x1, y1 = displacement[facets.end_x[f]], displacement[facets.end_y[f]]
-        displacement[body] = 0.5 * (x0 + x1)
-        displacement[body + 1] = 0.5 * (y0 + y1)
+        displacement[body] = facets.start_share[f] * x0 + facets.end_share[f] * x1
+        displacement[body + 1] = facets.start_share[f] * y0 + facets.end_share[f] * y1
         displacement[body + 2] = facets.turn_x[f] * (x1 - x0) + facets.turn_y[f] * (y1 - y0)
         body += 3
 
@@ -81,12 +81,13 @@ def hand_on(facets, force):
     """Add the forces on facets to those on their gridpoints, so that both do the same work."""
     body = facets.first_dof
     for f in range(facets.start_x.size):
-        x, y, turning = 0.5 * force[body], 0.5 * force[body + 1], force[body + 2]
+        x, y, turning = force[body], force[body + 1], force[body + 2]
+        start, end = facets.start_share[f], facets.end_share[f]
         more_x, more_y = facets.turn_x[f] * turning, facets.turn_y[f] * turning
-        force[facets.start_x[f]] += x - more_x
-        force[facets.start_y[f]] += y - more_y
-        force[facets.end_x[f]] += x + more_x
-        force[facets.end_y[f]] += y + more_y
+        force[facets.start_x[f]] += start * x - more_x
+        force[facets.start_y[f]] += start * y - more_y
+        force[facets.end_x[f]] += end * x + more_x
+        force[facets.end_y[f]] += end * y + more_y
         body += 3
 
 

@@ -20,22 +20,26 @@ BoolArray = NDArray[np.bool_]
 
 
 class Facets(NamedTuple):
-    """Facets as ``place_facets`` and ``hand_on`` take them; f of them.
+    """Pieces of facets as ``place_facets`` and ``hand_on`` take them; f of them.
 
     Attributes
     ----------
     start_x, start_y, end_x, end_y : array of int (f,)
-        Degrees of freedom of the gridpoints at both ends.
+        Degrees of freedom of the gridpoints at both ends of the facet.
+    start_share, end_share : array (f,)
+        Shares of the two in the motion of the piece's middle.
     turn_x, turn_y : array (f,)
         Rotation for a unit displacement of the end against the start (1/m).
     first_dof : int
-        First degree of freedom of the first facet.
+        First degree of freedom of the first piece.
     """
 
     start_x: IntArray
     start_y: IntArray
     end_x: IntArray
     end_y: IntArray
+    start_share: FloatArray
+    end_share: FloatArray
     turn_x: FloatArray
     turn_y: FloatArray
     first_dof: int
@@ -76,14 +80,14 @@ class PackedZones(NamedTuple):
 
 
 def facets_of(model: Model) -> Facets:
-    """Return the facets of a model with deformable blocks."""
+    """Return the pieces of facets of a model with deformable blocks."""
     mesh = _mesh(model)
-    start, end = mesh.facets.T
+    start, end = mesh.facets[mesh.piece_facet].T
     along_x, along_y = mesh.x[end] - mesh.x[start], mesh.y[end] - mesh.y[start]
     square = along_x**2 + along_y**2
     return Facets(
-        mesh.dof_x[start], mesh.dof_y[start], mesh.dof_x[end], mesh.dof_y[end], -along_y / square, along_x / square,
-        3 * (model.n_blocks + 1),
+        mesh.dof_x[start], mesh.dof_y[start], mesh.dof_x[end], mesh.dof_y[end], 1.0 - mesh.piece_place,
+        mesh.piece_place, -along_y / square, along_x / square, 3 * (model.n_blocks + 1),
     )  # fmt: skip
 
 
@@ -280,11 +284,10 @@ def kinematics(model: Model) -> sparse.csr_array:
     count = len(facets.turn_x)
     body = facets.first_dof + 3 * np.arange(count)
     own[body[:, None] + np.arange(3)] = 0.0
-    half = np.full(count, 0.5)
     entries = [
         (np.arange(size), np.arange(size), own),
-        (body, facets.start_x, half), (body, facets.end_x, half),
-        (body + 1, facets.start_y, half), (body + 1, facets.end_y, half),
+        (body, facets.start_x, facets.start_share), (body, facets.end_x, facets.end_share),
+        (body + 1, facets.start_y, facets.start_share), (body + 1, facets.end_y, facets.end_share),
         (body + 2, facets.start_x, -facets.turn_x), (body + 2, facets.end_x, facets.turn_x),
         (body + 2, facets.start_y, -facets.turn_y), (body + 2, facets.end_y, facets.turn_y),
     ]  # fmt: skip

@@ -62,10 +62,10 @@ def test_blocks_of_one_pattern_stand_side_by_side() -> None:
     every = np.concatenate((mesh.dof_x, mesh.dof_y))
     assert len(np.unique(every)) == len(every)  # nobody shares a place
     assert every.max() < mesh.size
-    assert every.min() == 3 * (12 + 1 + len(mesh.facets))
+    assert every.min() == 3 * (12 + 1)
 
 
-def test_interfaces_of_deformable_blocks_join_facets() -> None:
+def test_interfaces_of_deformable_blocks_join_pieces_of_facets() -> None:
     assembly = Assembly()
     assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.075), zone_size=0.06)
     assembly.add_block(rectangle(0.12, 0.075, 0.36, 0.15), zone_size=0.04)
@@ -76,16 +76,22 @@ def test_interfaces_of_deformable_blocks_join_facets() -> None:
     lower = (face.block_a == 0) & (face.block_b == 1)
     assert face.length[lower].sum() == pytest.approx(0.12)
     assert lower.sum() == 4  # gridpoints of either side part the bed, at 0, 20 (twice: 0, 40, 60, 80), ... mm
-    owner = mesh.facet_block
+    owner = mesh.facet_block[mesh.piece_facet]
+    assert len(owner) == (face.body_a > model.n_blocks).sum() + (face.body_b > model.n_blocks).sum()
     for body, block in ((face.body_a, face.block_a), (face.body_b, face.block_b)):
         facet = body > model.n_blocks
         np.testing.assert_array_equal(owner[body[facet] - model.n_blocks - 1], block[facet])
         np.testing.assert_array_equal(body[~facet], block[~facet])
         assert (block[~facet] == 2).all()
-    # each interface lies within its facets
-    facet = face.body_a - model.n_blocks - 1
-    ends = mesh.x[mesh.facets[facet]]
-    inner = facet >= 0
+    every = np.concatenate((mesh.dof_x, mesh.dof_y))
+    assert every.min() == 3 * model.n_bodies
+    assert every.max() < model.size
+    # each interface lies within its facets, its piece in its middle
+    piece = face.body_a - model.n_blocks - 1
+    inner = piece >= 0
+    ends = mesh.x[mesh.facets[mesh.piece_facet[np.where(inner, piece, 0)]]]
+    np.testing.assert_allclose(mesh.piece_x[piece[inner]], face.x[inner], atol=1e-12)
+    np.testing.assert_allclose(mesh.piece_y[piece[inner]], face.y[inner], atol=1e-12)
     assert (face.x - face.length / 2 >= ends.min(axis=1) - 1e-9)[inner].all()
     assert (face.x + face.length / 2 <= ends.max(axis=1) + 1e-9)[inner].all()
 

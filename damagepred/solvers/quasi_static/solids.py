@@ -155,7 +155,8 @@ class Solids:
         f = self.facets
         x0, y0, x1, y1 = (displacement[d] for d in (f.start_x, f.start_y, f.end_x, f.end_y))
         facets = displacement[self.facet_dofs].reshape(-1, 3)
-        facets[:, 0], facets[:, 1] = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+        facets[:, 0] = f.start_share * x0 + f.end_share * x1
+        facets[:, 1] = f.start_share * y0 + f.end_share * y1
         facets[:, 2] = f.turn_x * (x1 - x0) + f.turn_y * (y1 - y0)
 
     def hand_on(self, force: FloatArray) -> None:
@@ -163,11 +164,11 @@ class Solids:
         f = self.facets
         x, y, turning = force[self.facet_dofs].reshape(-1, 3).T
         for dof, values in (
-            (f.start_x, 0.5 * x - f.turn_x * turning), (f.start_y, 0.5 * y - f.turn_y * turning),
-            (f.end_x, 0.5 * x + f.turn_x * turning), (f.end_y, 0.5 * y + f.turn_y * turning),
+            (f.start_x, f.start_share * x - f.turn_x * turning), (f.start_y, f.start_share * y - f.turn_y * turning),
+            (f.end_x, f.end_share * x + f.turn_x * turning), (f.end_y, f.end_share * y + f.turn_y * turning),
         ):  # fmt: skip
-            # a gridpoint starts one facet at most, and ends one
-            force[dof] += values
+            # several pieces may begin or end at one gridpoint
+            np.add.at(force, dof, values)
 
     def push_back(
         self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray

@@ -57,7 +57,8 @@ def ties_of(model: Model) -> Ties:
             f = body[~whole] - model.n_blocks - 1
             dof[~whole, s] = np.stack((facets.start_x[f], facets.start_y[f], facets.end_x[f], facets.end_y[f]), -1)
             follow = np.zeros((len(f), 3, 4))  # the facet for its gridpoints
-            follow[:, 0, 0] = follow[:, 0, 2] = follow[:, 1, 1] = follow[:, 1, 3] = 0.5
+            follow[:, 0, 0] = follow[:, 1, 1] = facets.start_share[f]
+            follow[:, 0, 2] = follow[:, 1, 3] = facets.end_share[f]
             follow[:, 2] = np.stack((-facets.turn_x[f], -facets.turn_y[f], facets.turn_x[f], facets.turn_y[f]), -1)
             rows[~whole, :, s] = of_body[~whole] @ follow
     return Ties(dof.reshape(count, 2 * side), np.ascontiguousarray(rows.reshape(count, 3, 2 * side)))
