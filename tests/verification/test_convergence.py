@@ -38,9 +38,7 @@ def error(solver: Solver, unit: Unit, rule: str, contacts: int, pieces: int) -> 
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-@pytest.mark.parametrize(
-    ("rule", "contacts", "fewest"), [("lobatto", 3, 1), pytest.param("midpoint", 4, 2, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("rule", "contacts", "fewest"), [("lobatto", 3, 1), ("midpoint", 4, 2)])
 def test_the_open_joint_converges(verify: Verify, solver: Solver, rule: str, contacts: int, fewest: int) -> None:
     """A single piece of four midpoints would topple: its outermost contact is at 0.375 b."""
     found = {}

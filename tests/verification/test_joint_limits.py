@@ -13,6 +13,7 @@ from damagepred.scene import Solver
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate
 from tests.verification.manual import ClosedForm, Verify
 
+SLOW = pytest.mark.slow
 CHAPTER = "Joints that open, break and slide"
 
 OPENED = ClosedForm(
@@ -149,7 +150,16 @@ def test_a_bond_breaks_at_its_strength(
 
 
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
-@pytest.mark.parametrize(("unit", "friction"), [(BRICK, 0.5), (BRICK, 1.0), (BLOCK, 0.3), (STONE, 0.75), (STONE, 1.2)])
+@pytest.mark.parametrize(
+    ("unit", "friction"),
+    [
+        pytest.param(BRICK, 0.5, marks=SLOW),
+        pytest.param(BRICK, 1.0, marks=SLOW),
+        (BLOCK, 0.3),
+        (STONE, 0.75),
+        (STONE, 1.2),
+    ],
+)
 def test_a_block_slides_beyond_the_friction_angle(
     verify: Verify, solver: Solver, unit: Unit, friction: float, offset: float
 ) -> None:
@@ -183,7 +193,10 @@ def test_a_block_slides_beyond_the_friction_angle(
 
 
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
-@pytest.mark.parametrize(("b", "h"), [(0.11, 0.44), (0.24, 0.75), (1.0, 1.5), (0.6, 4.8)])
+@pytest.mark.parametrize(
+    ("b", "h"),
+    [(0.11, 0.44), (0.24, 0.75), pytest.param(1.0, 1.5, marks=SLOW), pytest.param(0.6, 4.8, marks=SLOW)],
+)
 def test_a_slender_block_topples(verify: Verify, solver: Solver, b: float, h: float, offset: float) -> None:
     unit = replace(BRICK, name="", b=b, h=h)
     angle = np.arctan(b / h * (1 + offset))

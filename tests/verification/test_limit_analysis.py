@@ -126,7 +126,7 @@ def thinnest(voussoirs: int) -> float:
     return high
 
 
-@pytest.mark.parametrize("voussoirs", [100, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("voussoirs", [pytest.param(300, marks=pytest.mark.slow)])
 def test_the_thinnest_arch(verify: Verify, voussoirs: int) -> None:
     verify(
         SEMICIRCLE, case=f"n = {voussoirs}, μ = 0.7", solver="linear program", quantity="t/R",

@@ -70,7 +70,12 @@ def solve(assembly: Assembly, dynamics: Dynamics) -> xr.Dataset:
 
 @pytest.mark.parametrize(
     ("unit", "n", "j"),
-    [(BRICK, 1, 1), pytest.param(BLOCK, 5, 1, marks=SLOW), (BLOCK, 5, 5), pytest.param(STONE, 10, 3, marks=SLOW)],
+    [
+        pytest.param(BRICK, 1, 1, marks=SLOW),
+        pytest.param(BLOCK, 5, 1, marks=SLOW),
+        (BLOCK, 5, 5),
+        pytest.param(STONE, 10, 3, marks=SLOW),
+    ],
 )
 def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: int) -> None:
     exact = float(chain(unit, n, j))
@@ -133,7 +138,7 @@ def test_local_damping_of_one_block(verify: Verify, damping: float) -> None:
     )  # fmt: skip
 
 
-THROWN = [(BRICK, 1e-4), pytest.param(BLOCK, 1e-3, marks=SLOW), pytest.param(STONE, 0.01, marks=SLOW)]
+THROWN = [(BRICK, 1e-4), pytest.param(BLOCK, 1e-3, marks=SLOW), pytest.param(STONE, 0.05, marks=SLOW)]
 
 
 @pytest.mark.parametrize(("unit", "height"), THROWN)
@@ -158,18 +163,27 @@ def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("wider", [0.0, 0.3])
 @pytest.mark.parametrize(("unit", "height"), THROWN)
-def test_a_block_dropped_on_a_plate_rebounds(verify: Verify, unit: Unit, height: float) -> None:
+def test_a_block_dropped_on_a_plate(verify: Verify, unit: Unit, height: float, wider: float) -> None:
+    """What was not touched before is met on contacts of its own, flush corners among them."""
     assembly = Assembly(thickness=unit.t, joint=unit.joint(), block=unit.material)
-    plate = assembly.add_block(rectangle(-unit.b, -unit.h, 2 * unit.b, 0.0))
+    plate = assembly.add_block(rectangle(-wider * unit.b, -unit.h, (1 + wider) * unit.b, 0.0))
     block = assembly.add_block(unit.at(0.0, height))
     assembly.support(plate)
+    sag = unit.weight / (unit.k_n * unit.area)
     duration = 2 * np.sqrt(2 * height / G) + 2 * np.pi / float(chain(unit, 1, 1))
-    ds = solve(assembly, Dynamics(duration=duration, outputs=1000, time_step_safety=0.05))
+    ds = solve(assembly, Dynamics(duration=duration, outputs=1500, time_step_safety=0.05))
     y = ds["block_displacement_y"].values[:, block] + height
+    deepest = int(y.argmin())
+    case = f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, plate {1 + 2 * wider:g} b wide: {unit}"
     verify(
-        DROP, case=f"H = {1e3 * height:g} mm, dropped on a plate not touched before: {unit}", solver="dynamic",
-        quantity="H of the rebound", unit="m", computed=y[int(y.argmin()) :].max(), exact=height, tolerance=1e-3,
+        DROP, case=case, solver="dynamic", quantity="u_max", unit="m", computed=-y[deepest],
+        exact=sag * (1 + np.sqrt(1 + 2 * height / sag)), tolerance=0.1 if wider else 5e-3,
+    )  # fmt: skip
+    verify(
+        DROP, case=case, solver="dynamic", quantity="H of the rebound", unit="m", computed=y[deepest:].max(),
+        exact=height, tolerance=1e-4,
     )  # fmt: skip
 
 
