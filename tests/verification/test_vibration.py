@@ -52,7 +52,7 @@ DROP = ClosedForm(
     source="Derived: conservation of energy; the joint carries no tension.",
     note="Without damping, ω dt = 0.01 or so. Runs in physical time (`dynamic`): a block thrown up falls back on its "
     "joint; one dropped meets a plate that it did not touch before. Then the faces of both are sampled, each point for "
-    "a cell of its face; where the plate is wider than the block its cells do not fit, and K is right to some 15 %. The "
+    "a cell of its face; where the plate is wider than the block its cells do not fit, and K is right to 15 %. The "
     "rebound is H all the same.",
 )
 WAVE = ClosedForm(
