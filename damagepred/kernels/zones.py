@@ -55,7 +55,7 @@ def moduli_type():
     return np.dtype([("elasticity", "f8", (7, LANES)), ("strength", "f8", (7, LANES))])
 
 
-@law
+@kernel
 def place_facets(facets, displacement):
     """Bring pieces of facets to where their gridpoints are: a place between the two, and rotation of their line.
 
@@ -76,7 +76,7 @@ def place_facets(facets, displacement):
         body += 3
 
 
-@law
+@kernel
 def hand_on(facets, force):
     """Add the forces on facets to those on their gridpoints, so that both do the same work."""
     body = facets.first_dof
@@ -255,7 +255,7 @@ def give_way(work, cell, memory, moduli):
             push[4, 1, lane] -= y_c
 
 
-@law
+@kernel
 def zone_forces(zones, displacement, force):
     """Add to the forces on gridpoints what the zones' stresses make of it.
 

@@ -79,6 +79,7 @@ class Solids:
         self.rim: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
         self.elastic: list[FloatArray] = [np.empty((0, 0))] * len(self.block)
         self.tangent: dict[int, FloatArray] = {}
+        self._apart: dict[int, FloatArray] = {}
         self.load_inside = np.stack((dead_load, live_load))
         self.kin = [self._condense(members) for members in self._alike()]
         self.inside = np.concatenate([k.inside.ravel() for k in self.kin])
@@ -205,15 +206,20 @@ class Solids:
         dofs, zones = self._dofs(d), slice(mesh.first_zone[d], mesh.first_zone[d + 1])
         local = np.argsort(dofs)
         place = local[np.searchsorted(dofs, np.concatenate((kin.rim[at], kin.inside[at])), sorter=local)]
+        # begin where the inside would follow elastically, and as far apart from that as it was last
+        elastic = kin.flexibility @ acting - kin.follow @ displacement[kin.rim[at]]
         u = displacement[dofs]
         count = kin.rim.shape[1]
+        u[place[count:]] = elastic + self._apart.get(d, 0.0)
         block = int(mesh.block[d])
         force, tangent = np.zeros(count), np.zeros((count, count))
         solid_response(
             mesh.zones[zones] - mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
-            self._elasticity[block], self._strength[block], plastic[zones], place, count, acting, INNER, u,
-            force, tangent,
+            self._elasticity[block], self._strength[block], plastic[zones], place, count, kin.flexibility,
+            acting, INNER, u, force, tangent,
         )  # fmt: skip
+        if np.isfinite(force).all():
+            self._apart[d] = u[place[count:]] - elastic
         displacement[kin.inside[at]] = u[place[count:]]
         return force, tangent
 
