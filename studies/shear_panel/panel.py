@@ -24,6 +24,8 @@ BRITTLE = Joint(
 )  # fmt: skip
 SOFT = replace(BRITTLE, fracture_energy=18.0)
 """Its tension falls with the opening: 0.018 N/mm."""
+SOFT_IN_SHEAR = replace(SOFT, shear_fracture_energy=125.0)
+"""Slip, too, uses up its bond: 0.125 N/mm."""
 BRICK = BlockMaterial(elastic_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
 STEEL = BlockMaterial(elastic_modulus=2e13, poisson_ratio=0.3, density=0.0)
 """What clamps the panel: as good as rigid, and its weight is part of the preload."""

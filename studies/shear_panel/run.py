@@ -1,6 +1,6 @@
 """Load, displacement and cracks of the shear panel J4D: brittle against softening joints, with and without a cap.
 
-    python studies/shear_panel/run.py [--increments 80] [--no-explicit] [--output studies/shear_panel]
+    python studies/shear_panel/run.py [--increments 160] [--no-explicit] [--output studies/shear_panel]
 
 Prints the table of the README and draws its two pictures.
 """
@@ -21,7 +21,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from panel import BRITTLE, PEAK_OF_TEST, SOFT, panel
+from panel import BRITTLE, PEAK_OF_TEST, SOFT, SOFT_IN_SHEAR, panel
 
 import damagepred
 from damagepred.plotting import draw_wall
@@ -37,18 +37,23 @@ CAP = 10.5e6
 """Compressive strength (Pa): of the panel's masonry, from memory (Lourenco and Rots 1997)."""
 
 
+JOINTS = {"brittle": BRITTLE, "softening in tension": SOFT, "softening in tension and shear": SOFT_IN_SHEAR}
+
+
 @dataclass(frozen=True)
 class Case:
     """One curve."""
 
     name: str
     joint: Joint
+    cap: bool
     bricks_crack: bool
     method: str = "quasi_static"
 
-    def solve(self, increments: int) -> Curve:
-        """Solve it."""
-        pushed = panel(self.joint, push=PUSH, bricks_crack=self.bricks_crack)
+    def solve(self, increments: int, push: float = PUSH) -> Curve:
+        """Solve it up to a displacement of the top (m)."""
+        joint = replace(self.joint, compressive_strength=CAP if self.cap else None)
+        pushed = panel(joint, push=push, bricks_crack=self.bricks_crack)
         tolerance = 1e-3 if self.method == "explicit" else None
         began = time.perf_counter()
         ds = damagepred.solve(
@@ -73,7 +78,7 @@ class Curve:
     @property
     def moved(self) -> np.ndarray:
         """Displacement of the top (m)."""
-        return self.ds["progress"].values * PUSH
+        return self.ds["block_displacement_x"].values[:, -1]
 
     def first_peak(self) -> int:
         """Return the increment of the first peak: where the force falls by more than a share before it rises again."""
@@ -89,7 +94,8 @@ class Curve:
         """Return its row of the table."""
         first, most = self.first_peak(), int(self.force.argmax())
         cells = (
-            self.case.name, "yes" if self.case.bricks_crack else "no", self.case.method.replace("_", "-"),
+            self.case.name, "crack" if self.case.bricks_crack else "whole", "yes" if self.case.cap else "no",
+            self.case.method.replace("_", "-"),
             *(f"{self.force[i] / 1e3:.1f} kN at {self.moved[i] * 1e3:.2f} mm" for i in (first, most)),
             f"{self.force[-1] / 1e3:.1f} kN", f"{self.seconds:.1f} s",
         )  # fmt: skip
@@ -98,33 +104,33 @@ class Curve:
 
 def cases(explicit: bool) -> list[Case]:
     """Return all curves."""
-    joints = {
-        "brittle": BRITTLE,
-        "softening in tension": SOFT,
-        "brittle, cap": replace(BRITTLE, compressive_strength=CAP),
-        "softening in tension, cap": replace(SOFT, compressive_strength=CAP),
-    }
-    listed = [Case(name, joint, split) for split in (False, True) for name, joint in joints.items()]
+    listed = [
+        Case(name, joint, cap, split)
+        for split in (False, True)
+        for cap in (False, True)
+        for name, joint in JOINTS.items()
+    ]
     if explicit:
-        listed += [Case(name, joint, True, "explicit") for name, joint in joints.items() if "cap" in name]
+        listed += [Case(name, joint, True, True, "explicit") for name, joint in JOINTS.items()]
     return listed
 
 
 def draw_curves(curves: list[Curve], file: Path) -> None:
     """Draw force over displacement: on the left whole bricks, on the right bricks that may crack."""
-    figure, axes = plt.subplots(1, 2, figsize=(12.0, 4.8), sharey=True, layout="constrained")
-    names = list(dict.fromkeys(c.case.name for c in curves))
+    figure, axes = plt.subplots(1, 2, figsize=(13.0, 5.2), sharey=True, layout="constrained")
+    names = list(JOINTS)
     for ax, split in zip(axes, (False, True), strict=True):
         for curve in curves:
             if curve.case.bricks_crack != split:
                 continue
             explicit = curve.case.method == "explicit"
+            cap = curve.case.cap
             ax.plot(
                 curve.moved * 1e3, curve.force / 1e3, color=f"C{names.index(curve.case.name)}",
-                linestyle=":" if explicit else "-", linewidth=1.2 if explicit else 1.6,
-                label=curve.case.name + (", explicit" if explicit else ""),
+                linestyle=":" if explicit else "-" if cap else "--", linewidth=1.6 if cap else 1.0,
+                label=curve.case.name + (", cap" if cap else "") + (", explicit" if explicit else ""),
             )  # fmt: skip
-        ax.axhline(PEAK_OF_TEST / 1e3, color="0.4", linestyle="--", linewidth=1.0, label="peak of the test, about")
+        ax.axhline(PEAK_OF_TEST / 1e3, color="0.4", linestyle="-.", linewidth=1.0, label="peak of the test, about")
         ax.set_title("bricks may crack in the middle" if split else "bricks stay whole")
         ax.set_xlabel("displacement of the top, mm")
         ax.set_xlim(0, PUSH * 1e3)
@@ -137,40 +143,59 @@ def draw_curves(curves: list[Curve], file: Path) -> None:
 
 
 def draw_cracks(curves: list[Curve], file: Path) -> None:
-    """Draw the cracks just after the first peak, and at the end."""
+    """Draw the cracks just after the first peak, and at the end, where bricks may crack and joints have a cap."""
     figure, axes = plt.subplots(2, len(curves), figsize=(5.6 * len(curves), 12.0), layout="constrained", squeeze=False)
     for column, curve in enumerate(curves):
-        after = min(curve.first_peak() + 2, len(curve.force) - 1)
+        after = min(curve.first_peak() + 4, len(curve.force) - 1)
         for ax, increment in zip(axes[:, column], (after, len(curve.force) - 1), strict=True):
             draw_wall(curve.ds, ax, increment=increment)
             ax.set_title("", loc="left")
-            bricks = "bricks may crack" if curve.case.bricks_crack else "whole bricks"
             at = f"{curve.moved[increment] * 1e3:.2f} mm, {curve.force[increment] / 1e3:.0f} kN"
-            ax.set_title(f"{curve.case.name}, {bricks}: {at}", fontsize=10)
+            ax.set_title(f"{curve.case.name}: {at}", fontsize=10)
     figure.savefig(file, dpi=80)
     plt.close(figure)
 
 
+def print_agreement(curves: list[Curve]) -> None:
+    """Print how far the two solvers are apart, up to some displacements."""
+    for explicit in (c for c in curves if c.case.method == "explicit"):
+        other = next(c for c in curves if c.case == replace(explicit.case, method="quasi_static"))
+        apart = np.abs(explicit.force - other.force) / 1e3
+        most = ", ".join(
+            f"{apart[other.moved <= to + 1e-9].max():.1f} to {to * 1e3:g} mm" for to in (1.2e-3, 2e-3, PUSH)
+        )
+        print(f"{explicit.case.name}: the solvers are at most (kN) {most} apart; {apart[-1]:.1f} at the end")
+
+
+def print_steps() -> None:
+    """Print what the number of steps changes, without cap, at 1.6 mm."""
+    for method, steps in (("quasi_static", 16), ("quasi_static", 64), ("quasi_static", 256), ("explicit", 64)):
+        case = Case("softening in tension and shear", SOFT_IN_SHEAR, False, True, method)
+        curve = case.solve(steps, 1.6e-3)
+        print(f"{method}, {steps} steps to 1.6 mm: {curve.force[-1] / 1e3:.1f} kN")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--increments", type=int, default=80, help="steps of the push")
+    parser.add_argument("--increments", type=int, default=160, help="steps of the push")
+    parser.add_argument("--steps", action="store_true", help="print, too, what the number of steps changes")
     parser.add_argument("--no-explicit", action="store_true", help="leave out the explicit solver")
     parser.add_argument("--output", type=Path, default=HERE, help="folder for the pictures")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    print("| joints | bricks crack | solver | first peak | most | at 4 mm | time |")
-    print("|---|---|---|---|---|---|---|")
+    print("| joints | bricks | cap | solver | first peak | most | at 4 mm | time |")
+    print("|---|---|---|---|---|---|---|---|")
     curves = []
     for case in cases(not options.no_explicit):
         curves.append(case.solve(options.increments))
         print(curves[-1].row(), flush=True)
+    print_agreement(curves)
+    if options.steps:
+        print_steps()
     draw_curves(curves, options.output / "load_displacement.png")
-    shown = [c for c in curves if c.case.name in CRACKS_OF and c.case.bricks_crack and c.case.method == "quasi_static"]
+    shown = [c for c in curves if c.case.cap and c.case.bricks_crack and c.case.method == "quasi_static"]
     draw_cracks(shown, options.output / "cracks.png")
 
-
-CRACKS_OF = ("brittle, cap", "softening in tension, cap")
-"""Whose cracks are drawn, where bricks may crack."""
 
 if __name__ == "__main__":
     main()

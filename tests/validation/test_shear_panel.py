@@ -55,7 +55,7 @@ def check_diagonal(ds: xr.Dataset) -> None:
     head = (last["contact_kind"].values == 1) & (last["contact_opening"].values > WIDE)
     x, y = last["contact_x"].values[head], last["contact_y"].values[head]
     height, length = PANEL.HEIGHT, PANEL.LENGTH
-    assert np.ptp(y) > 0.85 * height, "from top to bottom"
+    assert np.ptp(y) > 0.75 * height, "from top to bottom"
     assert np.corrcoef(x, y)[0, 1] < -0.9
     slope, at_middle = np.polyfit(y - height / 2, x - length / 2, 1)
     assert -1.0 < slope < -0.4, "the diagonal, or somewhat steeper"
@@ -101,7 +101,16 @@ def test_whole_bricks_lock_and_softening_joints_carry_more() -> None:
 
 @pytest.mark.slow
 def test_both_solvers_agree_while_the_order_of_breaking_is_not_chance() -> None:
-    joint = replace(PANEL.SOFT, compressive_strength=CAP)
-    _, exact = push(joint, 2.2e-3, 22)
-    _, found = push(joint, 2.2e-3, 22, method="explicit")
-    np.testing.assert_allclose(found, exact, atol=1.0)
+    for soft in (PANEL.SOFT, PANEL.SOFT_IN_SHEAR):
+        joint = replace(soft, compressive_strength=CAP)
+        exact, found = (push(joint, 2e-3, 80, method=method)[1] for method in ("quasi_static", "explicit"))
+        np.testing.assert_allclose(found, exact, atol=1.5)
+        assert exact.max() < 65.0
+
+
+@pytest.mark.slow
+def test_the_crack_of_joints_that_soften_in_shear_is_diagonal_too() -> None:
+    ds, force = push(replace(PANEL.SOFT_IN_SHEAR, compressive_strength=CAP), 4e-3, 80)
+    check_diagonal(ds)
+    assert 45.0 < force.max() < 65.0
+    assert force[-1] < 0.85 * force.max(), "slip has worn off cohesion"
