@@ -99,7 +99,7 @@ def test_both_solvers_agree(material: BlockMaterial, plane: str) -> None:
     away = np.abs(np.array(push[0]) / push[1] - 1.0)
     # a bond that breaks near an increment may do so before it in one solver and after it in the other
     assert np.median(away) < (2e-3 if yields else 2e-4)
-    assert away.max() < (0.05 if yields else 2e-4)
+    assert away.max() < (0.05 if yields else 2e-3)
     zones = found[-1].zones
     assert zones is not None
     assert expected[-1].zones is not None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.kernels.solids import solid_response, yield_work
-from damagepred.kernels.zones import zones_beyond
+from damagepred.kernels.zones import hand_on, place_facets, zones_beyond
 from damagepred.solvers.increment import ZonePicture
 from damagepred.solvers.zone_field import ZoneField, picture
 from damagepred.solvers.zoned import block_moduli, can_yield, facets_of, zone_matrices, zone_slopes
@@ -153,23 +153,11 @@ class Solids:
 
     def place_facets(self, displacement: FloatArray) -> None:
         """Let the facets follow their gridpoints."""
-        f = self.facets
-        x0, y0, x1, y1 = (displacement[d] for d in (f.start_x, f.start_y, f.end_x, f.end_y))
-        facets = displacement[self.facet_dofs].reshape(-1, 3)
-        facets[:, 0] = f.start_share * x0 + f.end_share * x1
-        facets[:, 1] = f.start_share * y0 + f.end_share * y1
-        facets[:, 2] = f.turn_x * (x1 - x0) + f.turn_y * (y1 - y0)
+        place_facets(self.facets, displacement)
 
     def hand_on(self, force: FloatArray) -> None:
         """Give the forces on facets to their gridpoints."""
-        f = self.facets
-        x, y, turning = force[self.facet_dofs].reshape(-1, 3).T
-        for dof, values in (
-            (f.start_x, f.start_share * x - f.turn_x * turning), (f.start_y, f.start_share * y - f.turn_y * turning),
-            (f.end_x, f.end_share * x + f.turn_x * turning), (f.end_y, f.end_share * y + f.turn_y * turning),
-        ):  # fmt: skip
-            # several pieces may begin or end at one gridpoint
-            np.add.at(force, dof, values)
+        hand_on(self.facets, force)
 
     def push_back(
         self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
