@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
 from damagepred.damage.joints import DPC
@@ -21,6 +22,8 @@ from damagepred.plotting.stress import draw_stress, stress_levels
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
 from damagepred.plotting.zones import draw_zone_states, has_zones
+
+FloatArray = NDArray[np.float64]
 
 FORMATS = ("png", "pdf", "svg")
 
@@ -77,7 +80,7 @@ def half_way(ds: xr.Dataset) -> int:
     return int(np.argmax(progress >= 0.5 * progress[-1] - 1e-9))
 
 
-def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]]) -> Figure:
+def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArray | None = None) -> Figure:
     """Draw stresses one under the other, the same one at several increments in the same colours.
 
     Parameters
@@ -86,13 +89,15 @@ def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]]) -> Figure:
         Of one wall.
     panels : list of (str, int)
         Component, as ``draw_stress`` knows it, and position of the increment.
+    levels : array, optional
+        Limits of the bands of colour (MPa); by default those of ``stress_levels``.
     """
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
     figure = new_figure(10.0, sum(wall.sheet_height(1.4) for wall in walls))
     factor = walls[-1].factor
     for ax, (component, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
-        levels = stress_levels(ds, component, [i for c, i in panels if c == component])
-        draw_stress(ds, ax, component, increment, factor, levels)
+        own = stress_levels(ds, component, [i for c, i in panels if c == component]) if levels is None else levels
+        draw_stress(ds, ax, component, increment, factor, own)
     return figure
 
 
