@@ -7,7 +7,8 @@ from damagepred.kernels.large_motion import BOUNDARY, farthest, kick_and_drift, 
 
 @kernel
 def run_steps(
-    scenery, near, motion, softening, imposed, pushed, drive, first, last, damping, time_step, seen, far, counts
+    scenery, near, motion, special, softening, imposed, pushed, drive, first, last, damping, time_step, seen, far,
+    counts,
 ):  # fmt: skip
     """Run steps ``first`` to ``last`` of a stretch; stop early where what is near has to be looked for anew.
 
@@ -19,8 +20,8 @@ def run_steps(
         Blocks near each point.
     motion : NamedTuple of arrays
         See ``damagepred.kernels.large_motion``.
-    softening : bool or None
-        None if no bond softens.
+    special, softening : bool or None
+        None if no joint needs more than the plain law; if no bond softens.
     imposed : NamedTuple of arrays
         ``point`` (i,), ``normal`` and ``shear`` (i,): how the ground moves under points at full movement (m).
     pushed : bool
@@ -63,8 +64,8 @@ def run_steps(
                     pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
                     counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
         act(
-            points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, softening,
-            stiffness_damping / time_step, far > 0.0, counts.tallies,
+            points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
+            softening, stiffness_damping / time_step, far > 0.0, counts.tallies,
         )  # fmt: skip
         if change != 0.0:
             for m in range(imposed.point.size):
@@ -81,10 +82,10 @@ def run_steps(
 
 
 @kernel
-def first_forces(scenery, near, motion, softening, search, counts):
+def first_forces(scenery, near, motion, special, softening, search, counts):
     """Fill the forces at the start; arguments as of ``run_steps``."""
     motion.force[:] = 0.0
     act(
-        scenery.points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, softening,
-        0.0, search, counts.tallies,
+        scenery.points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
+        softening, 0.0, search, counts.tallies,
     )  # fmt: skip

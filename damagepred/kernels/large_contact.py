@@ -68,9 +68,9 @@ EDGE = np.dtype(
 clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
 0 and its length, but for the ground, which goes on to either side."""
 
-LAW = 16
-"""Numbers of one law: (k_n, k_s, 1 / k_s), strength (4), weakened (4), w_c, slope, tan(psi), brittle_shear, and one
-spare. A bond's law is followed by the law without bond of what is met later."""
+LAW = 20
+"""Numbers of one law: (k_n, k_s, 1 / k_s), strength (4), weakened (4), w_c, slope, tan(psi), brittle_shear, cap (3),
+wear, and one spare. A bond's law is followed by the law without bond of what is met later."""
 
 
 @law
@@ -253,7 +253,7 @@ def hand_on(force, a, b, x, y, moment_a, moment_b):
 
 
 @rule
-def act(points, edges, first_edge, near, laws, pose, force, softening, per_step, search, tallies):
+def act(points, edges, first_edge, near, laws, pose, force, special, softening, per_step, search, tallies):
     """Let all points act on the bodies, and bring their memory up to date.
 
     A point that is pressed in one step and not in the next passes the kink of the law somewhere in between. A force
@@ -278,6 +278,8 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
         x, y (m), cosine and sine of the angle of each body.
     force : array (bodies, 3)
         Force x, y (N) and moment (N m) on each body: added to.
+    special : bool or None
+        None if no joint dilates, breaks or wears by slip or has a cap: what they need is then left out when compiling.
     softening : bool or None
         None if no bond softens.
     per_step : float
@@ -320,6 +322,11 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
             gives = gives | (was_cracked & (laws[row, 11] > 0.0))
             no_tension = no_tension & (p.opened >= laws[row, 11])
         cracked = was_cracked
+        psi, brittle_shear, cap, wear = 0.0, False, None, None
+        if special is not None:
+            psi, brittle_shear, wear = laws[row, 13], laws[row, 14] != 0.0, laws[row, 18]
+            cap = (laws[row, 15], laws[row, 16], laws[row, 17])
+            gives = gives | (cap[0] < np.inf)
         if gives:
             # the law, past the kink by its mean
             pressed = u_n
@@ -332,7 +339,7 @@ def act(points, edges, first_edge, near, laws, pose, force, softening, per_step,
             weakened = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
             sigma, tau, new_slip, new_dilated, cracked, opened = joint_law(
                 pressed, u_s, slip, dilated, was_cracked, p.opened, (k_n, k_s, laws[row, 2]), strength, weakened,
-                softened, laws[row, 13], laws[row, 14] != 0.0,
+                softened, psi, brittle_shear, cap, wear,
             )  # fmt: skip
             p.slip = new_slip
             p.dilated = new_dilated

@@ -9,7 +9,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BaseMotion, Dynamics, Joint, Movement, Solver, Wall
 from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.increment import ContactState
-from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, started, turned
+from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, stack, started, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}
 """Damps impacts, and falls hardly at all."""
@@ -206,3 +206,35 @@ def test_interrupting_keeps_what_was_reached() -> None:
     )
     assert ds.attrs["status"] == "interrupted"
     assert ds.sizes["increment"] == 3
+
+
+def test_crushing_joints_close_for_good() -> None:
+    """Pressed to its strength by a live load twice as strong for a moment, a joint keeps what it was crushed by."""
+    soft = Joint(normal_stiffness=1e9, tensile_strength=0.0, cohesion=0.0, compressive_strength=1e4)
+    assembly = Assembly(gravity=(0.0, 0.0), joint=soft, thickness=THICKNESS)
+    assembly.rest_on_ground([assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.1))])
+    strength = 1e4 * 0.24 * THICKNESS
+    assembly.push(0, y=-0.9 * strength)
+    assembly.set_velocity(0, y=-0.05)
+    ds = run(assembly, 0.1, 50, movement_time=1e-3, damping="viscous", damping_ratio=0.2, frequency=300.0)
+    crushed = -ds["block_displacement_y"].values[-1, 0] - 0.9e4 / 1e9
+    assert ds["contact_normal_stress"].values.min() >= -1e4
+    assert ds["contact_normal_stress"].values[-1] == pytest.approx(-0.9e4, rel=1e-3)
+    assert ds["friction_work"].values[-1] == pytest.approx(strength * crushed, rel=1e-3)
+    assert crushed > 1e-6
+    assert abs(ds["energy_error"].values[-1]) < 1e-3 * ds["friction_work"].values[-1]
+
+
+def test_what_is_held_after_the_load_stays_where_it_stands() -> None:
+    assembly = stack(3)
+    assembly.hold_after_load(2)
+    assembly.move(2, x=1e-5)
+    still = damagepred.solve(assembly, solver=STIFF, increments=1)
+    slow = {"damping": "rayleigh", "damping_ratio": 0.5, "frequency": 5.0, "second_frequency": 3000.0}
+    ds = run(assembly, 0.3, 3, movement_time=0.2, **slow)
+    for axis in "xy":
+        exact = still[f"block_displacement_{axis}"].values[-1]
+        np.testing.assert_allclose(ds[f"block_displacement_{axis}"].values[-1], exact, atol=1e-3 * np.abs(exact).max())
+    pushed = ds["block_support_force_x"].values[-1, 2]
+    assert pushed == pytest.approx(still["block_support_force_x"].values[-1, 2], rel=1e-3)
+    assert ds["external_work"].values[-1] == pytest.approx(0.5 * 1e-5 * pushed, rel=0.01)

@@ -24,7 +24,7 @@ from damagepred.solvers.dynamic.scenery import scenery
 from damagepred.solvers.dynamic.step import highest_frequency, time_step
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import ContactState, Increment
-from damagepred.solvers.packed import needs_softening
+from damagepred.solvers.packed import needs_all_of_the_law, needs_softening
 from damagepred.solvers.state import JointMemory, come_loose
 
 FloatArray = NDArray[np.float64]
@@ -93,6 +93,7 @@ class DynamicRun:
         self.time_step = self.interval / self.steps_each
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping)
+        self.special = True if needs_all_of_the_law(model) else None
         self.softening = True if needs_softening(model) else None
         self.imposed, self.pushed = _imposed(model), bool(model.supports.live_load.any())
         self.base = base_displacement(dynamics.base)
@@ -122,7 +123,7 @@ class DynamicRun:
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
         still = Counts(np.zeros(TALLIES), np.zeros(WORKS))
-        first_forces(self.scene, self.near, motion, self.softening, search, still)
+        first_forces(self.scene, self.near, motion, self.special, self.softening, search, still)
         if self.model.initial_velocity is not None:
             motion.velocity[:-1] = self.model.initial_velocity
         motion.velocity[:] -= 0.5 * self.time_step * (motion.force + motion.load) * motion.inverse_mass
@@ -170,8 +171,8 @@ class DynamicRun:
         done = 0
         while done < count:
             reached = run_steps(
-                self.scene, self.near, self.motion, self.softening, self.imposed, self.pushed, drive, done,
-                min(count, done + stretch), self.damping, self.time_step, self.seen, self.far, self.counts,
+                self.scene, self.near, self.motion, self.special, self.softening, self.imposed, self.pushed, drive,
+                done, min(count, done + stretch), self.damping, self.time_step, self.seen, self.far, self.counts,
             )  # fmt: skip
             self.steps += reached - done
             done = reached
@@ -304,12 +305,6 @@ def _imposed(model: Model) -> Imposed:
 def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
     if model.mesh is not None:
         raise InputError("solver.blocks = 'deformable': not yet run in time; take 'rigid'.")
-    if np.isfinite(model.properties.compressive_strength).any():
-        raise InputError("joint.compressive_strength: not yet run in time; leave it out, or solve without dynamics.")
-    if model.properties.critical_slip.any():
-        raise InputError("joint.shear_fracture_energy: not yet run in time; leave it out, or solve without dynamics.")
-    if model.supports.after_load.any():
-        raise InputError("hold_after_load: not yet run in time; hold the block from the beginning with support.")
     if settings.quadrature == "midpoint" and dynamics.new_contacts:
         raise InputError(
             "solver.quadrature = 'midpoint': leaves the corners of blocks without a contact, so they could pass "

@@ -278,6 +278,13 @@ def _laws(model: Model) -> FloatArray:
     bond[:, 11] = properties.critical_opening
     bond[:, 12] = bond_slope.py_func(k_n, properties.tensile_strength, properties.critical_opening)
     bond[:, 13], bond[:, 14] = properties.dilation, properties.brittle_shear
+    strongest = properties.compressive_strength[:, None]
+    laws[..., 15], laws[..., 16], laws[..., 17] = (
+        strongest,
+        strongest / k_n[:, None],
+        1.0 / properties.cap_shear[:, None],
+    )
+    bond[:, 18] = properties.wear
     for first in (3, 7):
         bare[:, first + 2] = properties.residual_friction
         bare[:, first + 3] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, 0.0)
