@@ -1,0 +1,220 @@
+"""Beams of zones in bending: displacements and stresses against plane elasticity, and how fast they converge."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.assembly.points import Where
+from damagepred.scene import BlockMaterial, Solver
+from tests.verification.manual import ClosedForm, Verify
+from tests.verification.zoned_blocks import (
+    BRICKWORK,
+    CONCRETE,
+    NAMES,
+    RUBBER,
+    centres,
+    moduli,
+    order,
+    solved,
+    zones_of,
+)
+
+FloatArray = NDArray[np.float64]
+CHAPTER = "Zones"
+THICKNESS = 0.1
+
+CANTILEVER = ClosedForm(
+    chapter=CHAPTER,
+    title="Cantilever",
+    formula="σ_xx = -P (L - x) y / I,   σ_yy = 0,   τ_xy = P (c² - y²)/(2 I),   I = 2 c³/3\n"
+    "u = -P y/(6 E I) [(6 L - 3 x) x + (2 + ν)(y² - c²)]\n"
+    "v = P/(6 E I) [3 ν y² (L - x) + (4 + 5 ν) c² x + (3 L - x) x²]",
+    source="Timoshenko and Goodier, Theory of Elasticity, art. 21, with the displacements of the clamped end as "
+    "boundary values (Augarde and Deeks 2008); plane strain with E/(1 - ν²), ν/(1 - ν).",
+    note="The clamped end is moved as the solution has it, the tip bears the parabolic shear. Errors: displacement "
+    "root mean square over the gridpoints, stress root mean square over the area (three components together), each "
+    "over the largest exact value. Order: slope of log(error) over log(zone size) from 2 to 8 cells over the height; "
+    "triangles of constant strain have 2 and 1.",
+)
+DEEP = ClosedForm(
+    chapter=CHAPTER,
+    title="Deep beam under uniform load",
+    formula="σ_xx = -q/(2 I) [(l² - x²) y + 2 y³/3 - 2 c² y/5],   σ_yy = q/(2 I) (y³/3 - c² y - 2 c³/3)\n"
+    "τ_xy = q/(2 I) (c² - y²) x,   I = 2 c³/3;   on the axis\n"
+    "v(0) - v(l) = -5 q l⁴/(24 E I) [1 + 12 c²/(5 l²) (4/5 + ν/2)]",
+    source="Timoshenko and Goodier, Theory of Elasticity, art. 22, turned upside down (y up, load q on top).",
+    note="Span 2 l = twice the height 2 c. The ends bear the tractions of the solution, the axis is supported there. "
+    "Order as for the cantilever.",
+)
+
+
+class Beam(NamedTuple):
+    """A solution of plane elasticity: functions of x and y, for a load of 1 Pa times ``load``."""
+
+    displacement: Callable[[FloatArray, FloatArray], FloatArray]
+    stress: Callable[[FloatArray, FloatArray], FloatArray]
+
+
+def cantilever(material: BlockMaterial, plane: str, length: float, c: float, load: float) -> Beam:
+    """Return the solution; ``load`` is the force over the thickness (N/m), upwards."""
+    modulus, ratio = moduli(material, plane)
+    second = 2 * c**3 / 3
+
+    def displacement(x: FloatArray, y: FloatArray) -> FloatArray:
+        f = load / (6 * modulus * second)
+        u = -f * y * ((6 * length - 3 * x) * x + (2 + ratio) * (y**2 - c**2))
+        v = f * (3 * ratio * y**2 * (length - x) + (4 + 5 * ratio) * c**2 * x + (3 * length - x) * x**2)
+        return np.stack((u, v), axis=-1)
+
+    def stress(x: FloatArray, y: FloatArray) -> FloatArray:
+        s_x, s_xy = -load * (length - x) * y / second, load * (c**2 - y**2) / (2 * second)
+        return np.stack((s_x, 0 * x, s_xy), axis=-1)
+
+    return Beam(displacement, stress)
+
+
+def deep_beam(material: BlockMaterial, plane: str, half: float, c: float, load: float) -> Beam:
+    """Return the solution; ``load`` is the pressure on top (Pa)."""
+    modulus, ratio = moduli(material, plane)
+    second = 2 * c**3 / 3
+    f = load / (2 * second)
+    sag = 5 * load * half**4 / (24 * modulus * second) * (1 + 2.4 * c**2 / half**2 * (0.8 + ratio / 2))
+
+    def displacement(x: FloatArray, y: FloatArray) -> FloatArray:
+        y = -y  # theirs points down
+        u = (half**2 * x - x**3 / 3) * y + x * (2 * y**3 / 3 - 0.4 * c**2 * y)
+        u = f / modulus * (u + ratio * x * (y**3 / 3 - c**2 * y + 2 * c**3 / 3))
+        v = y**4 / 12 - c**2 * y**2 / 2 + 2 * c**3 * y / 3
+        v = v + ratio * ((half**2 - x**2) * y**2 / 2 + y**4 / 6 - 0.2 * c**2 * y**2)
+        v = v + half**2 * x**2 / 2 - x**4 / 12 - 0.2 * c**2 * x**2 + (1 + ratio / 2) * c**2 * x**2
+        return np.stack((u, f / modulus * v - sag), axis=-1)
+
+    def stress(x: FloatArray, y: FloatArray) -> FloatArray:
+        s_x = -f * ((half**2 - x**2) * y + 2 * y**3 / 3 - 0.4 * c**2 * y)
+        return np.stack((s_x, f * (y**3 / 3 - c**2 * y - 2 * c**3 / 3), f * (c**2 - y**2) * x), axis=-1)
+
+    return Beam(displacement, stress)
+
+
+def at(axis: int, place: float) -> Where:
+    """Return what tells the points on a line of x or of y."""
+    return lambda x, y: np.abs((x, y)[axis] - place) < 1e-9
+
+
+def errors(beam: Beam, assembly: Assembly, solver: Solver, plane: str) -> tuple[FloatArray, float, float]:
+    """Return computed and exact displacements (2, g, 2), and the relative errors of displacement and stress."""
+    model, path = solved(assembly, solver, plane, maximum_cycles=2_000_000)
+    mesh, zones = model.mesh, zones_of(path[-1])
+    assert mesh is not None
+    exact = beam.displacement(mesh.x, mesh.y)
+    off = np.sqrt(np.mean(np.square(zones.displacement - exact).sum(axis=1))) / np.abs(exact).max()
+    stress = beam.stress(*centres(model))
+    wrong = np.square(zones.stress[:, :3] - stress).sum(axis=1) @ mesh.zone_area / mesh.zone_area.sum()
+    return np.stack((zones.displacement, exact)), float(off), float(np.sqrt(wrong) / np.abs(stress).max())
+
+
+def converge(
+    verify: Verify, form: ClosedForm, name: str, solver: Solver, plane: str, beam: Beam,
+    build: Callable[[float], Assembly], height: float, tip: tuple[float, float],
+) -> None:  # fmt: skip
+    """Compare on three meshes, and the orders."""
+    sizes, moved, stressed = [height / n for n in (2, 4, 8)], [], []
+    for size in sizes:
+        assembly = build(size)
+        pair, off, wrong = errors(beam, assembly, solver, plane)
+        moved.append(off)
+        stressed.append(wrong)
+        cells = round(height / size)
+        case = f"{name}, {cells} cells over the height"
+        tolerance = 1.0 / cells**2
+        exact = beam.displacement(*np.array(tip))[1]
+        nearest = int(np.abs(pair[1][:, 1] - exact).argmin())
+        verify(
+            form, case=case, solver=solver.method, quantity="largest deflection", unit="m",
+            computed=pair[0][nearest, 1], exact=exact, tolerance=tolerance,
+        )  # fmt: skip
+        verify(
+            form, case=case, solver=solver.method, quantity="error of the stress", computed=wrong, exact=0.0,
+            scale=1.0, tolerance=0.5 / cells,
+        )  # fmt: skip
+    for quantity, found, expected, allowed in (
+        ("order, displacement", moved, 2.0, 0.1), ("order, stress", stressed, 1.0, 0.15)
+    ):  # fmt: skip
+        verify(
+            form, case=f"{name}, 2 to 8 cells", solver=solver.method, quantity=quantity, computed=order(sizes, found),
+            exact=expected, tolerance=allowed,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("length", "height", "material", "plane"),
+    [
+        pytest.param(1.0, 0.25, BRICKWORK, "stress", marks=pytest.mark.slow),
+        (2.0, 1.0, CONCRETE, "strain"),
+        pytest.param(0.6, 0.2, RUBBER, "stress", marks=pytest.mark.slow),
+    ],
+)
+def test_a_cantilever_bends(
+    verify: Verify, solver: Solver, length: float, height: float, material: BlockMaterial, plane: str
+) -> None:
+    c, load = height / 2, 1e-5 * material.elastic_modulus * height
+    beam = cantilever(material, plane, length, c, load)
+
+    def build(size: float) -> Assembly:
+        assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), block=material)
+        block = assembly.add_block(rectangle(0.0, -c, length, c), zone_size=size)
+        assembly.hold_points(
+            block, at(0, 0.0), x=lambda x, y: beam.displacement(x, y)[:, 0], y=lambda x, y: beam.displacement(x, y)[:, 1]
+        )  # fmt: skip
+        assembly.traction(block, at(0, length), y=lambda x, y: beam.stress(x, y)[:, 2])
+        return assembly
+
+    name = f"{length:g} x {height:g} m, plane {plane}: {NAMES[material]}"
+    converge(verify, CANTILEVER, name, solver, plane, beam, build, height, (length, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("height", "material", "plane"),
+    [(1.0, BRICKWORK, "stress"), pytest.param(2.4, CONCRETE, "strain", marks=pytest.mark.slow)],
+)
+def test_a_deep_beam_bends(verify: Verify, solver: Solver, height: float, material: BlockMaterial, plane: str) -> None:
+    c, half, load = height / 2, height, 1e-5 * material.elastic_modulus
+    beam = deep_beam(material, plane, half, c, load)
+
+    def build(size: float) -> Assembly:
+        assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), block=material)
+        block = assembly.add_block(rectangle(-half, -c, half, c), zone_size=size)
+        for end in (-1.0, 1.0):
+            assembly.traction(
+                block, at(0, end * half), x=lambda x, y: np.sign(x) * beam.stress(x, y)[:, 0],
+                y=lambda x, y: np.sign(x) * beam.stress(x, y)[:, 2],
+            )  # fmt: skip
+            assembly.hold_points(block, lambda x, y, e=end: np.hypot(x - e * half, y) < 1e-9, y=0.0)  # type: ignore[misc]
+        assembly.hold_points(block, lambda x, y: np.hypot(x, y) < 1e-9, x=0.0)
+        assembly.traction(block, at(1, c), y=-load)
+        return assembly
+
+    name = f"{2 * half:g} x {height:g} m, plane {plane}: {NAMES[material]}"
+    converge(verify, DEEP, name, solver, plane, beam, build, height, (0.0, 0.0))
+
+
+@pytest.mark.parametrize("plane", ["stress", "strain"])
+def test_the_closed_forms_obey_elasticity(plane: str) -> None:
+    """Strains of the displacements are those of the stresses, and stresses are in equilibrium: by finite differences."""
+    rng = np.random.default_rng(1)
+    x, y, step = rng.uniform(0.1, 0.9, 20), rng.uniform(-0.4, 0.4, 20), 1e-4
+    modulus, ratio = moduli(BRICKWORK, plane)
+    for beam in (cantilever(BRICKWORK, plane, 1.0, 0.5, 1e5), deep_beam(BRICKWORK, plane, 1.0, 0.5, 1e5)):
+        d_x = (beam.displacement(x + step, y) - beam.displacement(x - step, y)) / (2 * step)
+        d_y = (beam.displacement(x, y + step) - beam.displacement(x, y - step)) / (2 * step)
+        s_x, s_y, s_xy = beam.stress(x, y).T
+        strain = np.stack((s_x - ratio * s_y, s_y - ratio * s_x, 2 * (1 + ratio) * s_xy)) / modulus
+        np.testing.assert_allclose(np.stack((d_x[:, 0], d_y[:, 1], d_y[:, 0] + d_x[:, 1])), strain, atol=1e-11)
+        t_x = (beam.stress(x + step, y) - beam.stress(x - step, y)) / (2 * step)
+        t_y = (beam.stress(x, y + step) - beam.stress(x, y - step)) / (2 * step)
+        np.testing.assert_allclose(t_x[:, [0, 2]] + t_y[:, [2, 1]], 0.0, atol=1.0)
