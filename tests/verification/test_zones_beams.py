@@ -169,7 +169,8 @@ def test_a_cantilever_bends(
         assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), block=material)
         block = assembly.add_block(rectangle(0.0, -c, length, c), zone_size=size)
         assembly.hold_points(
-            block, at(0, 0.0), x=lambda x, y: beam.displacement(x, y)[:, 0], y=lambda x, y: beam.displacement(x, y)[:, 1]
+            block, at(0, 0.0), x=lambda x, y: beam.displacement(x, y)[:, 0],
+            y=lambda x, y: beam.displacement(x, y)[:, 1],
         )  # fmt: skip
         assembly.traction(block, at(0, length), y=lambda x, y: beam.stress(x, y)[:, 2])
         return assembly
@@ -205,7 +206,7 @@ def test_a_deep_beam_bends(verify: Verify, solver: Solver, height: float, materi
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
 def test_the_closed_forms_obey_elasticity(plane: str) -> None:
-    """Strains of the displacements are those of the stresses, and stresses are in equilibrium: by finite differences."""
+    """Strains follow from stresses, and stresses are in equilibrium: by finite differences."""
     rng = np.random.default_rng(1)
     x, y, step = rng.uniform(0.1, 0.9, 20), rng.uniform(-0.4, 0.4, 20), 1e-4
     modulus, ratio = moduli(BRICKWORK, plane)
