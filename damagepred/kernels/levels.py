@@ -170,7 +170,15 @@ def push(first, last, at_here, at_there, coupling, displacement, there, force, h
     displacement, there, force, here
         Arrays (r, ...) and where in their rows the levels begin.
     """
-    side = at_here.shape[1]
+    if at_here.shape[1] == 3:  # known when compiling, the loops over it are written out
+        push_sides(3, first, last, at_here, at_there, coupling, displacement, there, force, here)
+    else:
+        push_sides(at_here.shape[1], first, last, at_here, at_there, coupling, displacement, there, force, here)
+
+
+@law
+def push_sides(side, first, last, at_here, at_there, coupling, displacement, there, force, here):
+    """Do what ``push`` does, with that many degrees of freedom of a side."""
     for e in range(first, last):
         for r in range(side):
             if at_here[e, r] < 0:
