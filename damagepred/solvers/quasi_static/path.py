@@ -325,6 +325,10 @@ class Path:
         )  # fmt: skip
         return opening, sigma, tau
 
+    def stood(self) -> str:
+        """Say where a wall under a live load was in equilibrium last: near its limit it may only creep."""
+        return f" The last equilibrium is at progress {self.standing:.5g}." if self._sharply else ""
+
     def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
         model, state, solids = self.model, self.state, self.equilibrium.solids
@@ -408,7 +412,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
             block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))
             raise ConvergenceError(
                 f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
-                f"{describe_block(model, block)}, allowed is {path.tolerance:g}.",
+                f"{describe_block(model, block)}, allowed is {path.tolerance:g}." + path.stood(),
                 increment=number,
                 block=block,
             )
