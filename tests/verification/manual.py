@@ -239,7 +239,7 @@ class Manual:
             "SI units; tension, opening and anticlockwise rotation are positive, y is up. *Error* is the difference "
             "over the exact value (over the largest one where several values are compared: the pair that differs most "
             "is shown, and their number), or over the scale that the test names. *Time* is the wall time of the case "
-            "on one core, compilation excluded. `quasi-static` and `explicit` are the two solvers, the explicit one "
+            "on one core, kernels compiled before. `quasi-static` and `explicit` are the two solvers, the explicit one "
             "without its elastic start, so that it reaches every state by time stepping; `dynamic` are runs in "
             "physical time; other words in that column say what else computed.",
             "",
