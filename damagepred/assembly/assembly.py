@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
-from damagepred.assembly.mesh import Mesh, mesh_of
+from damagepred.assembly.interfaces import (
+    Geometry,
+    bodies_of,
+    ground_movement,
+    in_order,
+    joined,
+    number_joints,
+    outlines,
+    place_contacts,
+)
+from damagepred.assembly.mesh import default_zone_size, mesh_of
 from damagepred.assembly.model import (
-    BlockLaw,
     Blocks,
-    Ground,
-    Interfaces,
     Jambs,
-    Joints,
     Kind,
     Model,
     Supports,
 )
 from damagepred.assembly.points import Amount, Hold, Traction, Where, edge_loads, held_too
-from damagepred.assembly.properties import Fields, brittle_where_soft, joint_properties, lump_block_elasticity
-from damagepred.assembly.quadrature import quadrature
+from damagepred.assembly.properties import (
+    Fields,
+    block_law,
+    brittle_where_soft,
+    joint_properties,
+    lump_block_elasticity,
+)
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
 
@@ -35,30 +45,6 @@ GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
 NO_JAMBS = Jambs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """What does not change while materials, loads and movement do.
-
-    Attributes
-    ----------
-    blocks, interfaces, joints
-        As in the model.
-    joint_material : array of int (m,)
-        Joint material of each interface.
-    ground_x : array (g, q)
-        Where the contacts with the ground lie (m).
-    mesh : Mesh or None
-        Zones of the deformable blocks.
-    """
-
-    blocks: Blocks
-    interfaces: Interfaces
-    joints: Joints
-    joint_material: IntArray
-    ground_x: FloatArray
-    mesh: Mesh | None
 
 
 class Assembly:
@@ -385,17 +371,17 @@ class Assembly:
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
         mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
-        outline, first_vertex, facet = _outlines(blocks, mesh)
+        outline, first_vertex, facet = outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded = self._ground_edges(outline, first_vertex)
-        edges = _joined(shared, grounded)
+        edges = joined(shared, grounded)
         kind, material = self._classify(edges, blocks, len(grounded.a))
-        order = self._order(edges, kind, blocks, len(grounded.a))
+        order = in_order(edges, kind, blocks, len(grounded.a))
         edges = SharedEdges(*(column[order] for column in edges))  # type: ignore[arg-type]
         kind, material = kind[order], material[order]
-        joint, joints = _number_joints(edges, kind, blocks)
-        mesh, body_a, body_b = _bodies(edges, facet, len(blocks.x), mesh)
-        interfaces = _place_contacts(
+        joint, joints = number_joints(edges, kind, blocks)
+        mesh, body_a, body_b = bodies_of(edges, facet, len(blocks.x), mesh)
+        interfaces = place_contacts(
             edges, kind, joint, (body_a, body_b), blocks, mesh, settings, np.array(self._thickness)
         )
         first = len(kind) - len(grounded.a)
@@ -561,98 +547,6 @@ class Assembly:
         kind[~inner], material[~inner] = Kind.FOOTING_INTERFACE, self._ground_material
         return kind, material
 
-    @staticmethod
-    def _order(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks, grounded: int) -> IntArray:
-        """Course by course, left to right, the ground last: neighbours in space are neighbours in memory."""
-        middle = (edges.start + edges.end) / 2
-        is_ground = np.arange(len(kind)) >= len(kind) - grounded
-        course = np.append(blocks.course, -1)[edges.b]
-        return np.lexsort((middle[:, 0], middle[:, 1], kind, course, is_ground))
-
-
-def ground_movement(geometry: Geometry, profile: Callable[[FloatArray], FloatArray] | None) -> Ground:
-    """Return the displacement of the ground at its contacts.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        Where they are.
-    profile : callable or None
-        x (m) -> vertical displacement (m, upwards).
-    """
-    rise = np.zeros_like(geometry.ground_x) if profile is None else profile(geometry.ground_x)
-    first = len(geometry.interfaces.kind) - len(geometry.ground_x)
-    n_x, n_y = geometry.interfaces.normal_x[first:, None], geometry.interfaces.normal_y[first:, None]
-    return Ground(np.ascontiguousarray(n_y * rise), np.ascontiguousarray(-n_x * rise))
-
-
-def _joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
-    return SharedEdges(*(np.concatenate(pair) for pair in zip(first, second)))
-
-
-def default_zone_size(polygon: FloatArray, method: str) -> float:
-    """Return the size of cells (m) of a block for which none is given: its width, or half of that if explicit.
-
-    A brick of 240 x 75 mm is cut into 8 x 2 cells of four zones for the explicit solver, as many as the paper has. The
-    quasi-static solver's work grows with the cube of the gridpoints along the joints of a course; it takes 4 x 1.
-    """
-    corners = polygon - polygon.mean(axis=0)
-    edge = np.roll(corners, -1, axis=0) - corners
-    outward = np.column_stack((edge[:, 1], -edge[:, 0])) / np.hypot(*edge.T)[:, None]
-    width = float(np.ptp(corners @ outward.T, axis=0).min())
-    return width if method == "quasi_static" else 0.5 * width
-
-
-def block_law(materials: Sequence[BlockMaterial], material: IntArray, thickness: FloatArray) -> BlockLaw:
-    """Return the law of each block.
-
-    Parameters
-    ----------
-    materials : sequence of BlockMaterial
-        The materials.
-    material : array of int (n,)
-        Which of them each block has.
-    thickness : array (n,)
-        Out of plane (m).
-    """
-
-    def each(name: str) -> FloatArray:
-        values = [getattr(m, name, None) for m in materials]
-        return np.array([np.inf if v is None else float(v) for v in values])[material]
-
-    return BlockLaw(**{name: each(name) for name in BlockLaw._fields[:-1]}, thickness=thickness)
-
-
-def _outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the outlines of all blocks, those of deformable ones facet by facet, and the facet of each edge, or -1."""
-    none = np.full(len(blocks.vertices), -1, dtype=np.int64)
-    if mesh is None:
-        return blocks.vertices, blocks.first_vertex, none
-    pieces, facets = np.split(blocks.vertices, blocks.first_vertex[1:-1]), np.split(none, blocks.first_vertex[1:-1])
-    for d, block in enumerate(mesh.block):
-        own = slice(mesh.first_facet[d], mesh.first_facet[d + 1])
-        start = mesh.facets[own, 0]
-        pieces[block] = np.column_stack((mesh.x[start], mesh.y[start]))
-        facets[block] = np.arange(own.start, own.stop)
-    first = np.concatenate(([0], np.cumsum([len(p) for p in pieces])))
-    return np.concatenate(pieces), first, np.concatenate(facets)
-
-
-def _bodies(
-    edges: SharedEdges, facet: IntArray, ground: int, mesh: Mesh | None
-) -> tuple[Mesh | None, IntArray, IntArray]:
-    """Return the bodies on both sides of each interface: blocks, the ground, or pieces of facets of their own."""
-    if mesh is None:
-        return None, edges.a, edges.b
-    middle = (edges.start + edges.end) / 2
-    on_a = np.where(edges.a == ground, -1, facet[edges.edge_a])
-    on = np.stack((on_a, facet[edges.edge_b]), axis=1)
-    side = on >= 0
-    body = np.stack((edges.a, edges.b), axis=1)
-    body[side] = ground + 1 + np.arange(int(side.sum()))
-    x, y = (np.repeat(middle[:, axis, None], 2, axis=1)[side] for axis in range(2))
-    return mesh.in_pieces(on[side], x, y), body[:, 0].copy(), body[:, 1].copy()
-
 
 def _numbered(materials: list[Any], material: object | None) -> int:
     if material is None:
@@ -660,63 +554,6 @@ def _numbered(materials: list[Any], material: object | None) -> int:
     if material not in materials:
         materials.append(material)
     return materials.index(material)
-
-
-def _number_joints(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks) -> tuple[IntArray, Joints]:
-    """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
-    course = np.append(blocks.course, -1)[edges.b]
-    is_bed = (kind != Kind.HEAD_JOINT) & (course >= 0)
-    count = len(blocks.x) + 1
-    key = np.where(is_bed, edges.b, count * (1 + edges.a) + edges.b)
-    _, first, joint = np.unique(key, return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))  # number them in the order in which the interfaces stand
-    joint = rank[joint].astype(np.int64)
-    count = len(first)
-    length = np.hypot(*(edges.end - edges.start).T)
-    middle = (edges.start + edges.end) / 2
-    weight = np.bincount(joint, length, count)
-    leader = np.sort(first)
-    return joint, Joints(
-        kind[leader],
-        course[leader],
-        np.bincount(joint, length * middle[:, 0], count) / weight,
-        np.bincount(joint, length * middle[:, 1], count) / weight,
-    )
-
-
-def _place_contacts(
-    edges: SharedEdges,
-    kind: NDArray[np.int8],
-    joint: IntArray,
-    bodies: tuple[IntArray, IntArray],
-    blocks: Blocks,
-    mesh: Mesh | None,
-    solver: Solver,
-    thickness: FloatArray,
-) -> Interfaces:
-    points, weights = quadrature(solver.quadrature, solver.contacts_per_interface)
-    middle = (edges.start + edges.end) / 2
-    length = np.hypot(*(edges.end - edges.start).T)
-    n_x, n_y = edges.normal.T
-    centre = np.column_stack((blocks.x, blocks.y))
-    centre = np.vstack((centre, [0.0, 0.0]))  # the ground does not turn: any centre serves
-    if mesh is not None:
-        centre = np.vstack((centre, np.column_stack((mesh.piece_x, mesh.piece_y))))
-    body_a, body_b = bodies
-    depth = np.minimum(np.append(thickness, np.inf)[edges.a], thickness[edges.b])
-
-    def arms(block: IntArray) -> tuple[FloatArray, FloatArray]:
-        r_x, r_y = (middle - centre[block]).T
-        return -n_x * r_y + n_y * r_x, -n_y * r_y - n_x * r_x
-
-    (normal_a, shear_a), (normal_b, shear_b) = arms(body_a), arms(body_b)
-    return Interfaces(
-        block_a=edges.a, block_b=edges.b, body_a=body_a, body_b=body_b, kind=kind, joint=joint,
-        x=middle[:, 0].copy(), y=middle[:, 1].copy(), length=length,
-        normal_x=n_x.copy(), normal_y=n_y.copy(),
-        arm_normal_a=normal_a, arm_shear_a=shear_a, arm_normal_b=normal_b, arm_shear_b=shear_b,
-        contact_offset=length[:, None] * points, contact_area=(depth * length)[:, None] * weights,
-    )  # fmt: skip
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Sequence[tuple[float, float]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly.model import Blocks, Interfaces, JointProperties
+from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointProperties
 from damagepred.scene import BlockMaterial, Joint
 
 FloatArray = NDArray[np.float64]
@@ -141,3 +141,23 @@ def brittle_where_soft(properties: JointProperties) -> JointProperties:
         critical_slip=np.where(slip > shear, slip, 0.0),
         brittle_shear=properties.brittle_shear | ((slip > 0) & (slip <= shear)),
     )
+
+
+def block_law(materials: Sequence[BlockMaterial], material: IntArray, thickness: FloatArray) -> BlockLaw:
+    """Return the law of each block.
+
+    Parameters
+    ----------
+    materials : sequence of BlockMaterial
+        The materials.
+    material : array of int (n,)
+        Which of them each block has.
+    thickness : array (n,)
+        Out of plane (m).
+    """
+
+    def each(name: str) -> FloatArray:
+        values = [getattr(m, name, None) for m in materials]
+        return np.array([np.inf if v is None else float(v) for v in values])[material]
+
+    return BlockLaw(**{name: each(name) for name in BlockLaw._fields[:-1]}, thickness=thickness)

@@ -9,19 +9,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly.assembly import (
-    GRAVITY,
-    Assembly,
-    Geometry,
-    block_law,
-    default_zone_size,
-    ground_movement,
-    rectangle,
-)
+from damagepred.assembly.assembly import GRAVITY, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks
+from damagepred.assembly.interfaces import Geometry, ground_movement
+from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
-from damagepred.assembly.properties import brittle_where_soft, joint_properties, lump_block_elasticity
+from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Opening, Scene, Solver, Wall
 
