@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from damagepred.assembly import Model
 from damagepred.kernels.zones import zones_beyond
@@ -91,8 +92,7 @@ class BlockLoads:
     def __init__(self, whole: Model, cut: Model) -> None:
         assert cut.mesh is not None
         self.whole, self.cut, self.mesh = whole, cut, cut.mesh
-        self._flexible: dict[bytes, FloatArray] = {}
-        self._stiffness = zone_stiffness(cut)
+        self._alike = self._flexibilities(zone_stiffness(cut))
         self._motion = rigid_motion(cut)
         self._rows = strain_rows(self.mesh)
         self._moduli, strength = block_moduli(cut)
@@ -110,17 +110,19 @@ class BlockLoads:
         number = np.full(self.whole.n_blocks + 1, -1)
         number[mesh.block] = np.arange(len(mesh.block))
         points, shares = np.full((*x.shape, 2), -1), np.zeros((*x.shape, 2))
-        for i in np.flatnonzero(number[block] >= 0):
-            d = number[block[i]]
-            facets = mesh.facets[mesh.first_facet[d] : mesh.first_facet[d + 1]]
-            start = np.column_stack((mesh.x[facets[:, 0]], mesh.y[facets[:, 0]]))
-            along = np.column_stack((mesh.x[facets[:, 1]], mesh.y[facets[:, 1]])) - start
-            square = (along**2).sum(axis=1)
-            for k in range(x.shape[1]):
-                share = np.clip((([x[i, k], y[i, k]] - start) * along).sum(axis=1) / square, 0.0, 1.0)
-                away = start + share[:, None] * along - [x[i, k], y[i, k]]
-                nearest = int((away**2).sum(axis=1).argmin())
-                points[i, k], shares[i, k] = facets[nearest], (1.0 - share[nearest], share[nearest])
+        counts = np.diff(mesh.first_facet)
+        for count in np.unique(counts):
+            here = np.flatnonzero((number[block] >= 0) & (counts[number[block]] == count))
+            facets = mesh.facets[mesh.first_facet[number[block[here]], None] + np.arange(count)]  # (i, f, 2)
+            at = np.stack((x[here], y[here]), axis=-1)[:, :, None]  # (i, q, 1, 2)
+            start, end = (np.stack((mesh.x[facets[..., e]], mesh.y[facets[..., e]]), axis=-1)[:, None] for e in (0, 1))
+            along = end - start
+            share = np.clip(((at - start) * along).sum(axis=-1) / (along**2).sum(axis=-1), 0.0, 1.0)
+            away = start + share[..., None] * along - at
+            nearest = (away**2).sum(axis=-1).argmin(axis=-1)  # (i, q)
+            part = np.take_along_axis(share, nearest[..., None], axis=-1)[..., 0]
+            points[here] = facets[np.arange(len(here))[:, None], nearest]
+            shares[here] = np.stack((1.0 - part, part), axis=-1)
         return points, shares
 
     def errors(self, increment: Increment) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -141,11 +143,10 @@ class BlockLoads:
         load -= self._motion.T @ _rigid_share(self.cut, load)
         energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
         displacement = np.zeros(self.cut.size)
-        for d, block in enumerate(mesh.block):
-            dofs = self._dofs(d)
-            moved = self._flexibility(d, dofs) @ load[dofs]
+        for block, dofs, flexibility in self._alike:
+            moved = load[dofs] @ flexibility
             displacement[dofs] = moved
-            energy[block] = 0.5 * float(load[dofs] @ moved)
+            energy[block] = 0.5 * (load[dofs] * moved).sum(axis=1)
         if self._yields.any():
             yielding[self._near_yield(displacement)] = True
         error = np.abs(energy - self._lumped(increment))
@@ -156,14 +157,25 @@ class BlockLoads:
         own = slice(self.mesh.first_gridpoint[d], self.mesh.first_gridpoint[d + 1])
         return np.concatenate((self.mesh.dof_x[own], self.mesh.dof_y[own]))
 
-    def _flexibility(self, d: int, dofs: IntArray) -> FloatArray:
-        """Return the pseudo-inverse of a block's stiffness; blocks that are alike share it."""
-        matrix = self._stiffness[dofs][:, dofs].toarray()
-        scale = np.abs(matrix).max()
-        key = (np.round(matrix / scale * 1e9) + 0.0).tobytes() + np.float64(round(scale, 3)).tobytes()
-        if key not in self._flexible:
-            self._flexible[key] = np.linalg.pinv(matrix, rcond=1e-10, hermitian=True)
-        return self._flexible[key]
+    def _flexibilities(self, stiffness: csr_array) -> list[tuple[IntArray, IntArray, FloatArray]]:
+        """Return blocks (b,) that are alike, their degrees of freedom (b, k), and the pseudo-inverse of a stiffness."""
+        alike: dict[bytes, list[int]] = {}
+        matrices: dict[bytes, FloatArray] = {}
+        for d in range(len(self.mesh.block)):
+            dofs = self._dofs(d)
+            matrix = stiffness[dofs][:, dofs].toarray()
+            scale = np.abs(matrix).max()
+            key = (np.round(matrix / scale * 1e9) + 0.0).tobytes() + np.float64(f"{scale:.9e}").tobytes()
+            alike.setdefault(key, []).append(d)
+            matrices.setdefault(key, matrix)
+        return [
+            (
+                self.mesh.block[members],
+                np.array([self._dofs(d) for d in members]),
+                np.asarray(np.linalg.pinv(matrices[key], rcond=1e-10, hermitian=True), dtype=np.float64),
+            )
+            for key, members in alike.items()
+        ]
 
     def _near_yield(self, displacement: FloatArray) -> IntArray:
         mesh = self.mesh
