@@ -93,8 +93,8 @@ class DynamicRun:
         self.time_step = self.interval / self.steps_each
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping)
-        self.special = True if needs_all_of_the_law(model) else None
-        self.softening = True if needs_softening(model) else None
+        # two laws are enough, the plain one and the whole: each takes a while to compile
+        self.special = self.softening = True if needs_all_of_the_law(model) or needs_softening(model) else None
         self.imposed, self.pushed = _imposed(model), bool(model.supports.live_load.any())
         self.base = base_displacement(dynamics.base)
         self.margin = MARGIN * float(np.sqrt(model.blocks.area.min()))
