@@ -95,6 +95,7 @@ def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArr
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
     figure = new_figure(10.0, sum(wall.sheet_height(1.4) for wall in walls))
     factor = walls[-1].factor
+    figure.set_layout_engine("constrained", w_pad=0.12)  # drawings to scale are shifted in their places
     for ax, (component, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
         own = stress_levels(ds, component, [i for c, i in panels if c == component]) if levels is None else levels
         draw_stress(ds, ax, component, increment, factor, own)
