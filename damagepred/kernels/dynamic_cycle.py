@@ -3,12 +3,21 @@
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.large_contact import HOME, act
 from damagepred.kernels.large_motion import BOUNDARY, farthest, kick_and_drift, push, work_at_boundary
+from damagepred.kernels.large_zones import (
+    farthest_point,
+    move_points,
+    place_sides,
+    push_points,
+    relieve_sides,
+    work_of_held_points,
+    zones_act,
+)
 
 
 @kernel
 def run_steps(
-    scenery, near, motion, special, softening, imposed, pushed, drive, first, last, damping, time_step, seen, far,
-    counts,
+    scenery, near, motion, grid, special, softening, imposed, pushed, drive, first, last, damping, time_step, seen,
+    far, counts,
 ):  # fmt: skip
     """Run steps ``first`` to ``last`` of a stretch; stop early where what is near has to be looked for anew.
 
@@ -20,6 +29,8 @@ def run_steps(
         Blocks near each point.
     motion : NamedTuple of arrays
         See ``damagepred.kernels.large_motion``.
+    grid : NamedTuple of arrays or None
+        Zones and gridpoints, see ``damagepred.kernels.large_zones``; None if all blocks are rigid.
     special, softening : bool or None
         None if no joint needs more than the plain law; if no bond softens.
     imposed : NamedTuple of arrays
@@ -48,12 +59,18 @@ def run_steps(
     """
     local, mass_damping, stiffness_damping = damping
     points = scenery.points
+    sides, base = motion.velocity.shape[0], motion.velocity.shape[0] - 1
     k = first
     while k < last:
         kick_and_drift(motion, drive, k, time_step, local, mass_damping, counts.works)
+        if grid is not None:
+            move_points(grid, drive, k, time_step, local, mass_damping, counts.works)
+            place_sides(grid, motion.pose, sides)
         change = drive[k + 1, 2] - drive[k, 2]
         if pushed:
             push(motion, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
+            if grid is not None:
+                push_points(grid, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
         if change != 0.0:
             for m in range(imposed.point.size):
                 p = points[imposed.point[m]]
@@ -75,17 +92,30 @@ def run_steps(
                     pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
                     counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
         work_at_boundary(motion, time_step, counts.works)
+        if grid is not None:
+            zones_act(grid, stiffness_damping / time_step)
+            relieve_sides(grid, motion.force, sides)
+            work_of_held_points(grid, time_step, counts.works)
         k += 1
-        if far > 0.0 and not farthest(motion, seen, scenery.reach) <= far:
-            break
+        if far > 0.0:
+            if not farthest(motion, seen, scenery.reach) <= far:
+                break
+            if grid is not None:
+                moved = motion.displacement
+                if not farthest_point(grid, moved[base, 0] - seen[base, 0], moved[base, 1] - seen[base, 1]) <= far:
+                    break
     return k
 
 
 @kernel
-def first_forces(scenery, near, motion, special, softening, search, counts):
+def first_forces(scenery, near, motion, grid, special, softening, search, counts):
     """Fill the forces at the start; arguments as of ``run_steps``."""
     motion.force[:] = 0.0
     act(
         scenery.points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
         softening, 0.0, search, counts.tallies,
     )  # fmt: skip
+    if grid is not None:
+        grid.force[:] = 0.0
+        zones_act(grid, 0.0)
+        relieve_sides(grid, motion.force, motion.velocity.shape[0])

@@ -56,6 +56,7 @@ EDGE = np.dtype(
     [
         ("body", "i8"),
         ("polygon", "i8"),
+        ("face", "i8"),
         ("x", "f8"),
         ("y", "f8"),
         ("along_x", "f8"),
@@ -64,7 +65,8 @@ EDGE = np.dtype(
         ("length", "f8"),
     ]
 )
-"""An edge of a block: its body; in that body's frame the end from which the way along it counts (m), and its direction,
+"""An edge of a block: its body, block and face; edges that follow each other round a deformable block and were in line
+at first make up one face. In that body's frame the end from which the way along it counts (m), and its direction,
 clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
 0 and its length, but for the ground, which goes on to either side."""
 
@@ -98,7 +100,7 @@ def measure(points, i, edges, e, pose):
 
 @rule
 def gaps(at_x, at_y, own_x, own_y, edges, first, last, pose):
-    """Return how a place on a face lies against the edges first to last of a convex block.
+    """Return how a place on a face lies against the edges first to last of a block that is convex, or hardly bent.
 
     Parameters
     ----------
@@ -117,18 +119,28 @@ def gaps(at_x, at_y, own_x, own_y, edges, first, last, pose):
         Largest signed distance from the other edges (m).
     """
     faced, others, which = -np.inf, -np.inf, -1
+    nearest, distance, at, looks = np.inf, 0.0, -1, 0.0
     for e in range(first, last):
         b = edges[e].body
         arm_x, arm_y = at_x - pose[b, 0], at_y - pose[b, 1]
         cb, sb = pose[b, 2], pose[b, 3]
         local_x, local_y = cb * arm_x + sb * arm_y - edges[e].x, cb * arm_y - sb * arm_x - edges[e].y
         t_x, t_y = edges[e].along_x, edges[e].along_y
-        gap = t_x * local_y - t_y * local_x
-        if (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y < -FACING:
-            if gap > faced:
-                faced, which = gap, e
-        elif gap > others:
-            others = gap
+        # of a face of several edges, which need not be convex when it is bent, the one that the place is beside
+        along = t_x * local_x + t_y * local_y
+        past = max(-along, along - edges[e].length)
+        if past < nearest:
+            nearest, at = past, e
+            distance = t_x * local_y - t_y * local_x
+            looks = (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y
+        if e + 1 < last and edges[e + 1].face == edges[e].face:
+            continue
+        if looks < -FACING:
+            if distance > faced:
+                faced, which = distance, at
+        elif distance > others:
+            others = distance
+        nearest = np.inf
     return faced, which, others
 
 

@@ -76,7 +76,7 @@ def test_forces_are_those_of_small_displacements() -> None:
     small[-1, 2] = 0.0  # the ground does not turn
     course.motion.displacement[:] = small
     put_bodies(course.motion)
-    first_forces(course.scene, course.near, course.motion, None, None, False, Counts(np.zeros(4), np.zeros(3)))
+    first_forces(course.scene, course.near, course.motion, None, None, None, False, Counts(np.zeros(4), np.zeros(3)))
     found = -course.motion.force[:-1]
     expected = (exact @ small.ravel()).reshape(-1, 3)[:-1]
     np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from damagepred.assembly import Model
 from damagepred.kernels.large_contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.large_motion import BOUNDARY, DAMPING, LIVE
+from damagepred.kernels.large_zones import DRAGGED, YIELDING
+from damagepred.solvers.dynamic.grid import Grid, zone_energy
 from damagepred.solvers.dynamic.motion import Motion
 from damagepred.solvers.dynamic.scenery import Scenery
 
@@ -37,11 +39,11 @@ class Energies(NamedTuple):
     Attributes
     ----------
     kinetic_energy, elastic_energy : float
-        Of the blocks, and held in joints.
+        Of the blocks, and held in joints and zones.
     external_work, boundary_work : float
         Of loads, ground and supports together; and of ground and supports alone.
-    friction_work, fracture_work, damping_work : float
-        Taken by sliding, by softening bonds, by damping.
+    friction_work, fracture_work, plastic_work, damping_work : float
+        Taken by sliding, by softening bonds, by zones that yield, by damping.
     released_energy : float
         Set free where bonds broke and where a point left an edge under pressure.
     energy_error : float
@@ -54,6 +56,7 @@ class Energies(NamedTuple):
     boundary_work: float
     friction_work: float
     fracture_work: float
+    plastic_work: float
     released_energy: float
     damping_work: float
     energy_error: float
@@ -70,6 +73,8 @@ class Audit:
         Its points.
     motion : Motion
         Its bodies.
+    grid : Grid or None
+        Gridpoints and zones of its deformable blocks.
     damping : tuple of float
         Local (1), mass-proportional (1/s), stiffness-proportional (s).
     time_step : float
@@ -83,42 +88,50 @@ class Audit:
         model: Model,
         scene: Scenery,
         motion: Motion,
+        grid: Grid | None,
         damping: tuple[float, float, float],
         time_step: float,
         counts: Counts,
     ) -> None:
-        self._scene, self._motion, self._counts = scene, motion, counts
+        self._scene, self._motion, self._grid, self._counts = scene, motion, grid, counts
         self._damping, self._step = damping, time_step
-        inverse = motion.inverse_mass
-        self._mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-        self._start, self._dead = motion.displacement.copy(), motion.load.copy()
-        self._bonds = model.n_contacts
+        # what moves: the blocks, and the gridpoints of those that are deformable
+        self._moving: list[Motion | Grid] = [motion] if grid is None else [motion, grid]
+        self._start = [part.displacement.copy() for part in self._moving]
+        self._dead = [part.load.copy() for part in self._moving]
         self._kinetic, self._damped = self._half_steps()
         self._elastic = self.elastic_energy()
 
     def _half_steps(self) -> tuple[float, float]:
         """Return the kinetic energy, and the work of damping in the half step before now."""
-        motion, (local, viscous, _) = self._motion, self._damping
-        before = motion.velocity
-        base = np.array([*before[-1, :2], 0.0])
-        force = (motion.force + motion.load) * (motion.inverse_mass > 0)
+        base = np.array([*self._motion.velocity[-1, :2], 0.0])
+        parts = np.array([self._half_step(part, base[: part.velocity.shape[1]]) for part in self._moving])
+        kinetic, damped = parts.sum(axis=0)
+        return float(kinetic), float(damped)
+
+    def _half_step(self, part: Motion | Grid, base: FloatArray) -> tuple[float, float]:
+        local, viscous, _ = self._damping
+        before, inverse = part.velocity, part.inverse_mass
+        mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+        force = (part.force[: len(before)] + part.load) * (inverse > 0)
         drag = local * np.abs(force) * np.sign(before)
         half = 0.5 * viscous * self._step
-        push = self._step * (force - drag) * motion.inverse_mass
+        push = self._step * (force - drag) * inverse
         after = (before * (1.0 - half) + 2.0 * half * base + push) / (1.0 + half)
-        dashpot = viscous * self._mass * (0.5 * (before + after) - base)
-        kinetic = 0.5 * float((self._mass * before * after).sum())
+        dashpot = viscous * mass * (0.5 * (before + after) - base)
+        kinetic = 0.5 * float((mass * before * after).sum())
         return kinetic, 0.5 * self._step * float((drag * before + dashpot * (before - base)).sum())
 
     def elastic_energy(self) -> float:
-        """Return what the joints hold (J)."""
+        """Return what joints and zones hold (J)."""
         points = self._scene.points
         law = self._scene.laws[points["law"]]
         sigma = points["sigma"]
         # a softening bond unloads to the origin
         softened = (sigma > 0) & (points["cracked"] != 0) & (law[:, 11] > 0)
         opening = np.where(softened, points["opening"] - points["dilated"], sigma / law[:, 0])
-        return 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law[:, 2])).sum())
+        joints = 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law[:, 2])).sum())
+        return joints if self._grid is None else joints + zone_energy(self._grid)
 
     def balance(self) -> Energies:
         """Return the balance now."""
@@ -126,14 +139,19 @@ class Audit:
         kinetic, damped = self._half_steps()
         elastic = self.elastic_energy()
         boundary = float(works[BOUNDARY])
-        dead = float((self._dead * (self._motion.displacement - self._start)).sum())
+        ways = [part.displacement - start for part, start in zip(self._moving, self._start)]
+        dead = sum(float((load * way).sum()) for load, way in zip(self._dead, ways))
         external = boundary + dead + float(works[LIVE])
         damping = float(works[DAMPING] + tallies[DASHPOT]) + damped - self._damped
         friction, fracture, released = (float(tallies[k]) for k in (FRICTION, FRACTURE, RELEASED))
+        plastic = 0.0
+        if self._grid is not None:
+            plastic = float(self._grid.tallies[YIELDING])
+            damping += float(self._grid.tallies[DRAGGED])
         change = kinetic - self._kinetic + elastic - self._elastic
         return Energies(
-            kinetic, elastic, external, boundary, friction, fracture, released, damping,
-            external - change - friction - fracture - released - damping,
+            kinetic, elastic, external, boundary, friction, fracture, plastic, released, damping,
+            external - change - friction - fracture - plastic - released - damping,
         )  # fmt: skip
 
     def out_of_bounds(self, factor: float) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,33 +14,46 @@ from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
 from damagepred.solvers.stages import while_loading
 from damagepred.solvers.state import JointMemory, come_loose
+from damagepred.solvers.stiffness import dead_load, follow_up
 
 FloatArray = NDArray[np.float64]
 
 
-def static_equilibrium(model: Model, settings: Solver) -> tuple[FloatArray, JointMemory] | None:
-    """Return where dead load takes the wall, and what the joints remember of it; None if it does not stand.
+class Beginning(NamedTuple):
+    """Where dead load takes a wall.
+
+    Attributes
+    ----------
+    displacement : array (size,)
+        Of all degrees of freedom (m, rad).
+    memory : JointMemory
+        Of the contacts.
+    plastic : array (z, 4) or None
+        Plastic strain of the zones; None if nothing has yielded.
+    """
+
+    displacement: FloatArray
+    memory: JointMemory
+    plastic: FloatArray | None
+
+
+def static_equilibrium(model: Model, settings: Solver) -> Beginning | None:
+    """Return where dead load takes the wall, and what joints and zones remember; None if it does not stand.
 
     Parameters
     ----------
     model : Model
         n blocks.
     settings : Solver
-        Of the quasi-static solver, which is asked where a joint gives way.
-
-    Returns
-    -------
-    displacement : array (n + 1, 3)
-        Of the blocks and the ground (m, rad).
-    memory : JointMemory
-        Of the contacts.
+        Of the quasi-static solver, which is asked where a joint or a zone gives way.
     """
-    if not len(model.interfaces.kind) or not model.supports.load.any():
+    held = len(model.interfaces.kind) > 0 or (model.supports.prescribed >= 3 * (model.n_blocks + 1)).any()
+    if not held or not dead_load(model).any():
         return None
     model = while_loading(model)
     run = Run(model, settings)
     if run.start_elastic():
-        return run.motion.displacement.reshape(-1, 3).copy(), JointMemory.fresh(model)
+        return Beginning(run.motion.displacement.copy(), JointMemory.fresh(model), None)
     from damagepred.solvers.quasi_static.path import Path
 
     try:
@@ -54,4 +68,5 @@ def static_equilibrium(model: Model, settings: Solver) -> tuple[FloatArray, Join
     softens = (model.properties.critical_opening > 0)[:, None]
     opened = np.where(softens, np.minimum(memory.opened, 1e9), 0.0)
     memory = memory._replace(cracked=memory.cracked & ~path.unopened, opened=opened)
-    return state.displacement.reshape(-1, 3).copy(), memory
+    plastic = None if model.mesh is None else state.plastic
+    return Beginning(follow_up(model, state.displacement), memory, plastic)

@@ -16,7 +16,9 @@ IntArray = NDArray[np.int64]
 
 
 class Motion(NamedTuple):
-    """Bodies: n blocks, then the ground, numbered as in ``Interfaces.body_a``.
+    """Bodies: n blocks, then the ground, then those on the facets of deformable blocks (``sides``).
+
+    A deformable block as a whole does not move: its gridpoints do (``grid``).
 
     Attributes
     ----------
@@ -59,7 +61,7 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     Parameters
     ----------
     model : Model
-        n rigid blocks.
+        n blocks.
     origin : array (2,)
         Place that becomes the origin (m).
 
@@ -72,10 +74,18 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     mass = np.column_stack((model.mass, model.mass, model.density * model.blocks.polar * model.block_law.thickness))
     inverse = np.zeros((n + 1, 3))
     np.divide(1.0, mass, out=inverse[:-1], where=mass > 0)
-    held = model.supports.prescribed
+    whole = model.supports.prescribed < 3 * (n + 1)
+    held = model.supports.prescribed[whole]
     inverse.ravel()[held] = 0.0
     free = np.ones((n, 3), dtype=np.bool_)
     free.ravel()[held] = False
+    load, live = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    load[:-1], live[:-1] = model.supports.load.reshape(-1, 3), model.supports.live_load.reshape(-1, 3)
+    bodies = n + 1
+    if model.mesh is not None:
+        deformable = model.mesh.block
+        free[deformable], inverse[deformable], load[deformable], live[deformable] = False, 0.0, 0.0, 0.0
+        bodies += len(model.mesh.facets) + len(model.mesh.piece_facet)
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:
         raise InputError(
@@ -84,13 +94,11 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
         )
     place = np.zeros((n + 1, 2))
     place[:-1] = np.column_stack((model.blocks.x, model.blocks.y)) - origin
-    pose = np.zeros((n + 1, 4))
-    pose[:, :2], pose[:, 2] = place, 1.0
-    load, live = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
-    load[:-1], live[:-1] = model.supports.load.reshape(-1, 3), model.supports.live_load.reshape(-1, 3)
+    pose = np.zeros((bodies, 4))
+    pose[: n + 1, :2], pose[:, 2] = place, 1.0
     return Motion(
-        place, pose, np.zeros((n + 1, 3)), load, live, inverse, np.zeros((n + 1, 3)), np.zeros((n + 1, 3)),
-        held, np.zeros(len(held)), model.supports.prescribed_displacement,
+        place, pose, np.zeros((bodies, 3)), load, live, inverse, np.zeros((n + 1, 3)), np.zeros((n + 1, 3)),
+        held, np.zeros(len(held)), model.supports.prescribed_displacement[whole],
     )  # fmt: skip
 
 

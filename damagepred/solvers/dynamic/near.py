@@ -54,7 +54,8 @@ def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
         What is near (m).
     """
     points, edges = scene.points, scene.edges
-    corner = places(pose, edges["body"], edges["x"], edges["y"])
+    own = edges[: scene.first_edge[-1]]
+    corner = places(pose, own["body"], own["x"], own["y"])
     sides = np.diff(scene.first_edge)
     low = np.minimum.reduceat(corner, scene.first_edge[:-1])
     high = np.maximum.reduceat(corner, scene.first_edge[:-1])

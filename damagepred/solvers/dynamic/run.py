@@ -18,7 +18,8 @@ from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamic.audit import Audit, Counts
 from damagepred.solvers.dynamic.base import base_displacement
 from damagepred.solvers.dynamic.beginning import static_equilibrium
-from damagepred.solvers.dynamic.motion import motion_of, put_bodies
+from damagepred.solvers.dynamic.grid import Grid, Wholes, by_point, grid_of, put_sides, set_off, zone_picture
+from damagepred.solvers.dynamic.motion import Motion, motion_of, put_bodies
 from damagepred.solvers.dynamic.near import Near, find_near, nothing_near, places
 from damagepred.solvers.dynamic.scenery import scenery
 from damagepred.solvers.dynamic.step import highest_frequency, time_step
@@ -26,6 +27,7 @@ from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import ContactState, Increment
 from damagepred.solvers.packed import needs_all_of_the_law, needs_softening
 from damagepred.solvers.state import JointMemory, come_loose
+from damagepred.solvers.stiffness import base_reaction, support_force
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -57,7 +59,7 @@ class DynamicRun:
     Parameters
     ----------
     model : Model
-        Rigid blocks.
+        The wall.
     settings : Solver
         Of the static solution from which the run begins.
     dynamics : Dynamics
@@ -83,10 +85,12 @@ class DynamicRun:
         self.model, self.dynamics = model, dynamics
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
         self.motion = motion_of(model, self.origin)
-        self.scene = scenery(model, self.origin)
+        self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
+        self.grid = grid_of(model, self.origin, dynamics.stiffness_damping > 0.0)
+        self.scene = scenery(model, self.origin, dynamics.new_contacts)
         points = self.scene.points
         self.home = points[: 2 * model.n_contacts].copy()
-        self.frequency = highest_frequency(model, self.scene, self.motion.inverse_mass)
+        self.frequency = highest_frequency(model, self.scene, self.motion.inverse_mass, self.grid)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.duration / dynamics.outputs
         self.steps_each = max(1, int(np.ceil(self.interval / time_step(highest, dynamics) - 1e-9)))
@@ -104,34 +108,57 @@ class DynamicRun:
         self.steps = self.searches = self.output = 0
         self.counts = Counts(np.zeros(TALLIES), np.zeros(WORKS))
         self._begin(settings)
-        self.audit = Audit(model, self.scene, self.motion, self.damping, self.time_step, self.counts)
+        self.audit = Audit(model, self.scene, self.motion, self.grid, self.damping, self.time_step, self.counts)
+        self.wholes = None if self.grid is None else Wholes(model, self.grid)
+
+    @property
+    def _moving(self) -> tuple[Motion | Grid, ...]:
+        return (self.motion,) if self.grid is None else (self.motion, self.grid)
 
     def _begin(self, settings: Solver) -> None:
         motion, points = self.motion, self.scene.points
         found = static_equilibrium(self.model, settings) if self.dynamics.start == "equilibrium" else None
         self.begins_in_equilibrium = found is not None
         if found is not None:
-            motion.displacement[:], memory = found
+            motion.displacement[:] = found.displacement[: motion.displacement.size].reshape(-1, 3)
             m, q = self.model.interfaces.contact_area.shape
             for name in JointMemory._fields:
-                points[name][: 2 * m * q] = np.repeat(getattr(memory, name)[:, None, :], 2, axis=1).ravel()
+                remembered = getattr(found.memory, name)[:, None, :]
+                points[name][: 2 * m * q] = np.repeat(remembered, 2, axis=1).ravel()
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
         put_bodies(motion)
+        grid = self.grid
+        if grid is not None:
+            if found is not None:
+                motion.displacement[self.deformable] = 0.0
+                grid.displacement[:] = by_point(self.model, found.displacement)
+                if found.plastic is not None:
+                    grid.plastic[:] = found.plastic[grid.zones["memory"] >= 0]
+            grid.held_start[:] = grid.displacement.ravel()[grid.held]
+            put_sides(grid, motion)
         self._look_around()
         # what contacts did in the last cycle: nothing has moved since
         opening, shear = self._home_gaps()
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
         still = Counts(np.zeros(TALLIES), np.zeros(WORKS))
-        first_forces(self.scene, self.near, motion, self.special, self.softening, search, still)
+        first_forces(self.scene, self.near, motion, grid, self.special, self.softening, search, still)
         if self.model.initial_velocity is not None:
             motion.velocity[:-1] = self.model.initial_velocity
-        motion.velocity[:] -= 0.5 * self.time_step * (motion.force + motion.load) * motion.inverse_mass
+        acting = motion.force[: len(motion.load)] + motion.load
+        motion.velocity[:] -= 0.5 * self.time_step * acting * motion.inverse_mass
+        if grid is not None:
+            motion.velocity[self.deformable] = 0.0
+            set_off(grid, self.model)
+            grid.velocity[:] -= 0.5 * self.time_step * (grid.force + grid.load) * grid.inverse_mass
+            grid.tallies[:] = 0.0
 
     def _look_around(self) -> None:
         if self.far > 0.0:
             self.near = find_near(self.scene, self.motion.pose, self.margin)
             self.seen[:] = self.motion.displacement
+            if self.grid is not None:
+                self.grid.seen[:] = self.grid.displacement
             self.searches += 1
 
     @property
@@ -167,16 +194,17 @@ class DynamicRun:
         count = self.steps_each
         time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
         drive = np.column_stack((self.base(time), self.progress(time)))
-        stretch = max(1, STRETCH // len(self.scene.points))
+        zones = 0 if self.grid is None else len(self.grid.zones)
+        stretch = max(1, STRETCH // (len(self.scene.points) + zones))
         done = 0
         while done < count:
             reached = run_steps(
-                self.scene, self.near, self.motion, self.special, self.softening, self.imposed, self.pushed, drive,
-                done, min(count, done + stretch), self.damping, self.time_step, self.seen, self.far, self.counts,
+                self.scene, self.near, self.motion, self.grid, self.special, self.softening, self.imposed, self.pushed,
+                drive, done, min(count, done + stretch), self.damping, self.time_step, self.seen, self.far, self.counts,
             )  # fmt: skip
             self.steps += reached - done
             done = reached
-            if not np.isfinite(self.motion.displacement).all():
+            if not all(np.isfinite(part.displacement).all() for part in self._moving):
                 self._diverged(time[done])
             if self.far > 0.0 and self._moved() > self.far:
                 self._look_around()
@@ -187,11 +215,19 @@ class DynamicRun:
     def _moved(self) -> float:
         """Return how far a point may have moved since it was last looked for what is near (m); as ``farthest``."""
         moved = self.motion.displacement - self.seen
-        moved = np.abs(moved[:-1] - np.array([*moved[-1, :2], 0.0]))
-        return float((moved[:, 0] + moved[:, 1] + self.scene.reach * moved[:, 2]).max())
+        base = np.array([*moved[-1, :2], 0.0])
+        moved = np.abs(moved[:-1] - base)
+        farthest = float((moved[:, 0] + moved[:, 1] + self.scene.reach * moved[:, 2]).max())
+        if self.grid is not None:
+            points = np.abs(self.grid.displacement - self.grid.seen - base[:2])[self.grid.boundary].sum(axis=1)
+            farthest = max(farthest, float(points.max()))
+        return farthest
 
     def _diverged(self, time: float) -> None:
         speed = np.hypot(*self.motion.velocity[:-1, :2].T)
+        if self.grid is not None and self.model.mesh is not None:
+            points = np.hypot(*self.grid.velocity.T)
+            np.maximum.at(speed, self.model.mesh.gridpoint_block, np.where(np.isfinite(points), points, np.inf))
         block = int(np.where(np.isfinite(speed), speed, np.inf).argmax())
         raise DivergenceError(
             f"diverged at {time:.4g} s (step {self.steps}): blocks move with more energy than was put in; fastest is "
@@ -202,11 +238,13 @@ class DynamicRun:
 
     def speed(self) -> float:
         """Return the root mean square speed relative to the base, by mass (m/s)."""
-        inverse = self.motion.inverse_mass[:-1]
-        mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-        velocity = self.motion.velocity[:-1] - self.motion.velocity[-1]
-        total = float(mass[:, :2].sum())
-        return float(np.sqrt((mass * velocity**2).sum() / total)) if total > 0 else 0.0
+        base, total, energy = self.motion.velocity[-1], 0.0, 0.0
+        for part in self._moving:
+            inverse = part.inverse_mass
+            mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+            energy += float((mass * (part.velocity - base[: mass.shape[1]]) ** 2).sum())
+            total += float(mass[:, :2].sum())
+        return float(np.sqrt(energy / total)) if total > 0 else 0.0
 
     def attributes(self) -> dict[str, object]:
         """Return what is to be kept of the run as a whole."""
@@ -249,9 +287,11 @@ class DynamicRun:
         cracked = ((points["cracked"] != 0) | ~at_home).any(axis=1)
         slipped = np.where(slip != 0.0, ContactState.SLIPPING, ContactState.INTACT)
         moved = motion.displacement.copy()
+        if self.grid is not None and self.wholes is not None:
+            moved[self.wholes.block] = self.wholes.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
         loose = come_loose(model, moved.ravel(), progress)
-        energy = self.audit.balance()
+        energy, acting = self.audit.balance(), self._acting()
         return Increment(
             number=self.output,
             progress=progress,
@@ -263,29 +303,32 @@ class DynamicRun:
             shear_stress=np.where(at_home, points["tau"], 0.0).mean(axis=1),
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
             unbalanced_force_ratio=self._unbalanced(),
-            base_reaction=self._reaction(),
+            base_reaction=base_reaction(model, acting),
             cycles=steps,
-            support_force=self._support_force(),
+            support_force=support_force(model, acting),
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.searches,
+            zones=None if self.grid is None else zone_picture(self.grid, motion.displacement[-1, :2]),
             **energy._asdict(),
         )
 
-    def _support_force(self) -> FloatArray:
-        force = np.zeros((self.model.n_blocks, 3))
-        force.ravel()[self.motion.held] = -(self.motion.force + self.motion.load).ravel()[self.motion.held]
+    def _acting(self) -> FloatArray:
+        """Return what acts on all degrees of freedom (size,) (N, N m), on facets as on their gridpoints."""
+        force = np.zeros(self.model.size)
+        acting = self.motion.force[: len(self.motion.load)] + self.motion.load
+        force[: acting.size] = acting.ravel()
+        if self.grid is not None and self.model.mesh is not None:
+            on_points = self.grid.force + self.grid.load
+            force[self.model.mesh.dof_x], force[self.model.mesh.dof_y] = on_points.T
         return force
 
     def _unbalanced(self) -> float:
-        force = np.abs(self.motion.force + self.motion.load)[self.motion.inverse_mass > 0]
-        return float(force.max(initial=0.0)) / self.model.mean_block_weight
-
-    def _reaction(self) -> float:
-        """Vertical force of supports and ground on the wall (N): the opposite of what reaches them."""
-        force = self.motion.force + self.motion.load
-        held = self.motion.held
-        return -float(force[-1, 1] + force.ravel()[held[held % 3 == 1]].sum())
+        worst = 0.0
+        for part in self._moving:
+            force = np.abs(part.force[: len(part.load)] + part.load)[part.inverse_mass > 0]
+            worst = max(worst, float(force.max(initial=0.0)))
+        return worst / self.model.mean_block_weight
 
 
 def gently(share: FloatArray) -> FloatArray:
@@ -303,8 +346,6 @@ def _imposed(model: Model) -> Imposed:
 
 
 def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
-    if model.mesh is not None:
-        raise InputError("solver.blocks = 'deformable': not yet run in time; take 'rigid'.")
     if settings.quadrature == "midpoint" and dynamics.new_contacts:
         raise InputError(
             "solver.quadrature = 'midpoint': leaves the corners of blocks without a contact, so they could pass "

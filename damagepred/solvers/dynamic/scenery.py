@@ -3,7 +3,8 @@
 The contacts of an interface become two points each: one on the face of either block, measured against the face of the
 other, with half the area, the same law and a memory of its own. So their elastic stiffness is that of the contacts of
 small displacements. Faces and parts of faces without a joint get points too, corners included; their law is that of
-the block's longest joint with its bond broken.
+the block's longest joint with its bond broken. A deformable block shows its facets: each is a body of one edge, and so
+is each place of a facet that an interface joins (``sides``).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.joint import bond_slope, slip_compliance
 from damagepred.kernels.large_contact import EDGE, FREE, HOME, LAW, POINT
+from damagepred.solvers.dynamic.sides import Sides, sides_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -41,9 +43,10 @@ class Scenery(NamedTuple):
     points : array of record (p,)
         Boundary points; first the 2 m q of the interfaces, (m, 2, q): those of block b, then those of block a.
     edges : array of record (e,)
-        Edges of the blocks, then those of the ground.
+        Edges of the blocks, facet by facet where they are deformable, then those of the ground, its lowest level first,
+        then those of the places of facets that interfaces join.
     first_edge : array of int (polygons + 1,)
-        Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground.
+        Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground at its lowest level.
     laws : array (l, LAW)
         Laws of bonds, each followed by the one of what is met later.
     reach : array (n,)
@@ -57,56 +60,82 @@ class Scenery(NamedTuple):
     reach: FloatArray
 
 
-def scenery(model: Model, origin: FloatArray) -> Scenery:
+def scenery(model: Model, origin: FloatArray, search: bool = True) -> Scenery:
     """Return edges, points and laws of a model.
 
     Parameters
     ----------
     model : Model
-        n rigid blocks, m interfaces with q contacts.
+        n blocks, m interfaces with q contacts.
     origin : array (2,)
         Place that becomes the origin (m): far away, coordinates have few digits left.
+    search : bool
+        Whether points may meet what they did not face at first. If not, a joint's facet goes on in its line to the
+        ends of its face, so that what slides does not lose it.
     """
-    edges, first_edge = _edges(model, origin)
-    home_a, home_b = _home_edges(model, edges, first_edge, origin)
-    joined, free = _joined_points(model, edges, home_a, home_b, origin), _free_points(model, edges, home_a, home_b)
-    points = np.concatenate((joined, free))
+    sides = sides_of(model)
+    centre = np.vstack((_centres(model, origin), sides.place))
+    edges, first_edge = _edges(model, origin, sides, centre, search)
+    home = _home_edges(model, edges, first_edge)
+    joined = _joined_points(model, edges, home, centre, len(sides.start))
+    points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
     arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
     return Scenery(points, edges, first_edge, _laws(model), np.maximum.reduceat(arm, first[:-1]))
 
 
-def _edges(model: Model, origin: FloatArray) -> tuple[NDArray[Any], IntArray]:
+def _edges(
+    model: Model, origin: FloatArray, sides: Sides, centre: FloatArray, search: bool
+) -> tuple[NDArray[Any], IntArray]:
     blocks, n = model.blocks, model.n_blocks
     sizes = np.diff(blocks.first_vertex)
     owner = np.repeat(np.arange(n), sizes)
     following = np.arange(len(blocks.vertices)) + 1
     following[blocks.first_vertex[1:] - 1] = blocks.first_vertex[:-1]
     end, start = blocks.vertices, blocks.vertices[following]  # clockwise: from the later corner to the earlier
+    rigid = ~np.isin(owner, [] if model.mesh is None else model.mesh.block)
+    own = _edges_between(start[rigid], end[rigid], owner[rigid], owner[rigid], centre)
+    own["face"] = np.flatnonzero(rigid)
+    on_facets = _edges_between(sides.x_end, sides.x_start, sides.block, n + 1 + np.arange(len(sides.start)), centre)
+    on_facets["face"] = len(end) + sides.face
+    facets, places = on_facets[: sides.facets], on_facets[sides.facets :]
+    if not search:
+        places["low"], places["length"] = sides.face_low[sides.facets :], sides.face_high[sides.facets :]
+    own = np.concatenate((own, facets))
+    own = own[np.argsort(own["polygon"], kind="stable")]
+    # the ground: a line, whose outward normal points up, its lowest level endless
     levels = _ground_levels(model)
-    edges = np.zeros(len(end) + len(levels), dtype=EDGE)
-    own = edges[: len(end)]
-    own["body"] = own["polygon"] = owner
-    own["x"], own["y"] = start[:, 0] - blocks.x[owner], start[:, 1] - blocks.y[owner]
-    length = np.hypot(*(end - start).T)
-    way = (end - start) / length[:, None]
-    own["along_x"], own["along_y"], own["length"] = way[:, 0], way[:, 1], length
-    # the ground: a line, whose outward normal points up, its lowest level last and endless
     face = model.interfaces
-    ground = edges[len(end) :]
+    ground = np.zeros(len(levels), dtype=EDGE)
     ground["body"] = ground["polygon"] = n
+    ground["face"] = -1 - np.arange(len(levels))
     ground["along_x"] = 1.0
     for i, level in enumerate(levels):
         ground["y"][i] = level - origin[1]
-        if i == len(levels) - 1:
+        if i == 0:
             ground["low"][i], ground["length"][i] = -LONG, LONG
             continue
         on = _on_ground(model) & (face.y == level)
         left, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
         ground["x"][i], ground["length"][i] = left - origin[0], right - left
-    ends = [len(end) + len(levels) - 1, len(edges)] if len(levels) else [len(end)]
-    return edges, np.concatenate((blocks.first_vertex[:-1], ends)).astype(np.int64)
+    first = np.searchsorted(own["polygon"], np.arange(n + 1))
+    if len(levels):
+        first = np.append(first, len(own) + 1)
+    return np.concatenate((own, ground, places)), first.astype(np.int64)
+
+
+def _edges_between(
+    start: FloatArray, end: FloatArray, block: IntArray, body: IntArray, centre: FloatArray
+) -> NDArray[Any]:
+    """Return edges from one place to another (e, 2) of bodies."""
+    edges = np.zeros(len(start), dtype=EDGE)
+    edges["body"], edges["polygon"] = body, block
+    edges["x"], edges["y"] = (start - centre[body]).T
+    length = np.hypot(*(end - start).T)
+    edges["along_x"], edges["along_y"] = (end - start).T / length
+    edges["length"] = length
+    return edges
 
 
 def _on_ground(model: Model) -> NDArray[np.bool_]:
@@ -114,17 +143,24 @@ def _on_ground(model: Model) -> NDArray[np.bool_]:
 
 
 def _ground_levels(model: Model) -> list[float]:
-    """Levels at which blocks rest on the ground (m), the lowest last."""
-    return sorted(set(model.interfaces.y[_on_ground(model)].tolist()), reverse=True)
+    """Levels at which blocks rest on the ground (m), the lowest first."""
+    return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
 
 
-def _home_edges(
-    model: Model, edges: NDArray[Any], first_edge: IntArray, origin: FloatArray
-) -> tuple[IntArray, IntArray]:
-    """Return the edge of block a and that of block b on which each interface lies."""
+class _Home(NamedTuple):
+    """Edges of block a and of block b on which each interface lies: those of the blocks, and those it is held to."""
+
+    a: IntArray
+    b: IntArray
+    held_a: IntArray
+    held_b: IntArray
+
+
+def _home_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _Home:
     face, n = model.interfaces, model.n_blocks
     levels = _ground_levels(model)
-    first_ground = len(edges) - len(levels)
+    first_ground = int(first_edge[n])
+    first_place = first_ground + len(levels)
 
     def find(block: int, i: int, sign: float) -> int:
         if block == n:
@@ -139,29 +175,39 @@ def _home_edges(
         miss = np.where(across > 1.0 - 1e-6, off + outside, np.inf)
         return int(first_edge[block] + miss.argmin())
 
-    count = len(face.kind)
-    home_a = np.array([find(int(face.block_a[i]), i, 1.0) for i in range(count)], dtype=np.int64)
-    home_b = np.array([find(int(face.block_b[i]), i, -1.0) for i in range(count)], dtype=np.int64)
-    return home_a, home_b
+    def own_and_held(block: IntArray, body: IntArray, sign: float) -> tuple[IntArray, IntArray]:
+        own, held = np.zeros(len(block), dtype=np.int64), np.zeros(len(block), dtype=np.int64)
+        rigid = body <= n
+        own[rigid] = held[rigid] = [find(int(block[i]), i, sign) for i in np.flatnonzero(rigid).tolist()]
+        if model.mesh is not None:
+            mesh, piece = model.mesh, body[~rigid] - n - 1
+            facet = mesh.piece_facet[piece]
+            of_block = np.searchsorted(mesh.block, block[~rigid])
+            own[~rigid] = first_edge[block[~rigid]] + facet - mesh.first_facet[of_block]
+            held[~rigid] = first_place + piece
+        return own, held
+
+    a, held_a = own_and_held(face.block_a, face.body_a, 1.0)
+    b, held_b = own_and_held(face.block_b, face.body_b, -1.0)
+    return _Home(a, b, held_a, held_b)
 
 
-def _centres(model: Model) -> FloatArray:
+def _centres(model: Model, origin: FloatArray) -> FloatArray:
     """Centroids of the blocks, and the origin for the ground (m)."""
-    return np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
+    return np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
 
 
-def _joined_points(
-    model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray, origin: FloatArray
-) -> NDArray[Any]:
+def _joined_points(model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray, sides: int) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
     points = np.zeros((m, 2, q), dtype=POINT)
     x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
     y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
-    centre = _centres(model)
-    centre[-1] = origin
+    # pieces come after the facets
+    facets = 0 if model.mesh is None else sides - len(model.mesh.piece_facet)
+    body_a, body_b = (body + np.where(body > model.n_blocks, facets, 0) for body in (face.body_a, face.body_b))
     for side, (own, other, own_home, other_home) in enumerate(
-        ((face.block_b, face.block_a, home_b, home_a), (face.block_a, face.block_b, home_a, home_b))
+        ((body_b, body_a, home.b, home.held_a), (body_a, body_b, home.a, home.held_b))
     ):
         p = points[:, side]
         p["body"], p["own_edge"], p["target"] = own[:, None], own_home[:, None], other_home[:, None]
@@ -179,15 +225,23 @@ def _joined_points(
     return points.ravel()
 
 
-def _free_points(model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray) -> NDArray[Any]:
+def _free_points(
+    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _Home, centre: FloatArray
+) -> NDArray[Any]:
     """Put points on what of the faces of blocks has no joint, corners included."""
     law = _usual_law(model)
-    stretches = _free_stretches(model, edges, home_a, home_b)
+    own_edges = edges[: first_edge[model.n_blocks]]
+    stretches = _free_stretches(model, own_edges, home, centre)
     cell = float(np.sqrt(model.blocks.area.min()))
+    # a face begins and ends in a corner; where facets of one face meet there is none
+    begins = np.ones(len(own_edges), dtype=np.bool_)
+    same = own_edges["face"][1:] == own_edges["face"][:-1]
+    ends = begins.copy()
+    ends[1:], begins[:-1] = ~same, ~same  # listed counter-clockwise, each edge going clockwise
     on, along, length = [], [], []
     for edge, start, end in stretches:
         whole = float(edges["length"][edge])
-        for place, share in _spread(start, end, cell, start == 0.0, end == whole):
+        for place, share in _spread(start, end, cell, start == 0.0 and begins[edge], end == whole and ends[edge]):
             on.append(edge)
             along.append(place)
             length.append(share)
@@ -205,24 +259,24 @@ def _free_points(model: Model, edges: NDArray[Any], home_a: IntArray, home_b: In
 
 
 def _free_stretches(
-    model: Model, edges: NDArray[Any], home_a: IntArray, home_b: IntArray
+    model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray
 ) -> list[tuple[int, float, float]]:
     """Return edge, start and end (m along it) of what of the blocks' faces has no joint."""
     face, n = model.interfaces, model.n_blocks
     covered: dict[int, list[tuple[float, float]]] = {}
-    for block, home in ((face.block_a, home_a), (face.block_b, home_b)):
+    for block, on in ((face.block_a, home.a), (face.block_b, home.b)):
         own = block < n
-        centre = _centres(model)[block]
-        e = edges[home]
-        along = e["along_x"] * (face.x - centre[:, 0] - e["x"]) + e["along_y"] * (face.y - centre[:, 1] - e["y"])
-        for edge, middle, length in zip(home[own].tolist(), along[own].tolist(), face.length[own].tolist()):
+        e = edges[on[own]]
+        start = centre[e["body"]] + np.column_stack((e["x"], e["y"]))
+        along = e["along_x"] * (face.x[own] - start[:, 0]) + e["along_y"] * (face.y[own] - start[:, 1])
+        for edge, middle, length in zip(on[own].tolist(), along.tolist(), face.length[own].tolist()):
             covered.setdefault(edge, []).append((middle - length / 2, middle + length / 2))
     found: list[tuple[int, float, float]] = []
-    for edge in range(int((edges["polygon"] < n).sum())):
+    for edge in range(len(edges)):
         length, reached = float(edges["length"][edge]), 0.0
-        for start, end in [*sorted(covered.get(edge, [])), (length, length)]:
-            if start - reached > 1e-6 * length:
-                found.append((edge, reached, start))
+        for begin, end in [*sorted(covered.get(edge, [])), (length, length)]:
+            if begin - reached > 1e-6 * length:
+                found.append((edge, reached, begin))
             reached = max(reached, end)
     return found
 

@@ -12,8 +12,10 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, eigsh
 from damagepred.assembly import Model
 from damagepred.kernels.large_contact import HOME
 from damagepred.scene import Dynamics
+from damagepred.solvers.dynamic.grid import Grid
 from damagepred.solvers.dynamic.scenery import Scenery
 from damagepred.solvers.stiffness import elastic_stiffness
+from damagepred.solvers.zoned import zone_stiffness
 
 FloatArray = NDArray[np.float64]
 
@@ -38,31 +40,46 @@ class HighestFrequency(NamedTuple):
     touched: float
 
 
-def highest_frequency(model: Model, scene: Scenery, inverse_mass: FloatArray) -> HighestFrequency:
+def highest_frequency(
+    model: Model, scene: Scenery, inverse_mass: FloatArray, grid: Grid | None = None
+) -> HighestFrequency:
     """Return the highest frequency of a model, and a bound for it once blocks meet others.
 
     The bound: with S the stiffness of all points that act on a block while the other side is held, the energy of each
     contact is at most twice that of both sides' own movement, so omega^2 <= 2 max eig(M^-1 S) over the blocks. S is
     that of the intact wall, or twice that of the block's own points if this is more: all of its faces in full
-    contact, as many points of others on them as there are of its own.
+    contact, as many points of others on them as there are of its own. To a deformable block its zones' stiffness is
+    added, and S, that of its facets' gridpoints, is twice that of its own points: at first, too, there is one of
+    another's where there is one of its own in a joint.
 
     Parameters
     ----------
     model : Model
-        n rigid blocks.
+        n blocks.
     scene : Scenery
         Its points.
     inverse_mass : array (n + 1, 3)
         0 where it is held.
+    grid : Grid, optional
+        Gridpoints of the deformable blocks.
     """
-    return HighestFrequency(_intact(model, inverse_mass), _touched(model, scene, inverse_mass))
+    inverse = np.zeros(model.size)
+    inverse[: inverse_mass.size] = inverse_mass.ravel()
+    if grid is None or model.mesh is None:
+        intact = _highest(elastic_stiffness(model), inverse)
+        return HighestFrequency(intact, _touched(model, scene, inverse_mass))
+    inverse[model.mesh.dof_x], inverse[model.mesh.dof_y] = grid.inverse_mass.T
+    zones = zone_stiffness(model)
+    met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse)
+    return HighestFrequency(_highest(elastic_stiffness(model), inverse), max(met, _touched(model, scene, inverse_mass)))
 
 
-def _intact(model: Model, inverse_mass: FloatArray) -> float:
-    root = np.sqrt(inverse_mass).ravel()
+def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray) -> float:
+    """Return the highest angular frequency (rad/s) of a stiffness; what is held has an inverse mass of 0."""
+    root = np.sqrt(inverse_mass)
     free = np.flatnonzero(root > 0)
     scale = sparse.diags_array(root[free])
-    matrix = (scale @ elastic_stiffness(model)[free][:, free] @ scale).tocsc()
+    matrix = (scale @ stiffness.tocsr()[free][:, free] @ scale).tocsr()
     if matrix.nnz == 0:
         return 0.0
     if len(free) <= SMALL:
@@ -78,6 +95,34 @@ def _intact(model: Model, inverse_mass: FloatArray) -> float:
     return float(np.sqrt(largest))
 
 
+def _on_gridpoints(model: Model, scene: Scenery, grid: Grid) -> sparse.sparray:
+    """Return the stiffness (size, size) of the points of deformable blocks while what they face is held (N/m).
+
+    A point moves with the gridpoints at both ends of its facet by shares that add up to 1, so what it holds is at most
+    what it would hold if each of them alone moved it, times these shares: the matrix joins no two gridpoints.
+    """
+    mesh = model.mesh
+    assert mesh is not None
+    points = scene.points
+    points = points[points["body"] > model.n_blocks]
+    side = grid.sides[points["body"] - model.n_blocks - 1]
+    law, edge = scene.laws[points["law"]], scene.edges[points["own_edge"]]
+    along = points["x"] * side["along_x"] + points["y"] * side["along_y"]
+    share = np.clip(side["share"] + along / edge["length"], 0.0, 1.0)
+    k_n, k_s = law[:, 0] * points["area"], law[:, 1] * points["area"]
+    t_x, t_y = side["along_x"], side["along_y"]
+    parts = []
+    for point, weight in ((side["start"], 1.0 - share), (side["end"], share)):
+        x, y = mesh.dof_x[point], mesh.dof_y[point]
+        cross = weight * (k_s - k_n) * t_x * t_y
+        parts += [
+            (x, x, weight * (k_n * t_y**2 + k_s * t_x**2)), (y, y, weight * (k_n * t_x**2 + k_s * t_y**2)),
+            (x, y, cross), (y, x, cross),
+        ]  # fmt: skip
+    rows, columns, values = (np.concatenate(part) for part in zip(*parts))
+    return sparse.coo_array((values, (rows, columns)), shape=(model.size, model.size)).tocsr()
+
+
 def _touched(model: Model, scene: Scenery, inverse_mass: FloatArray) -> float:
     n, points, edges = model.n_blocks, scene.points, scene.edges
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
@@ -87,19 +132,20 @@ def _touched(model: Model, scene: Scenery, inverse_mass: FloatArray) -> float:
     normal = law[:, 0] * points["area"], law[:, 1] * points["area"]
     face = edges[points["own_edge"]]
     rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal)
-    np.add.at(own, points["body"], rows)
-    np.add.at(all_sides, points["body"], rows)
+    whole = points["body"] <= n  # not on the facet of a deformable block
+    np.add.at(own, points["body"][whole], rows[whole])
+    np.add.at(all_sides, points["body"][whole], rows[whole])
     # those of others that lie on a block at first; the ground has no centroid, and does not move
-    joined = points["status"] == HOME
+    joined = (points["status"] == HOME) & (edges["body"][points["target"]] <= n)
     other = edges[points["target"][joined]]
-    on = other["body"]
-    at = np.column_stack((points["x"], points["y"]))[joined] + centre[points["body"][joined]] - centre[on]
-    moves = (on < n) & (points["body"][joined] < n)
-    at[~moves] = 0.0
-    ground = (on < n) & (points["body"][joined] == n)
+    on, body = other["body"], points["body"][joined]
+    moves = (on < n) & (body < n)
+    at = np.zeros((len(on), 2))
+    at[moves] = np.column_stack((points["x"], points["y"]))[joined][moves] + (centre[body[moves]] - centre[on[moves]])
+    elsewhere = (on < n) & (body >= n)
     along = points["anchor"][joined]
     for axis, key in enumerate("xy"):  # on its edge: from the edge's end along it
-        at[ground, axis] = (other[key] + other[f"along_{key}"] * along)[ground]
+        at[elsewhere, axis] = (other[key] + other[f"along_{key}"] * along)[elsewhere]
     rows = _stiffness_rows(at[:, 0], at[:, 1], other["along_x"], other["along_y"], *(k[joined] for k in normal))
     np.add.at(all_sides, on, rows)
     root = np.sqrt(inverse_mass)[:-1]

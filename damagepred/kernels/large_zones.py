@@ -1,0 +1,253 @@
+"""Zones of deformable blocks that move as far as they like, their gridpoints, and the facets of their boundary.
+
+With F = dx/dX the deformation gradient of a zone and F = R U its polar decomposition, a zone is strained by U - 1
+(Biot), seen in a frame that turns with it. In the plane R is closed: its cosine and sine are F_xx + F_yy and
+F_yx - F_xy over their common length, which is tr U. The law is that of small strains in that frame: T = C (U - 1 - p),
+with p the plastic strain, brought back to what the zone bears.
+
+With V the volume, V (U - 1 - p) : C : (U - 1 - p) / 2 is the energy held, and for any change of F
+
+    T : dU = Q : (R^T dF),    Q = T but for Q_yx = T_xy - k, Q_xy = T_xy + k,
+    k = (T_xy (U_xx - U_yy) - (T_xx - T_yy) U_xy) / tr U
+
+as what R turns by is ((R^T dF)_yx - (R^T dF)_xy) / tr U. So the forces -V R Q grad N on the gridpoints are the exact
+gradient of that energy at any rotation, and they turn nothing: Q U is symmetric. k is nothing in an elastic isotropic
+zone, where T and U have the same axes; it is not with plastic strain or damping. Angles do not occur, nothing drifts,
+and however far a block turns, what it holds depends on its strains alone.
+
+Contacts know bodies with poses, not gridpoints. A facet, and every place of a facet to which a joint belongs, is such a
+body (``SIDE``): it is where its two gridpoints put it, and turned as their chord. The force (X, Y) and the moment M on
+it go to the two gridpoints so that they do the same work: shares of (X, Y), and M over the length of the chord, across
+it. So energy, momentum and angular momentum are kept here, too.
+"""
+
+import math
+
+import numpy as np
+from numpy import copysign
+
+from damagepred.kernels.jit import law, rule
+from damagepred.kernels.large_motion import BOUNDARY, DAMPING, LIVE
+from damagepred.kernels.zone_law import surely_elastic, zone_return
+
+YIELDING, DRAGGED, ZONE_TALLIES = 0, 1, 2
+"""What is counted while zones act (J): work of plastic strain, and of stiffness-proportional damping."""
+
+ZONE = np.dtype(
+    [
+        ("a", "i8"), ("b", "i8"), ("c", "i8"), ("block", "i8"), ("memory", "i8"),
+        ("b_x", "f8"), ("b_y", "f8"), ("c_x", "f8"), ("c_y", "f8"), ("volume", "f8"),
+    ]
+)  # fmt: skip
+"""A zone: its gridpoints, block, place of its memory, -1 if it has none; slopes of the shape functions of b and c
+(1/m); area times thickness (m3)."""
+
+SIDE = np.dtype([("start", "i8"), ("end", "i8"), ("share", "f8"), ("along_x", "f8"), ("along_y", "f8")])
+"""A body on a facet: the facet's gridpoints, counter-clockwise; where it is between them, 0 at the start, 1 at the end;
+direction from start to end before anything moved."""
+
+
+@law
+def gradient(zone, moved):
+    """Return du_x/dX, du_x/dY, du_y/dX, du_y/dY of a zone."""
+    x_b, y_b = moved[zone.b, 0] - moved[zone.a, 0], moved[zone.b, 1] - moved[zone.a, 1]
+    x_c, y_c = moved[zone.c, 0] - moved[zone.a, 0], moved[zone.c, 1] - moved[zone.a, 1]
+    return (
+        zone.b_x * x_b + zone.c_x * x_c, zone.b_y * x_b + zone.c_y * x_c,
+        zone.b_x * y_b + zone.c_x * y_c, zone.b_y * y_b + zone.c_y * y_c,
+    )  # fmt: skip
+
+
+@law
+def stretch(h_xx, h_xy, h_yx, h_yy):
+    """Return U_xx - 1, U_yy - 1, U_xy, cosine and sine of the rotation, and 1 / tr U, of a displacement gradient."""
+    trace, twist = 2.0 + h_xx + h_yy, h_yx - h_xy
+    inverse = 1.0 / math.sqrt(trace * trace + twist * twist)
+    c, s = trace * inverse, twist * inverse
+    return (
+        c * h_xx + s * h_yx + (c - 1.0), c * h_yy - s * h_xy + (c - 1.0), c * h_xy + s * (1.0 + h_yy), c, s, inverse
+    )  # fmt: skip
+
+
+@rule
+def yielding_stress(grid, z, e_xx, e_yy, g_xy):
+    """Return s_xx, s_yy, s_xy (Pa) of a zone with memory, in its own frame, and bring its memory up to date."""
+    zone = grid.zones[z]
+    c, l, m = grid.elasticity[zone.block], grid.strength[zone.block], zone.memory
+    p, stress = grid.plastic[m], grid.stress[m]
+    t_xx, t_yy = e_xx - p[0], e_yy - p[1]
+    s_xx = c[0] * t_xx + c[1] * t_yy - c[3] * p[3]
+    s_yy = c[1] * t_xx + c[0] * t_yy - c[3] * p[3]
+    s_xy = c[2] * (g_xy - p[2])
+    s_zz = c[3] * (t_xx + t_yy) - c[4] * p[3]
+    limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
+    how = 0
+    if not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits):
+        s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(
+            s_xx, s_yy, s_xy, s_zz, (c[0], c[1], c[2], c[3], c[4], c[5], c[6]), limits
+        )
+        work = (s_xx + stress[0]) * p_xx + (s_yy + stress[1]) * p_yy
+        work += (s_xy + stress[2]) * p_xy + (s_zz + stress[3]) * p_zz
+        grid.tallies[YIELDING] += 0.5 * zone.volume * work
+        p[0] += p_xx
+        p[1] += p_yy
+        p[2] += p_xy
+        p[3] += p_zz
+    grid.state[m] = how
+    stress[0], stress[1], stress[2], stress[3] = s_xx, s_yy, s_xy, s_zz
+    return s_xx, s_yy, s_xy
+
+
+@rule
+def dragged_stress(grid, z, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step):
+    """Return stresses with damping by the rate of the elastic stress, and count its work."""
+    past = grid.past[z]
+    d_xx, d_yy, d_xy = per_step * (s_xx - past[3]), per_step * (s_yy - past[4]), per_step * (s_xy - past[5])
+    work = (d_xx + past[6]) * (e_xx - past[0]) + (d_yy + past[7]) * (e_yy - past[1])
+    work += (d_xy + past[8]) * (g_xy - past[2])
+    grid.tallies[DRAGGED] += 0.5 * grid.zones[z].volume * work
+    past[0], past[1], past[2] = e_xx, e_yy, g_xy
+    past[3], past[4], past[5] = s_xx, s_yy, s_xy
+    past[6], past[7], past[8] = d_xx, d_yy, d_xy
+    return s_xx + d_xx, s_yy + d_yy, s_xy + d_xy
+
+
+@rule
+def zones_act(grid, per_step):
+    """Add to the forces on gridpoints what the zones' stresses make of it.
+
+    Parameters
+    ----------
+    grid : NamedTuple of arrays
+        See ``damagepred.solvers.dynamic.grid``.
+    per_step : float
+        Stiffness-proportional damping over the time step (1).
+    """
+    moved, force, zones = grid.displacement, grid.force, grid.zones
+    dragged = grid.past.shape[0] > 0
+    for z in range(zones.size):
+        zone = zones[z]
+        h_xx, h_xy, h_yx, h_yy = gradient(zone, moved)
+        e_xx, e_yy, u_xy, c, s, inverse = stretch(h_xx, h_xy, h_yx, h_yy)
+        if zone.memory < 0:
+            moduli = grid.elasticity[zone.block]
+            s_xx = moduli[0] * e_xx + moduli[1] * e_yy
+            s_yy = moduli[1] * e_xx + moduli[0] * e_yy
+            s_xy = 2.0 * moduli[2] * u_xy
+        else:
+            s_xx, s_yy, s_xy = yielding_stress(grid, z, e_xx, e_yy, 2.0 * u_xy)
+        if dragged:
+            s_xx, s_yy, s_xy = dragged_stress(grid, z, e_xx, e_yy, 2.0 * u_xy, s_xx, s_yy, s_xy, per_step)
+        k = inverse * (s_xy * (e_xx - e_yy) - (s_xx - s_yy) * u_xy)
+        s_xx, s_yy = zone.volume * s_xx, zone.volume * s_yy
+        q_xy, q_yx = zone.volume * (s_xy + k), zone.volume * (s_xy - k)
+        p_xx, p_xy, p_yx, p_yy = c * s_xx - s * q_yx, c * q_xy - s * s_yy, s * s_xx + c * q_yx, s * q_xy + c * s_yy
+        b_x, b_y = p_xx * zone.b_x + p_xy * zone.b_y, p_yx * zone.b_x + p_yy * zone.b_y
+        c_x, c_y = p_xx * zone.c_x + p_xy * zone.c_y, p_yx * zone.c_x + p_yy * zone.c_y
+        force[zone.a, 0] += b_x + c_x
+        force[zone.a, 1] += b_y + c_y
+        force[zone.b, 0] -= b_x
+        force[zone.b, 1] -= b_y
+        force[zone.c, 0] -= c_x
+        force[zone.c, 1] -= c_y
+
+
+@rule
+def place_sides(grid, pose, first):
+    """Put the bodies on facets, the first of them number ``first``, where their gridpoints have brought them."""
+    sides, at, moved = grid.sides, grid.reference, grid.displacement
+    for i in range(sides.size):
+        side = sides[i]
+        x0, y0 = at[side.start, 0] + moved[side.start, 0], at[side.start, 1] + moved[side.start, 1]
+        x, y = at[side.end, 0] + moved[side.end, 0] - x0, at[side.end, 1] + moved[side.end, 1] - y0
+        inverse = 1.0 / math.sqrt(x * x + y * y)
+        pose[first + i, 0] = x0 + side.share * x
+        pose[first + i, 1] = y0 + side.share * y
+        pose[first + i, 2] = inverse * (side.along_x * x + side.along_y * y)
+        pose[first + i, 3] = inverse * (side.along_x * y - side.along_y * x)
+
+
+@rule
+def relieve_sides(grid, force, first):
+    """Hand the forces on bodies on facets on to their gridpoints."""
+    sides, at, moved, on = grid.sides, grid.reference, grid.displacement, grid.force
+    for i in range(sides.size):
+        x, y, turning = force[first + i, 0], force[first + i, 1], force[first + i, 2]
+        if (x == 0.0) & (y == 0.0) & (turning == 0.0):
+            continue
+        side = sides[i]
+        along_x = at[side.end, 0] + moved[side.end, 0] - (at[side.start, 0] + moved[side.start, 0])
+        along_y = at[side.end, 1] + moved[side.end, 1] - (at[side.start, 1] + moved[side.start, 1])
+        turning /= along_x * along_x + along_y * along_y
+        on[side.start, 0] += (1.0 - side.share) * x + turning * along_y
+        on[side.start, 1] += (1.0 - side.share) * y - turning * along_x
+        on[side.end, 0] += side.share * x - turning * along_y
+        on[side.end, 1] += side.share * y + turning * along_x
+
+
+@rule
+def move_points(grid, drive, k, time_step, local_damping, mass_damping, works):
+    """Advance velocities and places of all gridpoints by one step; as ``large_motion.kick_and_drift`` for blocks."""
+    half = 0.5 * mass_damping * time_step
+    base = ((drive[k + 1, 0] - drive[k, 0]) / time_step, (drive[k + 1, 1] - drive[k, 1]) / time_step)
+    velocity, moved, force, load = grid.velocity, grid.displacement, grid.force, grid.load
+    damped = (local_damping > 0.0) | (mass_damping > 0.0)
+    for j in range(velocity.shape[0]):
+        for d in range(2):
+            inverse = grid.inverse_mass[j, d]
+            if inverse == 0.0:
+                continue
+            pull = force[j, d] + load[j, d]
+            v = velocity[j, d]
+            if damped:
+                drag = copysign(local_damping * abs(pull), v) if v != 0.0 else 0.0
+                new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (pull - drag) * inverse) / (1.0 + half)
+                mean = 0.5 * (v + new)
+                dashpot = mass_damping * (mean - base[d]) / inverse
+                works[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
+                works[BOUNDARY] -= time_step * dashpot * base[d]
+            else:
+                new = v + time_step * pull * inverse
+            velocity[j, d] = new
+            moved[j, d] += time_step * new
+    for h in range(grid.held.size):
+        j, d = grid.held[h] // 2, grid.held[h] % 2
+        now = grid.held_start[h] + drive[k + 1, 2] * grid.held_displacement[h] + drive[k + 1, d]
+        v = (now - moved[j, d]) / time_step
+        moved[j, d] = now
+        velocity[j, d] = v
+        works[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + load[j, d])
+    force[:] = 0.0
+
+
+@rule
+def push_points(grid, before, now, time_step, works):
+    """Let live loads grow with the movement from one share to the next; as ``large_motion.push``."""
+    live, load, velocity = grid.live_load, grid.load, grid.velocity
+    work = 0.0
+    for j in range(live.shape[0]):
+        for d in range(2):
+            work += live[j, d] * velocity[j, d]
+            load[j, d] += (now - before) * live[j, d]
+    works[LIVE] += 0.5 * (before + now) * time_step * work
+
+
+@rule
+def work_of_held_points(grid, time_step, works):
+    """Count the second half of a step's work of gridpoints that are held, with the forces at its end."""
+    push = 0.0
+    for h in range(grid.held.size):
+        j, d = grid.held[h] // 2, grid.held[h] % 2
+        push += grid.velocity[j, d] * (grid.force[j, d] + grid.load[j, d])
+    works[BOUNDARY] -= 0.5 * time_step * push
+
+
+@rule
+def farthest_point(grid, base_x, base_y):
+    """Return by how much a gridpoint of a boundary may have moved (m) since all were seen, apart from the base."""
+    now, seen, largest = grid.displacement, grid.seen, 0.0
+    for i in range(grid.boundary.size):
+        j = grid.boundary[i]
+        moved = abs(now[j, 0] - seen[j, 0] - base_x) + abs(now[j, 1] - seen[j, 1] - base_y)
+        largest = moved if not moved <= largest else largest
+    return largest

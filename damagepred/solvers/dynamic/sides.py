@@ -1,0 +1,76 @@
+"""Facets of deformable blocks, and the places on them that interfaces join: the bodies that contacts know of them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+STRAIGHT = 1e-6
+"""Sine of the angle between two facets from which they belong to different faces."""
+
+
+class Sides(NamedTuple):
+    """All facets of deformable blocks, then all pieces (``Mesh.piece_facet``), numbered from n + 1 as bodies.
+
+    Attributes
+    ----------
+    start, end : array of int (s,)
+        Gridpoints, counter-clockwise.
+    share : array (s,)
+        Where the body is between them: facets in the middle.
+    block, face : array of int (s,)
+        Which block, and which of all straight faces.
+    place, x_start, x_end : array (s, 2)
+        Of the body and the two gridpoints (m).
+    face_low, face_high : array (s,)
+        Ends of the face, on the way clockwise from the end of the facet (m).
+    facets : int
+        How many of them are facets.
+    """
+
+    start: IntArray
+    end: IntArray
+    share: FloatArray
+    block: IntArray
+    face: IntArray
+    place: FloatArray
+    x_start: FloatArray
+    x_end: FloatArray
+    face_low: FloatArray
+    face_high: FloatArray
+    facets: int
+
+
+def sides_of(model: Model) -> Sides:
+    """Return the facets and pieces of a model; none if all blocks are rigid."""
+    mesh = model.mesh
+    if mesh is None:
+        none, real, pairs = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2))
+        return Sides(none, none, real, none, none, pairs, pairs, pairs, real, real, 0)
+    count = len(mesh.facets)
+    facet = np.concatenate((np.arange(count), mesh.piece_facet))
+    share = np.concatenate((np.full(count, 0.5), mesh.piece_place))
+    at = np.column_stack((mesh.x, mesh.y))
+    start, end = mesh.facets[:, 0], mesh.facets[:, 1]
+    way = (at[end] - at[start]) / np.hypot(*(at[end] - at[start]).T)[:, None]
+    # facets begin in a corner, block by block
+    turns = np.ones(count, dtype=np.bool_)
+    turns[1:] = np.abs(way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]) > STRAIGHT
+    turns[mesh.first_facet[:-1]] = True
+    face = np.cumsum(turns) - 1
+    last = np.append(np.flatnonzero(turns)[1:], count) - 1
+    clockwise_first, clockwise_last = at[end[last]][face], at[start[np.flatnonzero(turns)]][face]
+    low = -((clockwise_first - at[end]) * way).sum(axis=1)
+    high = -((clockwise_last - at[end]) * way).sum(axis=1)
+    place = (1.0 - share)[:, None] * at[start[facet]] + share[:, None] * at[end[facet]]
+    return Sides(
+        start[facet], end[facet], share, mesh.facet_block[facet], face[facet], place, at[start[facet]], at[end[facet]],
+        low[facet], high[facet], count,
+    )  # fmt: skip
