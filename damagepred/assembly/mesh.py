@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly.geometry import mass_properties
+from damagepred.errors import InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+MOST_ZONES = 2_000_000
+"""Zones that are cut at most: beyond, a slip of the unit is likelier than a wish."""
 SIDE_BY_SIDE = 8
 """Blocks of one pattern that stand side by side in memory: as many numbers as the widest registers hold."""
 
@@ -170,6 +173,11 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
         Largest edge of a cell, of four zones (m). In both directions of a quadrilateral the number of cells is even,
         where there is more than one, so that gridpoints of a running bond's bricks meet.
 
+    Raises
+    ------
+    InputError
+        If that would make more zones than anyone wants.
+
     Returns
     -------
     pattern : Pattern
@@ -189,6 +197,11 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
         quads = [np.array([c, m, (x, y), b]) for c, m, b in zip(corners, middle, np.roll(middle, 1, axis=0))]
         longest = max(np.hypot(*(np.roll(q, -1, axis=0) - q).T).max() for q in quads)
         cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
+    if (count := 4 * len(quads) * cells[0] * cells[1]) > MOST_ZONES:
+        raise InputError(
+            f"zone_size = {size:g} m: would cut one block into {count} zones, and {MOST_ZONES} are the most; take larger "
+            f"ones."
+        )
     return _joined_quads(quads, cells)
 
 
@@ -294,7 +307,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
         return None
     patterns: list[Pattern] = []
     known: dict[tuple[int, bytes], int] = {}
-    numbers, places = [], []
+    numbers, places, total = [], [], 0
     blocks = sorted(sizes)
     for block in blocks:
         origin = polygons[block].mean(axis=0)
@@ -304,6 +317,12 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
             known[key] = len(patterns)
             patterns.append(pattern)
         numbers.append(known[key])
+        total += len(pattern.zones)
+        if total > MOST_ZONES:
+            raise InputError(
+                f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the most there may "
+                f"be; take larger ones, or cut fewer blocks."
+            )
         places.append(points + origin)
     number = np.array(numbers)
     batch, lane, batch_pattern = _batches(number, [polygons[b] - polygons[b].mean(axis=0) for b in blocks])

@@ -124,3 +124,11 @@ def test_what_is_held_as_one_is_not_deformable() -> None:
     assembly.support(block)
     with pytest.raises(InputError, match="block 0"):
         assembly.build()
+
+
+def test_a_slip_of_the_unit_is_refused_before_it_fills_the_memory() -> None:
+    with pytest.raises(InputError, match=r"zone_size = 1e-06 m: would cut one block into \d+ zones"):
+        cut_into_zones(BRICK, 1e-6)
+    bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(9)]
+    with pytest.raises(InputError, match="in all"):
+        mesh_of(bricks, dict.fromkeys(range(9), 0.00055))

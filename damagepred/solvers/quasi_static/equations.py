@@ -18,6 +18,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from damagepred.assembly import Model
+from damagepred.errors import InputError
 from damagepred.kernels.levels import (
     add_within,
     couplings,
@@ -44,6 +45,8 @@ NOT_HELD = 1e-12
 """Smallest pivot over the largest below which what is condensed counts as not held."""
 SLACK = 1e-12
 """Shear stiffness over normal stiffness up to which a joint guides but does not hold."""
+MOST_MEMORY = 6.0
+"""For two dense matrices of each level (GB)."""
 CHANGED = 60
 """Joints that may have changed since the last factorisation, before it is done again."""
 AT_ONCE = 24
@@ -86,6 +89,11 @@ class LevelEquations:
         self.place = np.full(model.size, -1, dtype=np.int64)
         self.place[self.dofs] = np.arange(len(self.dofs)) - self.start[level_of[self.dofs]]
         self.at_inverse = np.concatenate(([0], np.cumsum(self.size**2)))
+        if (needed := 16e-9 * float(self.at_inverse[-1])) > MOST_MEMORY:
+            raise InputError(
+                f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes {MOST_MEMORY:g} GB at "
+                f"most; take a larger solver.zone_size, cut fewer blocks, or take method = 'explicit'."
+            )
         self.inverses = np.zeros(self.at_inverse[-1])
         self._list_interfaces()
         self._list_solids()
