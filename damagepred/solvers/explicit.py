@@ -90,11 +90,12 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
     array (size,)
         Mass of each degree of freedom (kg, kg m2); infinite where it is held, and where nothing joins it.
     """
-    scale = dof_arms(model)
-    stiffness = abs(elastic_stiffness(model))
-    row_sum = (stiffness @ (1.0 / scale)) / scale
+    scale, held = dof_arms(model), held_dofs(model)
+    moves = 1.0 / scale
+    moves[held] = 0.0  # what is held does not swing along
+    row_sum = (abs(elastic_stiffness(model)) @ moves) / scale
     mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
-    mass[held_dofs(model)] = np.inf
+    mass[held] = np.inf
     # a block without any joint: its weight moves it as if on the mean joint
     loose = mass == 0.0
     if loose.any():
@@ -216,10 +217,15 @@ class Run:
             self.zones.mean_motion(self.motion.displacement)
 
     def unbalanced(self) -> FloatArray:
-        """Return the unbalanced force of every degree of freedom over the mean block weight, 0 where it is held."""
-        ratio = np.zeros_like(self.motion.force)
-        ratio[self.free] = np.abs(self.motion.force / self.arm)[self.free] / self.model.mean_block_weight
-        return ratio
+        """Return the unbalanced force of every degree of freedom over the mean block weight, 0 where it is held.
+
+        A deformable block counts as a whole, too: a little on each of many gridpoints is much together.
+        """
+        force = np.zeros_like(self.motion.force)
+        force[self.free] = (self.motion.force / self.arm)[self.free]
+        if self.zones is not None:
+            self.zones.add_up(force)
+        return np.abs(force) / self.model.mean_block_weight
 
     def ramp(self, progress: float) -> None:
         """Bring on the movement, or the dead load."""

@@ -50,6 +50,13 @@ class ZoneField:
         """Fill in how the deformable blocks (3 of each) have moved as a whole."""
         displacement[self._whole] = self._motion @ displacement
 
+    def add_up(self, force: FloatArray) -> None:
+        """Fill in the resultants x and y (N) of the forces on the gridpoints of deformable blocks."""
+        mesh, count = self.mesh, self.model.n_blocks
+        for axis, dof in enumerate((mesh.dof_x, mesh.dof_y)):
+            whole = np.bincount(mesh.gridpoint_block, force[dof], count)
+            force[3 * mesh.block + axis] = whole[mesh.block]
+
     def plastic(self) -> FloatArray:
         """Return the plastic strain e_xx, e_yy, g_xy, e_zz of the zones, array (z, 4)."""
         plastic = np.zeros((len(self._yields), 4))

@@ -5,11 +5,13 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
+from damagepred.assembly import Assembly
+from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.scene import Solver
 from damagepred.solvers import explicit
 from damagepred.solvers.explicit import explicit_path, scaled_mass
-from damagepred.solvers.stiffness import elastic_stiffness
+from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 
@@ -100,3 +102,33 @@ def test_what_does_not_settle_names_increment_and_block():
         list(explicit_path(small_wall(), settings, 4, elastic_start=False))
     assert caught.value.increment == 0
     assert caught.value.block >= 0
+
+
+@pytest.mark.parametrize("zone_size", [0.0, 0.08])
+def test_masses_do_not_depend_on_where_the_origin_is(zone_size):
+    """An arm of the ground, which does not move, must not weigh."""
+
+    def masses(far: float) -> np.ndarray:
+        wall = Assembly()
+        for i in range(3):
+            wall.add_block(rectangle(far, far + 0.075 * i, far + 0.24, far + 0.075 * (i + 1)), zone_size=zone_size)
+        wall.rest_on_ground([0])
+        return scaled_mass(wall.build(Solver(method="explicit")), 0.8, 0.9)
+
+    near, far = masses(0.0), masses(1e4)
+    moves = np.isfinite(near)
+    np.testing.assert_array_equal(moves, np.isfinite(far))
+    np.testing.assert_allclose(far[moves], near[moves], rtol=1e-9)
+
+
+def test_a_block_of_many_zones_is_in_balance_as_a_whole():
+    """A little out of balance on each of many gridpoints is much together: the column must not stop half way."""
+    column = Assembly()
+    column.add_block(rectangle(0.0, 0.0, 0.24, 12.0), zone_size=0.24)
+    column.rest_on_ground([0])
+    settings = Solver(method="explicit")
+    model = column.build(settings)
+    first = next(iter(explicit_path(model, settings, 1, elastic_start=False)))
+    exact = elastic_displacement(model)
+    assert exact is not None
+    assert first.displacement[0, 1] == pytest.approx(exact[1], rel=2e-3)
