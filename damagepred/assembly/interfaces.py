@@ -142,8 +142,8 @@ def place_contacts(
     length = np.hypot(*(edges.end - edges.start).T)
     n_x, n_y = edges.normal.T
     centre = np.column_stack((blocks.x, blocks.y))
-    # the ground does not turn: any centre serves, but one far away costs digits
-    centre = np.vstack((centre, centre.mean(axis=0)))
+    # the ground does not turn: any centre serves, but one far away costs digits, and weighs in the explicit solver
+    centre = np.vstack((centre, blocks.vertices.min(axis=0)))
     if mesh is not None:
         centre = np.vstack((centre, np.column_stack((mesh.piece_x, mesh.piece_y))))
     body_a, body_b = bodies

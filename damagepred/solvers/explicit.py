@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,12 +90,12 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
     array (size,)
         Mass of each degree of freedom (kg, kg m2); infinite where it is held, and where nothing joins it.
     """
-    scale, held = dof_arms(model), held_dofs(model)
-    moves = 1.0 / scale
-    moves[held] = 0.0  # what is held does not swing along
-    row_sum = (abs(elastic_stiffness(model)) @ moves) / scale
+    scale = dof_arms(model)
+    stiffness = abs(elastic_stiffness(model))
+    # what is held counts, too, though it does not swing along: a margin where it is joined
+    row_sum = (stiffness @ (1.0 / scale)) / scale
     mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
-    mass[held] = np.inf
+    mass[held_dofs(model)] = np.inf
     # a block without any joint: its weight moves it as if on the mean joint
     loose = mass == 0.0
     if loose.any():
@@ -201,6 +201,10 @@ class Run:
             load = load_from + reached * (load_to - load_from)
             self._cycle(count, load, self.progress, (progress - self.progress) / count)
             self.progress, self.load_share = progress, load
+            # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
+            alone = load_from == progress_from == progress_to == 0.0
+            if alone and self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
+                self._diverged(0, self.cycles, "blocks move with more energy than the loads can have given them")
         self.progress, self.load_share = progress_to, load_to
 
     def halt(self) -> None:
@@ -247,6 +251,8 @@ class Run:
             if loose:
                 return largest, True
             if spent >= self.settings.maximum_cycles:
+                if self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
+                    self._diverged(increment, spent, "blocks swing with more energy than the loads can have given them")
                 worst = block_of_dof(self.model, int(ratio.argmax()))
                 raise ConvergenceError(
                     f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
@@ -273,6 +279,10 @@ class Run:
             reason = "blocks fly off with more energy than the loads can have given them"
         else:
             return True
+        self._diverged(increment, spent, reason)
+
+    def _diverged(self, increment: int, spent: int, reason: str) -> NoReturn:
+        path = np.abs(self.motion.displacement)
         path = np.where(np.isfinite(path), path, np.inf)[: 3 * self.model.n_blocks].reshape(-1, 3)
         block = int(np.hypot(path[:, 0], path[:, 1]).argmax())
         raise DivergenceError(

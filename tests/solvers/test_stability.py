@@ -132,3 +132,13 @@ def test_a_block_of_many_zones_is_in_balance_as_a_whole():
     exact = elastic_displacement(model)
     assert exact is not None
     assert first.displacement[0, 1] == pytest.approx(exact[1], rel=2e-3)
+
+
+@pytest.mark.parametrize("beyond", [1.1, 1.2, 1.3, 1.5, 2.0])
+def test_a_wall_shaken_apart_by_the_time_step_is_not_said_to_fall(monkeypatch, beyond):
+    """What diverges while the dead load comes on breaks joints as well; it must be told from a fall."""
+    settings = Solver(method="explicit", time_step_safety=1.0)
+    model = stack(4, settings)
+    monkeypatch.setattr(explicit, "scaled_mass", lambda *a: scaled_mass(*a) / beyond**2)
+    with pytest.raises(DivergenceError, match="time_step_safety"):
+        list(explicit_path(model, settings, 1, elastic_start=False))

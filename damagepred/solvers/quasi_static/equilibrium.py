@@ -168,7 +168,9 @@ class Equilibrium:
         if self.condensed:
             self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
         force = np.where(self.free, self.force, 0.0)
-        return force, float(np.abs(force * self.per_weight).max(initial=0.0))
+        worst = float(np.abs(force * self.per_weight).max(initial=0.0))
+        # what is no number must not pass for balance: it is smaller than nothing and larger than nothing
+        return force, worst if np.isfinite(worst) else np.inf
 
     def forces(self, state: State) -> FloatArray:
         """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
