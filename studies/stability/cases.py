@@ -1,0 +1,157 @@
+"""The stacks that are stressed: each with one thing out of proportion, and how far its blocks go down."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
+
+from damagepred.assembly import Assembly, Model
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.solvers.stiffness import dead_load, elastic_stiffness, follow_up, held_dofs
+
+FloatArray = NDArray[np.float64]
+Pair = tuple[float, float]
+LENGTH, HEIGHT, COUNT = 0.24, 0.075, 4
+MODULUS = 9e9
+BOND = {"tensile_strength": 1e12, "cohesion": 1e12}
+"""Joints that stay elastic, so that there is one answer."""
+
+
+class Case(NamedTuple):
+    """One stress of one size.
+
+    Attributes
+    ----------
+    stress, size : str
+        What is out of proportion, and how much.
+    build : callable
+        Whether blocks are deformable -> the stack.
+    """
+
+    stress: str
+    size: str
+    build: Callable[[bool], Assembly]
+
+
+def joint(stiffness: float = 82e9) -> Joint:
+    """Return a joint that stays elastic."""
+    return Joint(normal_stiffness=stiffness, shear_stiffness=0.44 * stiffness, **BOND)  # type: ignore[arg-type]
+
+
+def block(modulus: float = MODULUS, density: float = 2000.0) -> BlockMaterial:
+    """Return an elastic material."""
+    return BlockMaterial(elastic_modulus=modulus, poisson_ratio=0.19, density=density)
+
+
+def stack(
+    deformable: bool, *, stiffness: Pair = (82e9, 82e9), modulus: Pair = (MODULUS, MODULUS),
+    density: Pair = (2000.0, 2000.0), length: float = LENGTH, height: float = HEIGHT, at: Pair = (0.0, 0.0),
+) -> Assembly:  # fmt: skip
+    """Return a stack on the ground; values of odd joints and blocks, and of even ones."""
+    assembly = Assembly(joint=joint(stiffness[0]))
+    x, y = at
+    for i in range(COUNT):
+        corners = rectangle(x, y + i * height, x + length, y + (i + 1) * height)
+        made_of = block(modulus[i % 2], density[i % 2])
+        size = min(length, max(height, length / 8)) if deformable else 0.0
+        assembly.add_block(corners, made_of, course=i, zone_size=size)
+    for i in range(1, COUNT):
+        assembly.set_joint(i - 1, i, joint(stiffness[i % 2]))
+    assembly.rest_on_ground([0], joint=joint(stiffness[0]))
+    return assembly
+
+
+def slivers(deformable: bool, ratio: float) -> Assembly:
+    """Return a stack in whose middle lies a triangle as long as a brick and a ``ratio`` thinner at its thick end."""
+    thin = LENGTH / ratio
+    assembly = Assembly(joint=joint(), block=block())
+    polygons = [
+        rectangle(0.0, 0.0, LENGTH, HEIGHT),
+        [(0.0, HEIGHT), (LENGTH, HEIGHT), (LENGTH, HEIGHT + thin)],
+        [(0.0, HEIGHT), (LENGTH, HEIGHT + thin), (LENGTH, 2.5 * HEIGHT), (0.0, 2.5 * HEIGHT)],
+    ]
+    for course, polygon in enumerate(polygons):
+        size = LENGTH / 4 if deformable else 0.0
+        assembly.add_block(polygon, course=course, zone_size=size)
+    assembly.rest_on_ground([0])
+    return assembly
+
+
+def cracking_wall(deformable: bool, at: float) -> Assembly:
+    """Return a wall of 5 courses on a joint without tension, both corners of its coordinates ``at`` (m), that sags."""
+    weak = Joint(normal_stiffness=8.2e9, shear_stiffness=3.6e9, tensile_strength=0.0, cohesion=0.0, friction=0.5)
+    assembly = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.1e6))
+    for course in range(5):
+        edges = [0.0, *(LENGTH * (i + 0.5 * (course % 2)) for i in range(course % 2 == 0, 8)), 8 * LENGTH]
+        for left, right in itertools.pairwise(edges):
+            if right - left > 1e-9:
+                low = HEIGHT * course
+                assembly.add_block(
+                    rectangle(at + left, at + low, at + right, at + low + HEIGHT), course=course,
+                    zone_size=HEIGHT if deformable else 0.0,
+                )  # fmt: skip
+    middle, half = at + 4 * LENGTH, 4 * LENGTH
+    assembly.rest_on_ground(range(8), lambda x: -1e-3 * (1 - ((x - middle) / half) ** 2), joint=weak)
+    return assembly
+
+
+def cases() -> list[Case]:
+    """Return all stresses, from none to the largest."""
+    found = [Case("none", "", stack)]
+    for power in (2, 4, 6):
+        ratio = 10.0**power
+        found += [
+            Case("soft joints among stiff ones", f"1 : 1e{power}",
+                 lambda d, r=ratio: stack(d, stiffness=(8.2e12 / r, 8.2e12))),
+            Case("stiff joints between soft blocks", f"k_n h/E = 1e{power}",
+                 lambda d, r=ratio: stack(d, stiffness=(r * 1e8 / HEIGHT,) * 2, modulus=(1e8, 1e8))),
+            Case("soft blocks among stiff ones", f"1 : 1e{power}",
+                 lambda d, r=ratio: stack(d, modulus=(9e12 / r, 9e12))),
+        ]  # fmt: skip
+    for power in (2, 4):
+        ratio = 10.0**power
+        found += [
+            Case("heavy blocks on light ones", f"1e{power} : 1", lambda d, r=ratio: stack(d, density=(2.0, 2.0 * r))),
+            Case("light blocks on heavy ones", f"1 : 1e{power}", lambda d, r=ratio: stack(d, density=(2.0 * r, 2.0))),
+        ]
+    for ratio in (10.0, 50.0, 1e3, 1e5):
+        found.append(Case("slivers", f"{ratio:g} : 1", lambda d, r=ratio: slivers(d, r)))
+    for ratio in (10.0, 50.0):
+        found.append(Case("flat blocks", f"{ratio:g} : 1", lambda d, r=ratio: stack(d, height=LENGTH / r)))
+        found.append(Case("slender blocks", f"1 : {ratio:g}", lambda d, r=ratio: stack(d, height=LENGTH * r)))
+    for far in (1e3, 1e4, 1e6):
+        found.append(Case("far coordinates", f"{far / 1e3:g} km", lambda d, r=far: stack(d, at=(r, r))))
+    order = list(dict.fromkeys(case.stress for case in found))
+    return sorted(found, key=lambda case: order.index(case.stress))
+
+
+def reference(model: Model) -> FloatArray:
+    """Return the displacement (n, 3) of the blocks under dead load: direct solution, residuals in longer numbers."""
+    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    stiffness = elastic_stiffness(model)[free][:, free].tocsc()
+    scale = 1.0 / np.sqrt(stiffness.diagonal())
+    stiffness.data *= scale[stiffness.indices] * np.repeat(scale, np.diff(stiffness.indptr))
+    load = scale * dead_load(model)[free]
+    factors = splu(stiffness)
+    rows = stiffness.tocsr()
+    entries = rows.data.astype(np.longdouble)
+    row = np.repeat(np.arange(len(free)), np.diff(rows.indptr))
+    found = np.zeros(len(free), dtype=np.longdouble)
+    for _ in range(5):
+        residual = load.astype(np.longdouble)
+        np.subtract.at(residual, row, entries * found[rows.indices])
+        found += factors.solve(residual.astype(np.float64))
+    displacement = np.zeros(model.size)
+    displacement[free] = scale * found.astype(np.float64)
+    return follow_up(model, displacement)[: 3 * model.n_blocks].reshape(-1, 3)
+
+
+def settings(method: str) -> Solver:
+    """Return the solver's settings: its own, but that the joints alone are elastic."""
+    return Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
