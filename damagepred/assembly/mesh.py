@@ -199,8 +199,8 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
         cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
     if (count := 4 * len(quads) * cells[0] * cells[1]) > MOST_ZONES:
         raise InputError(
-            f"zone_size = {size:g} m: would cut one block into {count} zones, and {MOST_ZONES} are the most; take larger "
-            f"ones."
+            f"zone_size = {size:g} m: would cut one block into {count} zones, and {MOST_ZONES} are the most; take "
+            f"larger ones."
         )
     return _joined_quads(quads, cells)
 

@@ -6,10 +6,10 @@ from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.zone_law import zone_return, zone_tangent
 
 STEPS = 200
-"""Steps inside a block, at most."""
-CLOSER = 4
-"""Times a Newton step is halved that brings what lies inside no nearer to balance; then an elastic one is taken."""
-BACKING = 1e-4
+"""Newton steps inside a block, at most."""
+CLOSER, BACK = 20, 0.5
+"""Times a step is shortened, and the share of the pull at its beginning with which it may be pulled back at its end."""
+BACKING = 1e-5
 """Share of the elastic modulus that is left to what flows, so that there is an answer."""
 
 
@@ -169,24 +169,22 @@ def solid_response(
             for j in range(inside.size):
                 within[i, j] = stiffness[inside[i], inside[j]]
         step = np.linalg.solve(within, gap)
-        start, share, before, gap_before = u[inside].copy(), 1.0, worst, gap
+        slope = np.dot(gap, step)
+        if not slope > 0.0:
+            step = flexibility @ gap
+            slope = np.dot(gap, step)
+        # along the step to where the energy falls no more: from there what is out of balance pulls back
+        start, share = u[inside].copy(), 1.0
         for _ in range(CLOSER):
             for i in range(inside.size):
                 u[inside[i]] = start[i] + share * step[i]
             largest = resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, nothing)
             gap = acting - force[inside]
-            worst = np.abs(gap).max()
-            if worst < before:
+            now = np.dot(gap, step)
+            if now >= -BACK * slope:
                 break
-            share *= 0.5
-        if not worst < before:
-            gap = gap_before
-            step = flexibility @ gap
-            for i in range(inside.size):
-                u[inside[i]] = start[i] + step[i]
-            largest = resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, nothing)
-            gap = acting - force[inside]
-            worst = np.abs(gap).max()
+            share *= min(max(slope / (slope - now), 0.1), 0.9)
+        worst = np.abs(gap).max()
         resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, stiffness)
     if not worst <= 1e3 * tolerance * largest:
         rim_force[:] = np.nan

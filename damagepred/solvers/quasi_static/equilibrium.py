@@ -169,7 +169,7 @@ class Equilibrium:
             self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
         force = np.where(self.free, self.force, 0.0)
         worst = float(np.abs(force * self.per_weight).max(initial=0.0))
-        # what is no number must not pass for balance: it is smaller than nothing and larger than nothing
+        # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
         return force, worst if np.isfinite(worst) else np.inf
 
     def forces(self, state: State) -> FloatArray:
@@ -217,7 +217,7 @@ class Equilibrium:
         """
         while True:
             worst = self._find_in_play(state, start)
-            self.complete(state.displacement, state.load, state.progress)
+            self.complete(state)
             if worst >= self.tolerance:
                 return worst
             farthest, start = max(self._farthest_sliding(state), self._farthest_yielding(state)), None
@@ -240,7 +240,7 @@ class Equilibrium:
         """Open deformable blocks that would yield; return the farthest level of these, -1 if there is none."""
         if self.solids is None:
             return -1
-        opened = self.solids.open_where_yielding(state.displacement, state.load, state.progress)
+        opened = self.solids.open_where_yielding(state.displacement, state.load, state.progress, state.plastic)
         return int(self.equations.solid_level[opened].max(initial=-1))
 
     def farthest_open(self) -> int:
@@ -248,12 +248,21 @@ class Equilibrium:
         listed = [] if self.solids is None else list(self.solids.tangent)
         return int(self.equations.solid_level[listed].max(initial=-1))
 
-    def complete(self, displacement: FloatArray, load: float, progress: float) -> None:
-        """Fill in what is condensed, what lies inside deformable blocks, and what follows from gridpoints."""
+    def complete(self, state: State, displacement: FloatArray | None = None) -> None:
+        """Fill in what is condensed, what lies inside deformable blocks, and what follows from gridpoints.
+
+        Parameters
+        ----------
+        state : State
+            Load, movement, memory.
+        displacement : array (size,), optional
+            Where; by default at the state's own.
+        """
+        moved = state.displacement if displacement is None else displacement
         if self.condensed:
-            self.equations.recover(displacement, load, progress)
+            self.equations.recover(moved, state.load, state.progress)
         if self.solids is not None:
-            self.solids.recover(displacement, load, progress)
+            self.solids.recover(moved, state.load, state.progress, state.plastic)
 
     def _find_in_play(self, state: State, start: FloatArray | None) -> float:
         supports = self.model.supports
@@ -277,7 +286,7 @@ class Equilibrium:
         found, worst = self._newton(state, state.displacement, DIRECT)
         if worst < self.tolerance:
             found = found.copy()
-            self.complete(found, state.load, state.progress)
+            self.complete(state, found)
         return worst, found
 
     # -- the law as it is -------------------------------------------------------------------------------------------
@@ -294,7 +303,7 @@ class Equilibrium:
             step = self._step(force)
             before, share = worst, 1.0
             force, worst = self.unbalanced(state, u + step)
-            while worst > before and share > 0.1 and taken >= FULL_STEPS:
+            while share > 0.1 and ((worst > before and taken >= FULL_STEPS) or worst == np.inf):
                 # contacts that change to and fro: part of the step
                 share *= 0.5
                 force, worst = self.unbalanced(state, u + share * step)

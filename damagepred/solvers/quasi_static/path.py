@@ -254,7 +254,7 @@ class Path:
         ahead.displacement += equilibrium.equations.solve(pull)
         equilibrium.newton += 1
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.progress)
-        equilibrium.complete(ahead.displacement, ahead.load, ahead.progress)
+        equilibrium.complete(ahead)
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
         after_load = self.bond_loads(ahead)

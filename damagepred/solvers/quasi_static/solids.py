@@ -179,8 +179,7 @@ class Solids:
             force[kin.rim] -= displacement[kin.rim] @ kin.stiffness
         for d in self.tangent:
             kin, at = self._kin_of[d]
-            rim, inside = kin.rim[at], kin.inside[at]
-            acting = load * self.load_inside[0][inside] + progress * self.load_inside[1][inside]
+            rim, acting = kin.rim[at], self._acting(d, load, progress)
             found, tangent = self._response(d, acting, displacement, plastic)
             # in place of the elastic block, with its share of the loads inside
             force[rim] += displacement[rim] @ kin.stiffness + acting @ kin.follow - found
@@ -213,23 +212,39 @@ class Solids:
 
     # -- what lies inside -----------------------------------------------------------------------------------------
 
-    def recover(self, displacement: FloatArray, load: float, progress: float) -> None:
-        """Fill in what lies inside the elastic blocks, the facets and the blocks' mean motion."""
-        kept = {d: displacement[self._kin_of[d][0].inside[self._kin_of[d][1]]] for d in self.tangent}
+    def recover(self, displacement: FloatArray, load: float, progress: float, plastic: FloatArray) -> None:
+        """Fill in what lies inside the blocks, the facets and the blocks' mean motion.
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom; right at the rims.
+        load, progress : float
+            Shares of the dead and of the live load.
+        plastic : array (z, 4)
+            Plastic strain of the last equilibrium.
+        """
         for kin in self.kin:
             hang = load * kin.hang[0] + progress * kin.hang[1]
             displacement[kin.inside] = hang - displacement[kin.rim] @ kin.follow.T
-        for d, inside in kept.items():
-            kin, at = self._kin_of[d]
-            displacement[kin.inside[at]] = inside
+        for d in self.tangent:
+            self._response(d, self._acting(d, load, progress), displacement, plastic)
         self.place_facets(displacement)
         self.field.mean_motion(displacement)
 
-    def open_where_yielding(self, displacement: FloatArray, load: float, progress: float) -> list[int]:
+    def _acting(self, d: int, load: float, progress: float) -> FloatArray:
+        """Return the load inside a block (N)."""
+        kin, at = self._kin_of[d]
+        return np.asarray(load * self.load_inside[0][kin.inside[at]] + progress * self.load_inside[1][kin.inside[at]])
+
+    def open_where_yielding(
+        self, displacement: FloatArray, load: float, progress: float, plastic: FloatArray
+    ) -> list[int]:
         """Open the blocks one of whose zones is beyond what it bears; return those that were not open yet."""
         if not self.yields.any():
             return []
-        self.recover(displacement, load, progress)
+        self.recover(displacement, load, progress, plastic)
+        self.field.remember(plastic)
         stress = self.field.stresses(displacement)
         beyond = np.zeros(len(stress), dtype=np.bool_)
         zones_beyond(stress, self._strength, self.mesh.zone_block, beyond)
