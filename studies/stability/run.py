@@ -59,7 +59,7 @@ class Outcome(NamedTuple):
     def verdict(self) -> str:
         """Right, refused, or wrong without a word."""
         if self.message:
-            return "refused"
+            return "not tried" if "not tried" in self.message else "refused"
         return "right" if self.error <= RIGHT else "WRONG"
 
     def __str__(self) -> str:
@@ -235,7 +235,7 @@ def report() -> list[str]:
     """Return the tables."""
     for way in WAYS.values():
         way(Case("none", "", stack))  # compiles
-    rows, messages, count = [], [], {"right": 0, "refused": 0, "WRONG": 0}
+    rows, messages, count = [], [], {"right": 0, "refused": 0, "not tried": 0, "WRONG": 0}
     for case in cases():
         cells = [f"{case.stress}", case.size]
         for name, way in WAYS.items():
@@ -244,11 +244,15 @@ def report() -> list[str]:
             print(f"{case.stress}, {case.size}, {name}: {done}", flush=True)
             if done.message:
                 messages.append(f"- {case.stress}, {case.size}, {name}: {done.message}")
-                cells.append(f"refused, {done.seconds:.2g} s")
+                cells.append(done.verdict if done.verdict == "not tried" else f"refused, {done.seconds:.2g} s")
             else:
                 cells.append(str(done))
         rows.append(cells)
-    lines = [f"{count['right']} right, {count['refused']} refused, {count['WRONG']} wrong without a word.", ""]
+    lines = [
+        f"{count['right']} right, {count['refused']} refused, {count['not tried']} not tried, {count['WRONG']} wrong "
+        "without a word.",
+        "",
+    ]
     lines += table(["stress", "size", *WAYS], rows)
     lines += ["", "What was refused, and how:", "", *(messages or ["- nothing"])]
     lines += ["", "### Time steps", ""]
