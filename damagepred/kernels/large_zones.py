@@ -69,46 +69,45 @@ def stretch(h_xx, h_xy, h_yx, h_yy):
     )  # fmt: skip
 
 
-@rule
-def yielding_stress(grid, z, e_xx, e_yy, g_xy):
+@law
+def yielding_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress, state, tallies):
     """Return s_xx, s_yy, s_xy (Pa) of a zone with memory, in its own frame, and bring its memory up to date."""
-    zone = grid.zones[z]
-    c, l, m = grid.elasticity[zone.block], grid.strength[zone.block], zone.memory
-    p, stress = grid.plastic[m], grid.stress[m]
-    t_xx, t_yy = e_xx - p[0], e_yy - p[1]
-    s_xx = c[0] * t_xx + c[1] * t_yy - c[3] * p[3]
-    s_yy = c[1] * t_xx + c[0] * t_yy - c[3] * p[3]
-    s_xy = c[2] * (g_xy - p[2])
-    s_zz = c[3] * (t_xx + t_yy) - c[4] * p[3]
-    limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
-    how = 0
+    c, b, m = elasticity, zone.block, zone.memory
+    t_xx, t_yy, p_zz = e_xx - plastic[m, 0], e_yy - plastic[m, 1], plastic[m, 3]
+    s_xx = c[b, 0] * t_xx + c[b, 1] * t_yy - c[b, 3] * p_zz
+    s_yy = c[b, 1] * t_xx + c[b, 0] * t_yy - c[b, 3] * p_zz
+    s_xy = c[b, 2] * (g_xy - plastic[m, 2])
+    s_zz = c[b, 3] * (t_xx + t_yy) - c[b, 4] * p_zz
+    l = strength
+    limits = (l[b, 0], l[b, 1], l[b, 2], l[b, 3], l[b, 4], l[b, 5], l[b, 6])
+    state[m] = 0
     if not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits):
         s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(
-            s_xx, s_yy, s_xy, s_zz, (c[0], c[1], c[2], c[3], c[4], c[5], c[6]), limits
+            s_xx, s_yy, s_xy, s_zz, (c[b, 0], c[b, 1], c[b, 2], c[b, 3], c[b, 4], c[b, 5], c[b, 6]), limits
         )
-        work = (s_xx + stress[0]) * p_xx + (s_yy + stress[1]) * p_yy
-        work += (s_xy + stress[2]) * p_xy + (s_zz + stress[3]) * p_zz
-        grid.tallies[YIELDING] += 0.5 * zone.volume * work
-        p[0] += p_xx
-        p[1] += p_yy
-        p[2] += p_xy
-        p[3] += p_zz
-    grid.state[m] = how
-    stress[0], stress[1], stress[2], stress[3] = s_xx, s_yy, s_xy, s_zz
+        work = (s_xx + stress[m, 0]) * p_xx + (s_yy + stress[m, 1]) * p_yy
+        work += (s_xy + stress[m, 2]) * p_xy + (s_zz + stress[m, 3]) * p_zz
+        tallies[YIELDING] += 0.5 * zone.volume * work
+        plastic[m, 0] += p_xx
+        plastic[m, 1] += p_yy
+        plastic[m, 2] += p_xy
+        plastic[m, 3] += p_zz
+        state[m] = how
+    stress[m, 0], stress[m, 1], stress[m, 2], stress[m, 3] = s_xx, s_yy, s_xy, s_zz
     return s_xx, s_yy, s_xy
 
 
-@rule
-def dragged_stress(grid, z, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step):
+@law
+def dragged_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, tallies):
     """Return stresses with damping by the rate of the elastic stress, and count its work."""
-    past = grid.past[z]
-    d_xx, d_yy, d_xy = per_step * (s_xx - past[3]), per_step * (s_yy - past[4]), per_step * (s_xy - past[5])
-    work = (d_xx + past[6]) * (e_xx - past[0]) + (d_yy + past[7]) * (e_yy - past[1])
-    work += (d_xy + past[8]) * (g_xy - past[2])
-    grid.tallies[DRAGGED] += 0.5 * grid.zones[z].volume * work
-    past[0], past[1], past[2] = e_xx, e_yy, g_xy
-    past[3], past[4], past[5] = s_xx, s_yy, s_xy
-    past[6], past[7], past[8] = d_xx, d_yy, d_xy
+    d_xx, d_yy = per_step * (s_xx - past[z, 3]), per_step * (s_yy - past[z, 4])
+    d_xy = per_step * (s_xy - past[z, 5])
+    work = (d_xx + past[z, 6]) * (e_xx - past[z, 0]) + (d_yy + past[z, 7]) * (e_yy - past[z, 1])
+    work += (d_xy + past[z, 8]) * (g_xy - past[z, 2])
+    tallies[DRAGGED] += 0.5 * volume * work
+    past[z, 0], past[z, 1], past[z, 2] = e_xx, e_yy, g_xy
+    past[z, 3], past[z, 4], past[z, 5] = s_xx, s_yy, s_xy
+    past[z, 6], past[z, 7], past[z, 8] = d_xx, d_yy, d_xy
     return s_xx + d_xx, s_yy + d_yy, s_xy + d_xy
 
 
@@ -123,21 +122,24 @@ def zones_act(grid, per_step):
     per_step : float
         Stiffness-proportional damping over the time step (1).
     """
-    moved, force, zones = grid.displacement, grid.force, grid.zones
-    dragged = grid.past.shape[0] > 0
+    moved, force, zones, moduli = grid.displacement, grid.force, grid.zones, grid.elasticity
+    past, dragged = grid.past, grid.past.shape[0] > 0
     for z in range(zones.size):
         zone = zones[z]
         h_xx, h_xy, h_yx, h_yy = gradient(zone, moved)
         e_xx, e_yy, u_xy, c, s, inverse = stretch(h_xx, h_xy, h_yx, h_yy)
         if zone.memory < 0:
-            moduli = grid.elasticity[zone.block]
-            s_xx = moduli[0] * e_xx + moduli[1] * e_yy
-            s_yy = moduli[1] * e_xx + moduli[0] * e_yy
-            s_xy = 2.0 * moduli[2] * u_xy
+            c11, c12 = moduli[zone.block, 0], moduli[zone.block, 1]
+            s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, 2.0 * moduli[zone.block, 2] * u_xy
         else:
-            s_xx, s_yy, s_xy = yielding_stress(grid, z, e_xx, e_yy, 2.0 * u_xy)
+            s_xx, s_yy, s_xy = yielding_stress(
+                zone, e_xx, e_yy, 2.0 * u_xy, moduli, grid.strength, grid.plastic, grid.stress, grid.state,
+                grid.tallies,
+            )  # fmt: skip
         if dragged:
-            s_xx, s_yy, s_xy = dragged_stress(grid, z, e_xx, e_yy, 2.0 * u_xy, s_xx, s_yy, s_xy, per_step)
+            s_xx, s_yy, s_xy = dragged_stress(
+                past, z, zone.volume, e_xx, e_yy, 2.0 * u_xy, s_xx, s_yy, s_xy, per_step, grid.tallies
+            )
         k = inverse * (s_xy * (e_xx - e_yy) - (s_xx - s_yy) * u_xy)
         s_xx, s_yy = zone.volume * s_xx, zone.volume * s_yy
         q_xy, q_yx = zone.volume * (s_xy + k), zone.volume * (s_xy - k)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.errors import InputError
+from damagepred.solvers.dynamic.sides import sides_of
 from damagepred.solvers.explicit import describe_block
 
 FloatArray = NDArray[np.float64]
@@ -85,7 +86,7 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     if model.mesh is not None:
         deformable = model.mesh.block
         free[deformable], inverse[deformable], load[deformable], live[deformable] = False, 0.0, 0.0, 0.0
-        bodies += len(model.mesh.facets) + len(model.mesh.piece_facet)
+        bodies += len(sides_of(model).start)
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:
         raise InputError(

@@ -77,7 +77,7 @@ def scenery(model: Model, origin: FloatArray, search: bool = True) -> Scenery:
     centre = np.vstack((_centres(model, origin), sides.place))
     edges, first_edge = _edges(model, origin, sides, centre, search)
     home = _home_edges(model, edges, first_edge)
-    joined = _joined_points(model, edges, home, centre, len(sides.start))
+    joined = _joined_points(model, edges, home, centre, sides)
     points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
@@ -99,9 +99,9 @@ def _edges(
     own["face"] = np.flatnonzero(rigid)
     on_facets = _edges_between(sides.x_end, sides.x_start, sides.block, n + 1 + np.arange(len(sides.start)), centre)
     on_facets["face"] = len(end) + sides.face
-    facets, places = on_facets[: sides.facets], on_facets[sides.facets :]
+    facets, places = on_facets[: sides.facets], on_facets[sides.piece]
     if not search:
-        places["low"], places["length"] = sides.face_low[sides.facets :], sides.face_high[sides.facets :]
+        places["low"], places["length"] = sides.face_low[sides.piece], sides.face_high[sides.piece]
     own = np.concatenate((own, facets))
     own = own[np.argsort(own["polygon"], kind="stable")]
     # the ground: a line, whose outward normal points up, its lowest level endless
@@ -145,6 +145,13 @@ def _on_ground(model: Model) -> NDArray[np.bool_]:
 def _ground_levels(model: Model) -> list[float]:
     """Levels at which blocks rest on the ground (m), the lowest first."""
     return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
+
+
+def _bodies(body: IntArray, n: int, sides: Sides) -> IntArray:
+    """Return the bodies of a dynamic run for those of ``Interfaces``."""
+    found = body.copy()
+    found[body > n] = n + 1 + sides.piece[body[body > n] - n - 1]
+    return found
 
 
 class _Home(NamedTuple):
@@ -197,15 +204,13 @@ def _centres(model: Model, origin: FloatArray) -> FloatArray:
     return np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
 
 
-def _joined_points(model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray, sides: int) -> NDArray[Any]:
+def _joined_points(model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray, sides: Sides) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
     points = np.zeros((m, 2, q), dtype=POINT)
     x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
     y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
-    # pieces come after the facets
-    facets = 0 if model.mesh is None else sides - len(model.mesh.piece_facet)
-    body_a, body_b = (body + np.where(body > model.n_blocks, facets, 0) for body in (face.body_a, face.body_b))
+    body_a, body_b = (_bodies(body, model.n_blocks, sides) for body in (face.body_a, face.body_b))
     for side, (own, other, own_home, other_home) in enumerate(
         ((body_b, body_a, home.b, home.held_a), (body_a, body_b, home.a, home.held_b))
     ):

@@ -17,7 +17,9 @@ STRAIGHT = 1e-6
 
 
 class Sides(NamedTuple):
-    """All facets of deformable blocks, then all pieces (``Mesh.piece_facet``), numbered from n + 1 as bodies.
+    """All facets of deformable blocks, then the pieces (``Mesh.piece_facet``) that do not lie in the middle of theirs.
+
+    They are the bodies from number n + 1; the others are their facet.
 
     Attributes
     ----------
@@ -33,6 +35,8 @@ class Sides(NamedTuple):
         Ends of the face, on the way clockwise from the end of the facet (m).
     facets : int
         How many of them are facets.
+    piece : array of int (p,)
+        Which of them each piece is.
     """
 
     start: IntArray
@@ -46,6 +50,11 @@ class Sides(NamedTuple):
     face_low: FloatArray
     face_high: FloatArray
     facets: int
+    piece: IntArray
+
+
+MIDDLE = 1e-9
+"""A piece is in the middle of its facet if it is nearer to that than this share of the length."""
 
 
 def sides_of(model: Model) -> Sides:
@@ -53,10 +62,12 @@ def sides_of(model: Model) -> Sides:
     mesh = model.mesh
     if mesh is None:
         none, real, pairs = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2))
-        return Sides(none, none, real, none, none, pairs, pairs, pairs, real, real, 0)
+        return Sides(none, none, real, none, none, pairs, pairs, pairs, real, real, 0, none)
     count = len(mesh.facets)
-    facet = np.concatenate((np.arange(count), mesh.piece_facet))
-    share = np.concatenate((np.full(count, 0.5), mesh.piece_place))
+    own = np.abs(mesh.piece_place - 0.5) > MIDDLE
+    piece = np.where(own, count + np.cumsum(own) - 1, mesh.piece_facet)
+    facet = np.concatenate((np.arange(count), mesh.piece_facet[own]))
+    share = np.concatenate((np.full(count, 0.5), mesh.piece_place[own]))
     at = np.column_stack((mesh.x, mesh.y))
     start, end = mesh.facets[:, 0], mesh.facets[:, 1]
     way = (at[end] - at[start]) / np.hypot(*(at[end] - at[start]).T)[:, None]
@@ -72,5 +83,5 @@ def sides_of(model: Model) -> Sides:
     place = (1.0 - share)[:, None] * at[start[facet]] + share[:, None] * at[end[facet]]
     return Sides(
         start[facet], end[facet], share, mesh.facet_block[facet], face[facet], place, at[start[facet]], at[end[facet]],
-        low[facet], high[facet], count,
+        low[facet], high[facet], count, piece,
     )  # fmt: skip
