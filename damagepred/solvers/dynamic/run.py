@@ -27,7 +27,7 @@ from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import ContactState, Increment
 from damagepred.solvers.packed import needs_all_of_the_law, needs_softening
 from damagepred.solvers.state import JointMemory, come_loose
-from damagepred.solvers.stiffness import base_reaction, support_force
+from damagepred.solvers.stiffness import base_reaction, live_load, support_force
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -99,7 +99,7 @@ class DynamicRun:
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping)
         # two laws are enough, the plain one and the whole: each takes a while to compile
         self.special = self.softening = True if needs_all_of_the_law(model) or needs_softening(model) else None
-        self.imposed, self.pushed = _imposed(model), bool(model.supports.live_load.any())
+        self.imposed, self.pushed = _imposed(model), bool(live_load(model).any())
         self.base = base_displacement(dynamics.base)
         self.margin = MARGIN * float(np.sqrt(model.blocks.area.min()))
         self.far = SEEN * self.margin if dynamics.new_contacts else 0.0
