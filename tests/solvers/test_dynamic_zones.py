@@ -151,6 +151,38 @@ def test_a_wall_begins_at_rest_in_its_equilibrium(friction: float) -> None:
     assert path[-1].base_reaction == pytest.approx(model.mean_block_weight * model.n_blocks, rel=1e-7)
 
 
+def test_a_block_that_yields_under_dead_load_begins_with_its_plastic_strain() -> None:
+    assembly = Assembly(thickness=THICKNESS, joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6))
+    assembly.add_block(rectangle(0.0, 0.0, 0.4, 0.1), replace(WEAK, tensile_strength=1e3), zone_size=0.05)
+    assembly.rest_on_ground([0])
+    assembly.add_block(rectangle(0.1, 0.1, 0.2, 0.3))
+    assembly.load(1, y=-100.0)
+    course = started(assembly.build(STIFF), 0.01, 2)
+    assert course.begins_in_equilibrium
+    assert course.grid is not None
+    assert np.abs(course.grid.plastic).max() > 1e-8
+    path = list(course)
+    assert path[0].unbalanced_force_ratio < 1e-5
+    assert path[-1].plastic_work < 1e-6 * path[-1].elastic_energy
+    assert path[-1].kinetic_energy < 1e-9 * path[-1].elastic_energy
+
+
+def test_edges_of_a_block_are_its_own_where_the_ground_has_steps() -> None:
+    assembly = Assembly(thickness=THICKNESS)
+    for k in range(2):
+        assembly.add_block(rectangle(0.3 * k, 0.1 * k, 0.3 * k + 0.24, 0.1 * k + 0.1), zone_size=0.1 if k else None)
+    assembly.rest_on_ground([0, 1])
+    model = assembly.build(STIFF)
+    assert model.mesh is not None
+    scene = started(model, 1e-4).scene
+    assert len(scene.first_edge) == 4
+    for polygon in range(3):
+        own = scene.edges[scene.first_edge[polygon] : scene.first_edge[polygon + 1]]
+        assert (own["polygon"] == polygon).all()
+        assert len(own) == (4, len(model.mesh.facets), 1)[polygon]
+    assert own["length"] > 1e6, "the lowest level goes on to both sides"
+
+
 def test_held_gridpoints_begin_in_equilibrium_too() -> None:
     beam = Assembly(thickness=THICKNESS)
     beam.add_block(rectangle(0.0, 0.0, 1.0, 0.1), zone_size=0.1)
