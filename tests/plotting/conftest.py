@@ -43,7 +43,7 @@ def deformable() -> xr.Dataset:
     scene = Scene(
         title="soft foot",
         wall=Wall(length=0.96, height=0.3),
-        block=BlockMaterial(cohesion=9e3, friction=0.3, tensile_strength=2e3),
+        block=BlockMaterial(cohesion=12e3, friction=0.3, tensile_strength=2e3),
         dpc=Dpc(course=2),
         movement=Movement(kind="doming", central_deflection=1e-3, increments=2),
         loads=Loads(roof=2000.0),
