@@ -15,6 +15,8 @@ from damagepred.plotting.sheet import MM, axes_or_new, legend_below, require, se
 def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw widest crack and widest dpc opening against the central deflection, over the categories of damage.
 
+    Of a run in time they are drawn against the time.
+
     The marks on the crack's line have the colour of the wall's category, which may be higher than the crack's own
     where a group of cracks counts. The axis is linear up to the first category's limit and logarithmic above.
 
@@ -37,7 +39,8 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     )
     ax = axes_or_new(ax, 8.5, 5.0)
     table = table_of(ds)
-    x = ds["central_deflection"].values * MM
+    in_time = "time" in ds.variables
+    x = ds["time"].values if in_time else ds["central_deflection"].values * MM
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
     has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == DPC).any())
     base = ds["base_crack_width_max"].values * MM if "base_crack_width_max" in ds.variables else np.zeros_like(x)
@@ -67,7 +70,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     width_scale(ax, drawn, table)
     ax.set_xlim(0.0, max(float(x.max()) * 1.02, 1e-6))
     shade_bands(ax, table)
-    ax.set_xlabel("central deflection (mm)")
+    ax.set_xlabel("time (s)" if in_time else "central deflection (mm)")
     ax.set_ylabel("width (mm)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(

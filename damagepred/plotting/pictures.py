@@ -179,7 +179,9 @@ def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:
     _make(place)
     for name, figure in sheets.items():
         kind = Path(name).suffix.lstrip(".").lower()
-        write_whole(place / name, lambda file, f=figure, k=kind: f.savefig(file, dpi=DPI, format=k))  # type: ignore[misc]
+        # drawings to scale may be shifted out of a sheet that is not of their shape: nothing is cut off
+        how = {"dpi": DPI, "format": kind, "bbox_inches": "tight", "pad_inches": 0.1}
+        write_whole(place / name, lambda file, f=figure, h=how: f.savefig(file, **h))  # type: ignore[misc]
     return [place / name for name in sheets]
 
 

@@ -220,14 +220,16 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
         fontsize="small", borderaxespad=0.0,
     )  # fmt: skip
     deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
+    when = f"central deflection {deflection} mm"
+    if "time" in ds.variables:
+        when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     category = int(ds["damage_category"].values[increment])
     scale = "to scale" if factor == 1.0 else f"drawn {plain_number(factor)} times too large"
     at_end = increment in (-1, ds.sizes["increment"] - 1) and ds.attrs.get("status", "complete") != "complete"
     set_title(
         ax,
         str(ds.attrs.get("title", "wall")),
-        f"central deflection {deflection} mm, damage category {category} ({name_of(ds, category)}); "
-        f"displacements {scale}",
+        f"{when}, damage category {category} ({name_of(ds, category)}); displacements {scale}",
         str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
     )
 
