@@ -7,7 +7,6 @@ from damagepred.kernels.large_zones import (
     farthest_point,
     move_points,
     place_sides,
-    push_points,
     relieve_sides,
     work_of_held_points,
     zones_act,
@@ -70,7 +69,7 @@ def run_steps(
         if pushed:
             push(motion, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
             if grid is not None:
-                push_points(grid, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
+                push(grid, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
         if change != 0.0:
             for m in range(imposed.point.size):
                 p = points[imposed.point[m]]

@@ -91,11 +91,23 @@ def place(motion, j):
 
 @rule
 def push(motion, before, now, time_step, works):
-    """Let live loads grow with the movement from one share to the next, and count their work in the step."""
+    """Let live loads grow with the movement from one share to the next, and count their work in the step.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        With ``live_load``, ``load`` and ``velocity`` of bodies, (n + 1, 3), or of gridpoints, (g, 2).
+    before, now : float
+        Shares of the movement.
+    time_step : float
+        dt (s).
+    works : array (WORKS,)
+        Added to.
+    """
     live, load, velocity = motion.live_load, motion.load, motion.velocity
     work = 0.0
     for j in range(live.shape[0]):
-        for d in range(3):
+        for d in range(live.shape[1]):
             work += live[j, d] * velocity[j, d]
             load[j, d] += (now - before) * live[j, d]
     works[LIVE] += 0.5 * (before + now) * time_step * work

@@ -27,7 +27,7 @@ import numpy as np
 from numpy import copysign
 
 from damagepred.kernels.jit import law, rule
-from damagepred.kernels.large_motion import BOUNDARY, DAMPING, LIVE
+from damagepred.kernels.large_motion import BOUNDARY, DAMPING
 from damagepred.kernels.zone_law import surely_elastic, zone_return
 
 YIELDING, DRAGGED, ZONE_TALLIES = 0, 1, 2
@@ -220,18 +220,6 @@ def move_points(grid, drive, k, time_step, local_damping, mass_damping, works):
         velocity[j, d] = v
         works[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + load[j, d])
     force[:] = 0.0
-
-
-@rule
-def push_points(grid, before, now, time_step, works):
-    """Let live loads grow with the movement from one share to the next; as ``large_motion.push``."""
-    live, load, velocity = grid.live_load, grid.load, grid.velocity
-    work = 0.0
-    for j in range(live.shape[0]):
-        for d in range(2):
-            work += live[j, d] * velocity[j, d]
-            load[j, d] += (now - before) * live[j, d]
-    works[LIVE] += 0.5 * (before + now) * time_step * work
 
 
 @rule

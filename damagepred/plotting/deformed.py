@@ -14,23 +14,16 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from numpy.typing import NDArray
 
 from damagepred.damage.cracks import HAIRLINE
-from damagepred.errors import InputError
 from damagepred.plotting.categories import DPC_COLOUR
-from damagepred.plotting.geometry import Faces, Motion, corners, polygons
-from damagepred.plotting.sheet import MM, figure_of, plain_number, require
-from damagepred.plotting.wall import gaps_of, round_exaggeration
+from damagepred.plotting.geometry import Faces, Motion, polygons
+from damagepred.plotting.sheet import MM, figure_of, plain_number
+from damagepred.plotting.wall import gaps_of, moved_corners
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 OUTLINE = "#00000030"
 """Of the blocks: just to be seen, for the field to stand out."""
-
-_NEEDED = (
-    "vertex_x", "vertex_y", "vertex_block", "block_x", "block_y", "block_displacement_x", "block_displacement_y",
-    "block_rotation", "contact_x", "contact_y", "contact_interface", "contact_kind", "contact_length",
-    "contact_opening", "contact_state", "contact_normal_x", "contact_normal_y", "central_deflection",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -70,22 +63,11 @@ class Deformed:
         InputError
             If the dataset is not of one wall, or has no such increment, or the factor is none.
         """
-        require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
-        steps = ds.sizes["increment"]
-        if not -steps <= increment < steps:
-            raise InputError(
-                f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
-            )
-        if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
-            raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
-        motion = Motion.of(ds, increment)
-        points, block = corners(ds)
-        moved = motion.at(block, points)
-        factor = round_exaggeration(moved, float(np.ptp(points[:, 0]))) if exaggeration is None else exaggeration
+        motion, points, block, factor = moved_corners(ds, increment, exaggeration)
         rigid = np.ones(len(motion.x), dtype=np.bool_)
         if "zone_block" in ds.variables:
             rigid[ds["zone_block"].values] = False
-        return cls(ds, increment, motion, points, block, float(factor), rigid)
+        return cls(ds, increment, motion, points, block, factor, rigid)
 
     @property
     def shape(self) -> FloatArray:

@@ -40,7 +40,6 @@ _NEEDED = (
     "vertex_x", "vertex_y", "vertex_block", "block_x", "block_y", "block_displacement_x", "block_displacement_y",
     "block_rotation", "contact_x", "contact_y", "contact_interface", "contact_kind", "contact_length",
     "contact_opening", "contact_state", "contact_normal_x", "contact_normal_y", "central_deflection",
-    "damage_category",
 )  # fmt: skip
 
 
@@ -69,20 +68,9 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
     InputError
         If the dataset is not of one wall, or has no such increment.
     """
-    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
-    steps = ds.sizes["increment"]
-    if not -steps <= increment < steps:
-        raise InputError(
-            f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
-        )
-    if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
-        raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
-    motion = Motion.of(ds, increment)
-    points, block = corners(ds)
-    moved = motion.at(block, points)
-    length = float(np.ptp(points[:, 0]))
-    factor = round_exaggeration(moved, length) if exaggeration is None else float(exaggeration)
-    shape = points + factor * moved
+    require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
+    motion, points, block, factor = moved_corners(ds, increment, exaggeration)
+    shape = points + factor * motion.at(block, points)
     if ax is None:
         ax = axes_or_new(None, 10.0, _sheet_height(shape))
 
@@ -101,6 +89,40 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
     _draw_dpc(ax, dpc, gaps_of(dpc, motion, points, block, factor))
     _finish(ax, ds, increment, factor, faces)
     return ax
+
+
+def moved_corners(
+    ds: xr.Dataset, increment: int, exaggeration: float | None
+) -> tuple[Motion, FloatArray, IntArray, float]:
+    """Return how blocks have moved, their corners (v, 2) (m), whose these are (v,), and the factor to draw with.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    exaggeration : float or None
+        Factor on displacements; None: a round one.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall, or has no such increment, or the factor is none.
+    """
+    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
+    steps = ds.sizes["increment"]
+    if not -steps <= increment < steps:
+        raise InputError(
+            f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
+        )
+    if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
+        raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
+    motion = Motion.of(ds, increment)
+    points, block = corners(ds)
+    if exaggeration is None:
+        exaggeration = round_exaggeration(motion.at(block, points), float(np.ptp(points[:, 0])))
+    return motion, points, block, float(exaggeration)
 
 
 def round_exaggeration(displacement: FloatArray, length: float) -> float:

@@ -222,7 +222,7 @@ def test_block_elasticity_in_series_with_bed_and_perpend():
 
 
 def test_the_paper_counts_joint_compliance_twice():
-    """FACTS: 86 mm blocks of E = 9000 MPa in series with 82 N/mm3 make 3950 MPa."""
+    """86 mm blocks of E = 9000 MPa in series with 82 N/mm3 make 3950 MPa."""
     scene = Scene(wall=Wall(length=2.4, height=0.86, block_height=0.086))
     model = wall_model(scene)
     bed = model.interfaces.kind == Kind.BED_JOINT

@@ -123,7 +123,7 @@ def test_the_window_closes_in_dishing_and_widens_in_doming(name: str, sign: int,
 
 
 def test_a_wall_that_does_not_move_settles_like_a_stack(method: str) -> None:
-    """FACTS: u_i = W i (2n - i + 1) / (2 k_n A) for a stack of n rigid blocks under self weight."""
+    """u_i = W i (2n - i + 1) / (2 k_n A) for a stack of n rigid blocks under self weight."""
     scene = Scene.from_toml(DATA / "bryant_dishing.toml").with_values(
         {"movement.central_deflection": 0.0, "loads.roof": 0.0}
     )

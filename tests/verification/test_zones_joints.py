@@ -28,7 +28,7 @@ ROTATION = ClosedForm(
     chapter=CHAPTER,
     title="Joint that opens under a deformable block",
     formula="θ = 2 N/(k_n t a²),   a = 3 (b/2 - e);   gap at the free edge θ (b - a)",
-    source="As for rigid blocks (FACTS 5, no-tension joint): k_n h << E.",
+    source="As for rigid blocks on a joint without tension: k_n h << E.",
     note="N acts as a pressure that varies linearly over the top, with its resultant at e. The block bends a little: "
     "exact for k_n h/E → 0, here 1e-2.",
 )
