@@ -2,9 +2,12 @@
 
 from damagepred.scene.dynamics import BaseMotion, Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
+from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.soil import Soil
 from damagepred.scene.wall import Opening, Wall
 
 __all__ = [
@@ -16,9 +19,12 @@ __all__ = [
     "Footing",
     "Joint",
     "Loads",
+    "Mound",
     "Movement",
     "Opening",
+    "Rig",
     "Scene",
+    "Soil",
     "Solver",
     "Wall",
 ]

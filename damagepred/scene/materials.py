@@ -183,7 +183,8 @@ class Footing:
     """Footing beam under the wall (``[footing]``), the paper's 300 x 300 mm concrete by default.
 
     A prescribed movement shape moves the underside of the wall as given, so these values then only describe
-    the footing; shapes that let the footing find its own form use them.
+    the footing. On jacks or on a mound it is a beam that finds its own form: a chain of rigid segments, one below
+    each brick of the first course, and between them sections that bend and shear.
 
     Attributes
     ----------
@@ -195,6 +196,10 @@ class Footing:
         Poisson's ratio (1).
     density : float
         Mass density (kg/m3).
+    segment_length : float or None
+        Longest segment of the beam (m). None: as long as the bricks of the first course.
+    joint : Joint or None
+        Bed between footing and first course (``[footing.joint]``). None: the wall's mortar.
     """
 
     width: Length = Field(default=0.3, gt=0)
@@ -202,6 +207,8 @@ class Footing:
     elastic_modulus: Pressure = Field(default=7.0e9, gt=0)
     poisson_ratio: Pure = Field(default=0.2, ge=0, lt=0.5)
     density: Density = Field(default=2130.0, ge=0)
+    segment_length: Length | None = Field(default=None, gt=0)
+    joint: Joint | None = None
 
 
 @described

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 
@@ -24,12 +25,15 @@ class Movement:
     kind : {"dishing", "doming"}
         Dishing: the centre goes down relative to the ends; doming: it goes up.
     central_deflection : float
-        Final deflection of the centre relative to the ends (m), not negative; 0 leaves self weight alone.
+        Final deflection of the centre relative to the ends (m), not negative; 0 leaves self weight alone. Not read
+        on a mound, nor on jacks whose load is controlled.
     increments : int
         Number of equal increments.
-    shape : {"three_loads", "parabola", "arc", "table"}
+    shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound"}
         Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points;
         ``parabola``: uniform small curvature; ``arc``: circle through ends and centre; ``table``: as given.
+        With the others the footing is a beam that finds its own form: ``jacks``: on the supports and jacks of
+        ``[rig]``; ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says.
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there as a fraction of the
         central one; 0 at both ends, and not 0 in the middle, where it is scaled to 1. Between the points a
@@ -39,7 +43,7 @@ class Movement:
     kind: Literal["dishing", "doming"] = "dishing"
     central_deflection: Length = Field(default=8e-3, ge=0)
     increments: Count = Field(default=20, ge=1)
-    shape: Literal["three_loads", "parabola", "arc", "table"] = "three_loads"
+    shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound"] = "three_loads"
     table: tuple[tuple[Pure, Pure], ...] = ()
 
     @model_validator(mode="after")
@@ -55,9 +59,14 @@ class Movement:
             raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
         if self.table[0][1] != 0 or self.table[-1][1] != 0:
             raise ValueError("table: the deflection must be 0 at both ends; subtract the straight line between them")
-        if abs(float(_table_form(self.table, np.array([0.5]))[0])) < 1e-6:
+        if abs(float(through_points(self.table, np.array([0.5]))[0])) < 1e-6:
             raise ValueError("table: the deflection in the middle (position 0.5) must not be 0: the others scale to it")
         return self
+
+    @property
+    def prescribed(self) -> bool:
+        """Whether the underside of the wall or footing follows a given form, as it does not on jacks or a mound."""
+        return self.shape not in ("jacks", "mound")
 
     @property
     def sign(self) -> float:
@@ -78,7 +87,17 @@ class Movement:
         -------
         array of float
             Same shape; 0 at both ends, +/- ``central_deflection`` in the middle.
+
+        Raises
+        ------
+        InputError
+            If the footing finds its own form.
         """
+        if not self.prescribed:
+            raise InputError(
+                f"movement.shape = '{self.shape}': the footing finds its own form, so there is no profile to follow; "
+                "take 'three_loads', 'parabola', 'arc' or 'table' for a prescribed one."
+            )
         xi = np.asarray(position, dtype=np.float64) / length
         return self.sign * self.central_deflection * self._form(xi, length)
 
@@ -89,7 +108,7 @@ class Movement:
             return 4.0 * xi * (1.0 - xi)
         if self.shape == "arc":
             return arc(xi, self.central_deflection / length)
-        return _table_form(self.table, xi) / _table_form(self.table, np.array([0.5]))
+        return through_points(self.table, xi) / through_points(self.table, np.array([0.5]))
 
 
 def three_loads(xi: FloatArray) -> FloatArray:
@@ -128,7 +147,16 @@ def arc(xi: FloatArray, ratio: float) -> FloatArray:
     return 1.0 - drop / ratio
 
 
-def _table_form(table: tuple[tuple[float, float], ...], xi: FloatArray) -> FloatArray:
+def through_points(table: tuple[tuple[float, float], ...], xi: FloatArray) -> FloatArray:
+    """Monotone cubic through given points (PCHIP).
+
+    Parameters
+    ----------
+    table : sequence of (position, value)
+        Positions rise from 0 to 1.
+    xi : array of float
+        Where to read it.
+    """
     from scipy.interpolate import PchipInterpolator
 
     position, fraction = np.array(table).T

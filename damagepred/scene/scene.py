@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from itertools import combinations
 from math import floor
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,8 +15,11 @@ from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
+from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.soil import Soil
 from damagepred.scene.wall import Opening, Wall
 
 
@@ -31,7 +34,7 @@ class Scene:
     ----------
     title : str
         What the wall is, for plots and archives.
-    wall, block, joint, dpc, opening, footing, movement, loads, solver, damage, dynamics
+    wall, block, joint, dpc, opening, footing, movement, rig, soil, mound, loads, solver, damage, dynamics
         The tables of the scene file; see their classes.
     """
 
@@ -43,6 +46,9 @@ class Scene:
     opening: tuple[Opening, ...] = ()
     footing: Footing = Field(default_factory=Footing)
     movement: Movement = Field(default_factory=Movement)
+    rig: Rig = Field(default_factory=Rig)
+    soil: Soil = Field(default_factory=Soil)
+    mound: Mound = Field(default_factory=Mound)
     loads: Loads = Field(default_factory=Loads)
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
@@ -77,12 +83,43 @@ class Scene:
                     f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "
                     f"1 to {courses - 1} of them"
                 )
-        if self.movement.central_deflection > 0.1 * wall.length:
+        self._ground_fits()
+        if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
             raise ValueError(
                 f"movement.central_deflection = {self.movement.central_deflection:g} m: more than a tenth of the "
                 f"wall's length ({wall.length:g} m) is outside the small rotations of this model"
             )
         return self
+
+    def _ground_fits(self) -> None:
+        shape, footing = self.movement.shape, self.solver.footing
+        if footing == "beam" and self.movement.prescribed:
+            raise ValueError(
+                f"solver.footing = 'beam': goes with movement.shape = 'jacks' or 'mound', on which the footing finds "
+                f"its own form; here movement.shape = '{shape}'. Take footing = 'none' or 'deformable', or leave it out"
+            )
+        if footing == "none" and not self.movement.prescribed:
+            raise ValueError(
+                f"solver.footing = 'none': movement.shape = '{shape}' needs a footing that finds its own form; take "
+                "footing = 'beam' or 'deformable', or leave it out"
+            )
+        if shape == "jacks":
+            self.rig.check_places(self.wall.length)
+            if self.dynamics is not None:
+                raise ValueError(
+                    "dynamics: a run in time has no jacks; leave out [dynamics], or take another movement.shape "
+                    "than 'jacks'"
+                )
+
+    @property
+    def _deflection_is_given(self) -> bool:
+        """Whether ``movement.central_deflection`` says how far the footing goes."""
+        return self.movement.prescribed or (self.movement.shape == "jacks" and self.rig.control == "deflection")
+
+    @property
+    def footing_model(self) -> Literal["none", "beam", "deformable"]:
+        """What the footing is: what ``solver.footing`` says, or what the shape of the movement asks for."""
+        return self.solver.footing or ("none" if self.movement.prescribed else "beam")
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Scene:

@@ -33,9 +33,10 @@ class Solver:
     zone_size_above_dpc, zone_size_below_dpc, zone_size_footing : float or None
         Another size in one part of the wall (m). The footing's is half its depth for ``quasi_static``, a quarter for
         ``explicit``, unless given here.
-    footing : {"none", "deformable"}
-        ``none``: the underside of the wall follows the movement. ``deformable``: the footing is a beam of zones under
-        the wall, with a mortar bed between, and its underside follows the movement.
+    footing : {"none", "beam", "deformable"} or None
+        ``none``: the underside of the wall follows the movement. ``beam``: the footing is a chain of segments on jacks
+        or on a mound. ``deformable``: it is a beam of zones under the wall, with a mortar bed between. None: ``beam``
+        on jacks and on a mound, ``none`` with a prescribed movement.
     plane : {"stress", "strain"}
         Whether zones are free to expand out of plane, as in a wall, or held.
     lump_block_elasticity : bool
@@ -74,7 +75,7 @@ class Solver:
     zone_size_above_dpc: Length | None = Field(default=None, gt=0)
     zone_size_below_dpc: Length | None = Field(default=None, gt=0)
     zone_size_footing: Length | None = Field(default=None, gt=0)
-    footing: Literal["none", "deformable"] = "none"
+    footing: Literal["none", "beam", "deformable"] | None = None
     plane: Literal["stress", "strain"] = "stress"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"

@@ -1,0 +1,276 @@
+"""How the ground's surface would move if no house stood on it: swelling soil, trees, leaks and tunnels."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.movement import through_points
+from damagepred.scene.quantity import Length, Pure
+
+FloatArray = NDArray[np.float64]
+Kind = Literal["dishing", "doming"]
+
+
+@described
+class Mound:
+    """Free-field movement of the ground (``[mound]``), read with ``[movement] shape = "mound"``.
+
+    ``walsh`` and ``mitchell`` are the mounds of reactive clay: in doming the edges shrink and go down by y_m and the
+    middle stays, in dishing the edges swell and go up by y_m. The other shapes go down in dishing and up in doming.
+
+    Attributes
+    ----------
+    shape : {"walsh", "mitchell", "tree", "pipe", "tunnel", "table"}
+        ``walsh``: flat, with a parabola over the edge distance; ``mitchell``: a power of the distance from the middle;
+        ``tree``: largest at the tree, nothing at its reach; ``pipe``: a bell over a wet patch; ``tunnel``: Gaussian
+        trough across a tunnel; ``table``: as given.
+    surface_movement : float
+        For walsh and mitchell the characteristic surface movement y_s of the site (m), otherwise the largest movement.
+    movement_ratio : float
+        y_m / y_s (1), for walsh and mitchell.
+    suction_depth : float
+        H_s (m), depth to which the soil's moisture changes; 4 m in Adelaide (from memory).
+    embedment : float
+        D_e (m), depth of the footing's edge below the ground, for mitchell.
+    edge_distance : float or None
+        e (m) of walsh. None: by the formulas below. It never exceeds half the wall's length.
+    doming_suction_divisor, doming_movement_divisor : float
+        e = H_s / 8 + y_m / 36 in doming, with e and H_s in m and y_m in mm.
+    dishing_length_share, dishing_edge_base, dishing_movement_divisor : float
+        e = 0.2 L in dishing, but not more than 0.6 m + y_m / 25, with y_m in mm.
+    exponent : float or None
+        Of mitchell (None: 1.5 L / (H_s - D_e)) and of tree (None: 2).
+    exponent_factor : float
+        The 1.5 in it.
+    position : float or None
+        Of tree, middle of the wet patch, or axis of the tunnel, along the wall from its left end (m); it may lie
+        outside the wall. None: the left end for the tree, the middle otherwise.
+    reach : float or None
+        Distance at which a tree moves nothing any more (None: the wall's length), half width of the wet patch (None:
+        half the wall's length), or distance i of the trough's inflection point from the tunnel's axis (None:
+        trough_width times the tunnel's depth) (m).
+    tunnel_depth : float or None
+        z_0 of the tunnel's axis below the footing (m); with it the ground moves along the wall, too.
+    trough_width : float
+        K = i / z_0 of a tunnel (1): 0.5 in clay (O'Reilly and New 1982).
+    table : sequence of (position, fraction)
+        For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
+        ``surface_movement``; a monotone cubic (PCHIP) between.
+    """
+
+    shape: Literal["walsh", "mitchell", "tree", "pipe", "tunnel", "table"] = "walsh"
+    surface_movement: Length = Field(default=0.04, ge=0)
+    movement_ratio: Pure = Field(default=0.7, ge=0)
+    suction_depth: Length = Field(default=4.0, gt=0)
+    embedment: Length = Field(default=0.0, ge=0)
+    edge_distance: Length | None = Field(default=None, gt=0)
+    doming_suction_divisor: Pure = Field(default=8.0, gt=0)
+    doming_movement_divisor: Pure = Field(default=36.0, gt=0)
+    dishing_length_share: Pure = Field(default=0.2, gt=0)
+    dishing_edge_base: Length = Field(default=0.6, gt=0)
+    dishing_movement_divisor: Pure = Field(default=25.0, gt=0)
+    exponent: Pure | None = Field(default=None, ge=1)
+    exponent_factor: Pure = Field(default=1.5, gt=0)
+    position: Length | None = None
+    reach: Length | None = Field(default=None, gt=0)
+    tunnel_depth: Length | None = Field(default=None, gt=0)
+    trough_width: Pure = Field(default=0.5, gt=0)
+    table: tuple[tuple[Pure, Pure], ...] = ()
+
+    @model_validator(mode="after")
+    def _complete(self) -> Mound:
+        if self.shape == "mitchell" and self.exponent is None and self.embedment >= self.suction_depth:
+            raise ValueError(
+                f"embedment = {self.embedment:g} m: must be less than suction_depth = {self.suction_depth:g} m, below "
+                "which nothing moves; or give the exponent"
+            )
+        if self.shape == "tunnel" and self.reach is None and self.tunnel_depth is None:
+            raise ValueError(
+                "reach: is missing; shape = 'tunnel' needs the distance of the trough's inflection point from the axis "
+                "(m), or tunnel_depth, from which it follows"
+            )
+        if self.shape != "table":
+            if self.table:
+                raise ValueError(f"table: only read with shape = 'table'; here shape = '{self.shape}'")
+            return self
+        position = [p for p, _ in self.table]
+        if len(position) < 2:
+            raise ValueError("table: needs at least 2 points [position, fraction], from position 0 to 1")
+        if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
+            raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
+        return self
+
+    @property
+    def movement(self) -> float:
+        """Largest movement of the free surface (m): y_m for walsh and mitchell."""
+        ratio = self.movement_ratio if self.shape in ("walsh", "mitchell") else 1.0
+        return ratio * self.surface_movement
+
+    def profile(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
+        """Vertical displacement (m, upwards) of the free surface at full movement.
+
+        Parameters
+        ----------
+        x : array of float
+            Distance from the left end of the wall (m), any shape.
+        length : float
+            Length of the wall (m).
+        kind : {"dishing", "doming"}
+            Which way the ground moves.
+
+        Returns
+        -------
+        array of float
+            Same shape.
+        """
+        x = np.asarray(x, dtype=np.float64)
+        up = 1.0 if kind == "doming" else -1.0
+        if self.shape == "walsh":
+            return -up * self.movement * walsh(x, length, self.edge(length, kind))
+        if self.shape == "mitchell":
+            return -up * self.movement * mitchell(x, length, self.mound_exponent(length))
+        away = x - self.axis(length)
+        if self.shape == "tree":
+            return up * self.movement * tree(away, self.extent(length), self.exponent or 2.0)
+        if self.shape == "pipe":
+            return up * self.movement * bell(away, self.extent(length))
+        if self.shape == "tunnel":
+            return up * self.movement * gaussian(away, self.extent(length))
+        return up * self.movement * through_points(self.table, x / length)
+
+    def horizontal(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
+        """Horizontal displacement (m, to the right) of the free surface at full movement.
+
+        Parameters
+        ----------
+        x : array of float
+            Distance from the left end of the wall (m), any shape.
+        length : float
+            Length of the wall (m).
+        kind : {"dishing", "doming"}
+            Which way the ground moves.
+
+        Returns
+        -------
+        array of float
+            Same shape; 0 but for a tunnel of known depth, towards whose axis settling ground moves.
+
+        Notes
+        -----
+        u = v (x - x_axis) / z_0, with v the vertical displacement, upwards: every point moves towards the tunnel's axis
+        (O'Reilly and New 1982; Attewell and Woodman 1982).
+        """
+        x = np.asarray(x, dtype=np.float64)
+        if self.shape != "tunnel" or self.tunnel_depth is None:
+            return np.zeros_like(x)
+        return self.profile(x, length, kind) * (x - self.axis(length)) / self.tunnel_depth
+
+    def edge(self, length: float, kind: Kind) -> float:
+        """Return the edge distance e (m) of the Walsh mound under a wall of ``length`` (m)."""
+        if self.edge_distance is not None:
+            return min(self.edge_distance, length / 2.0)
+        millimetres = 1e3 * self.movement
+        if kind == "doming":
+            edge = self.suction_depth / self.doming_suction_divisor + millimetres / self.doming_movement_divisor
+        else:
+            most = self.dishing_edge_base + millimetres / self.dishing_movement_divisor
+            edge = min(self.dishing_length_share * length, most)
+        return min(edge, length / 2.0)
+
+    def mound_exponent(self, length: float) -> float:
+        """Return the exponent m of the Mitchell mound under a wall of ``length`` (m)."""
+        if self.exponent is not None:
+            return self.exponent
+        return self.exponent_factor * length / (self.suction_depth - self.embedment)
+
+    def axis(self, length: float) -> float:
+        """Return where tree, wet patch or tunnel lie along a wall of ``length`` (m from the left end)."""
+        if self.position is not None:
+            return self.position
+        return 0.0 if self.shape == "tree" else length / 2.0
+
+    def extent(self, length: float) -> float:
+        """Return how far tree or wet patch reach, or the inflection distance of the trough (m)."""
+        if self.reach is not None:
+            return self.reach
+        if self.shape == "tunnel" and self.tunnel_depth is not None:
+            return self.trough_width * self.tunnel_depth
+        return length if self.shape == "tree" else length / 2.0
+
+
+def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:
+    """Walsh mound: 0 in the middle, a parabola over the edge distance, 1 at both ends.
+
+    Parameters
+    ----------
+    x : array of float
+        Distance from the left end (m).
+    length, edge : float
+        L and e, at most L / 2 (m).
+
+    Notes
+    -----
+    (d / e)^2 with d the distance into the edge strip, level where it begins.
+    """
+    into = np.maximum(np.abs(x - length / 2.0) - (length / 2.0 - edge), 0.0)
+    return (into / edge) ** 2
+
+
+def mitchell(x: FloatArray, length: float, exponent: float) -> FloatArray:
+    """Mitchell mound: |2 x' / L|^m with x' measured from the middle; 0 in the middle, 1 at both ends.
+
+    Parameters
+    ----------
+    x : array of float
+        Distance from the left end (m).
+    length, exponent : float
+        L (m) and m (1).
+    """
+    return np.abs(2.0 * x / length - 1.0) ** exponent
+
+
+def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
+    """Drying by a tree: 1 at the tree, (1 - d / reach)^2 at a distance d, nothing from its reach on.
+
+    Parameters
+    ----------
+    away : array of float
+        Distance from the tree (m), either sign.
+    reach : float
+        Distance at which nothing moves any more (m).
+    exponent : float
+        2: it ends level. 1: straight.
+    """
+    return np.maximum(1.0 - np.abs(away) / reach, 0.0) ** exponent
+
+
+def bell(away: FloatArray, reach: float) -> FloatArray:
+    """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim.
+
+    Parameters
+    ----------
+    away : array of float
+        Distance from the middle of the patch (m), either sign.
+    reach : float
+        Half width of the patch (m).
+    """
+    return 0.5 * (1.0 + np.cos(np.pi * np.minimum(np.abs(away) / reach, 1.0)))
+
+
+def gaussian(away: FloatArray, inflection: float) -> FloatArray:
+    """Trough across a tunnel: exp(-d^2 / (2 i^2)) (Peck 1969).
+
+    Parameters
+    ----------
+    away : array of float
+        Distance from the tunnel's axis (m), either sign.
+    inflection : float
+        Distance i of the inflection point from the axis (m), where the slope is largest.
+    """
+    return np.exp(-0.5 * (away / inflection) ** 2)

@@ -1,0 +1,106 @@
+"""The test rig under a footing: reaction points that hold it and jacks that push or pull it."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Force, Length, SpringStiffness
+
+
+@described
+class Rig:
+    """Supports and jacks under the footing (``[rig]``), read with ``[movement] shape = "jacks"``.
+
+    All jacks carry the same load, as in the test of Bryant (1993). In dishing they take the footing's centre down, in
+    doming up; the movement starts from the level state under self weight.
+
+    Attributes
+    ----------
+    supports : sequence of float
+        Places of the reaction points along the wall, from its left end (m). Empty: both ends.
+    jacks : sequence of float
+        Places of the jacks along the wall, from its left end (m). Empty: the quarter points.
+    support : {"held", "lift_off"}
+        ``held``: the supports pull as well as push. ``lift_off``: they push only.
+    support_stiffness : float
+        Stiffness of each support (N/m).
+    control : {"deflection", "load"}
+        ``deflection``: the movement is the central deflection and the jacks' load an unknown. ``load``: the movement
+        is the jacks' load, and the deflection comes out.
+    jack_load : float or None
+        Load of each jack at full movement (N); goes with ``control = "load"`` and with nothing else.
+    stop_at_zero : bool
+        Whether the path ends where the jacks (dishing) or a support (doming) carry nothing any more.
+    """
+
+    supports: tuple[Length, ...] = ()
+    jacks: tuple[Length, ...] = ()
+    support: Literal["held", "lift_off"] = "held"
+    support_stiffness: SpringStiffness = Field(default=1e10, gt=0)
+    control: Literal["deflection", "load"] = "deflection"
+    jack_load: Force | None = Field(default=None, ge=0)
+    stop_at_zero: bool = True
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Rig:
+        if self.control == "load" and self.jack_load is None:
+            raise ValueError(
+                "jack_load: is missing; control = 'load' needs the load of each jack at full movement (N), "
+                "or take control = 'deflection'"
+            )
+        if self.control != "load" and self.jack_load is not None:
+            raise ValueError(
+                f"jack_load = {self.jack_load:g}: only read with control = 'load'; here control = '{self.control}', "
+                "and the load comes out. Leave one of the two out"
+            )
+        for name in ("supports", "jacks"):
+            places = sorted(getattr(self, name))
+            for first, second in itertools.pairwise(places):
+                if first == second:
+                    raise ValueError(f"{name}: {first:g} m is there twice; give each place once")
+        if len(self.supports) == 1:
+            raise ValueError(
+                f"supports = [{self.supports[0]:g}]: one support does not hold a footing level; give two or more, "
+                "or none for both ends of the wall"
+            )
+        return self
+
+    def support_places(self, length: float) -> tuple[float, ...]:
+        """Return where the supports stand (m from the left end), in rising order, for a wall of ``length`` (m)."""
+        return tuple(sorted(self.supports)) or (0.0, length)
+
+    def jack_places(self, length: float) -> tuple[float, ...]:
+        """Return where the jacks stand (m from the left end), in rising order, for a wall of ``length`` (m)."""
+        return tuple(sorted(self.jacks)) or (length / 4.0, length / 2.0, 3.0 * length / 4.0)
+
+    def check_places(self, length: float) -> None:
+        """Compare the places with the wall.
+
+        Parameters
+        ----------
+        length : float
+            Length of the wall (m).
+
+        Raises
+        ------
+        ValueError
+            If a support or a jack stands beside the wall, or a jack on a support.
+        """
+        tolerance = 1e-9 * length
+        for name in ("supports", "jacks"):
+            for place in getattr(self, name):
+                if not -tolerance <= place <= length + tolerance:
+                    raise ValueError(
+                        f"rig.{name}: {place:g} m is outside the wall; places go from 0 at its left end to its "
+                        f"length, {length:g} m"
+                    )
+        for jack, support in itertools.product(self.jack_places(length), self.support_places(length)):
+            if abs(jack - support) <= tolerance:
+                raise ValueError(
+                    f"rig.jacks: {jack:g} m is the place of a support, which would take the whole load; move the jack "
+                    "or the support"
+                )

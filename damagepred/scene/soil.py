@@ -1,0 +1,41 @@
+"""The soil under a footing: springs that push and let go."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Pure, Stiffness
+
+
+@described
+class Soil:
+    """Soil under the footing (``[soil]``), read with ``[movement] shape = "mound"``: Winkler springs without tension.
+
+    Attributes
+    ----------
+    swelling_stiffness : float
+        Pressure per displacement (Pa/m) of soil that swells, here in dishing, when the edges heave. AS 2870 takes
+        1000 kPa/m for the Walsh mound (from memory).
+    shrinking_stiffness : float
+        The same of soil that shrinks, here in doming, when the edges dry; 5000 kPa/m (from memory).
+    shear_stiffness : float or None
+        Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness.
+    friction : float
+        tan(phi) (1) between footing and soil; there is no cohesion.
+    """
+
+    swelling_stiffness: Stiffness = Field(default=1.0e6, gt=0)
+    shrinking_stiffness: Stiffness = Field(default=5.0e6, gt=0)
+    shear_stiffness: Stiffness | None = Field(default=None, gt=0)
+    friction: Pure = Field(default=0.5, ge=0)
+
+    def stiffness(self, kind: Literal["dishing", "doming"]) -> float:
+        """Return the normal stiffness (Pa/m): of swelling soil for dishing, of shrinking soil for doming."""
+        return self.swelling_stiffness if kind == "dishing" else self.shrinking_stiffness
+
+    def stiffness_along(self, kind: Literal["dishing", "doming"]) -> float:
+        """Return the shear stiffness (Pa/m), by default the normal one."""
+        return self.stiffness(kind) if self.shear_stiffness is None else self.shear_stiffness
