@@ -1,5 +1,6 @@
 """What the user says: frozen, validated descriptions of wall, footing, movement, loads and how to solve them."""
 
+from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
 from damagepred.scene.mound import Mound
@@ -7,6 +8,15 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.site import (
+    SiteClass,
+    StandardFooting,
+    site_class,
+    site_classes,
+    standard_footing,
+    standard_footings,
+    suction_depth,
+)
 from damagepred.scene.soil import Soil
 from damagepred.scene.wall import Opening, Wall
 
@@ -22,9 +32,17 @@ __all__ = [
     "Mound",
     "Movement",
     "Opening",
+    "ReinforcedConcrete",
     "Rig",
     "Scene",
+    "SiteClass",
     "Soil",
     "Solver",
+    "StandardFooting",
     "Wall",
+    "site_class",
+    "site_classes",
+    "standard_footing",
+    "standard_footings",
+    "suction_depth",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
+from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Density, Force, FractureEnergy, Length, Pressure, Pure, Stiffness
 
@@ -200,6 +201,8 @@ class Footing:
         Longest segment of the beam (m). None: as long as the bricks of the first course.
     joint : Joint or None
         Bed between footing and first course (``[footing.joint]``). None: the wall's mortar.
+    concrete : ReinforcedConcrete or None
+        What the beam is made of (``[footing.concrete]``) if it cracks. None: it is elastic with ``elastic_modulus``.
     """
 
     width: Length = Field(default=0.3, gt=0)
@@ -209,6 +212,20 @@ class Footing:
     density: Density = Field(default=2130.0, ge=0)
     segment_length: Length | None = Field(default=None, gt=0)
     joint: Joint | None = None
+    concrete: ReinforcedConcrete | None = None
+
+    @model_validator(mode="after")
+    def _mesh_fits(self) -> Footing:
+        if self.concrete is None:
+            return self
+        cover = self.concrete.cover
+        needed = sum(cover + wires for _, wires in (self.concrete.bottom_wires, self.concrete.top_wires) if wires > 0)
+        if needed >= self.depth:
+            raise ValueError(
+                f"concrete.cover = {cover:g} m: with the wires it takes {needed:g} m of a footing of depth = "
+                f"{self.depth:g} m; make the cover smaller or the footing deeper"
+            )
+        return self
 
 
 @described

@@ -32,10 +32,11 @@ class Mound:
         trough across a tunnel; ``table``: as given.
     surface_movement : float
         For walsh and mitchell the characteristic surface movement y_s of the site (m), otherwise the largest movement.
-    movement_ratio : float
-        y_m / y_s (1), for walsh and mitchell.
+    movement_ratio : float or None
+        y_m / y_s (1), for walsh and mitchell. None: 0.7 in doming and 0.5 in dishing (AS 2870-2011).
     suction_depth : float
-        H_s (m), depth to which the soil's moisture changes; 4 m in Adelaide (from memory).
+        H_s (m), depth to which the soil's moisture changes: 1.5 m in wet climates to 4 m and more in dry ones
+        (``data/ground/site_classes.toml``).
     embedment : float
         D_e (m), depth of the footing's edge below the ground, for mitchell.
     edge_distance : float or None
@@ -66,7 +67,7 @@ class Mound:
 
     shape: Literal["walsh", "mitchell", "tree", "pipe", "tunnel", "table"] = "walsh"
     surface_movement: Length = Field(default=0.04, ge=0)
-    movement_ratio: Pure = Field(default=0.7, ge=0)
+    movement_ratio: Pure | None = Field(default=None, ge=0)
     suction_depth: Length = Field(default=4.0, gt=0)
     embedment: Length = Field(default=0.0, ge=0)
     edge_distance: Length | None = Field(default=None, gt=0)
@@ -106,11 +107,12 @@ class Mound:
             raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
         return self
 
-    @property
-    def movement(self) -> float:
-        """Largest movement of the free surface (m): y_m for walsh and mitchell."""
-        ratio = self.movement_ratio if self.shape in ("walsh", "mitchell") else 1.0
-        return ratio * self.surface_movement
+    def largest(self, kind: Kind) -> float:
+        """Return the largest movement of the free surface (m): y_m for walsh and mitchell."""
+        if self.shape not in ("walsh", "mitchell"):
+            return self.surface_movement
+        usual = 0.7 if kind == "doming" else 0.5
+        return (usual if self.movement_ratio is None else self.movement_ratio) * self.surface_movement
 
     def profile(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
         """Vertical displacement (m, upwards) of the free surface at full movement.
@@ -130,19 +132,19 @@ class Mound:
             Same shape.
         """
         x = np.asarray(x, dtype=np.float64)
-        up = 1.0 if kind == "doming" else -1.0
+        size = self.largest(kind) if kind == "doming" else -self.largest(kind)
         if self.shape == "walsh":
-            return -up * self.movement * walsh(x, length, self.edge(length, kind))
+            return -size * walsh(x, length, self.edge(length, kind))
         if self.shape == "mitchell":
-            return -up * self.movement * mitchell(x, length, self.mound_exponent(length))
+            return -size * mitchell(x, length, self.mound_exponent(length))
         away = x - self.axis(length)
         if self.shape == "tree":
-            return up * self.movement * tree(away, self.extent(length), self.exponent or 2.0)
+            return size * tree(away, self.extent(length), self.exponent or 2.0)
         if self.shape == "pipe":
-            return up * self.movement * bell(away, self.extent(length))
+            return size * bell(away, self.extent(length))
         if self.shape == "tunnel":
-            return up * self.movement * gaussian(away, self.extent(length))
-        return up * self.movement * through_points(self.table, x / length)
+            return size * gaussian(away, self.extent(length))
+        return size * through_points(self.table, x / length)
 
     def horizontal(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
         """Horizontal displacement (m, to the right) of the free surface at full movement.
@@ -172,10 +174,16 @@ class Mound:
         return self.profile(x, length, kind) * (x - self.axis(length)) / self.tunnel_depth
 
     def edge(self, length: float, kind: Kind) -> float:
-        """Return the edge distance e (m) of the Walsh mound under a wall of ``length`` (m)."""
+        """Return the edge distance e (m) of the Walsh mound under a wall of ``length`` (m).
+
+        Notes
+        -----
+        AS 2870-2011, Appendix F. That e depends on y_m and H_s in doming and on y_m in dishing, and in which units, was
+        read in the manual of a design program (CORD of FMG Engineering); the numbers in the formulas are from memory.
+        """
         if self.edge_distance is not None:
             return min(self.edge_distance, length / 2.0)
-        millimetres = 1e3 * self.movement
+        millimetres = 1e3 * self.largest(kind)
         if kind == "doming":
             edge = self.suction_depth / self.doming_suction_divisor + millimetres / self.doming_movement_divisor
         else:
@@ -184,7 +192,13 @@ class Mound:
         return min(edge, length / 2.0)
 
     def mound_exponent(self, length: float) -> float:
-        """Return the exponent m of the Mitchell mound under a wall of ``length`` (m)."""
+        """Return the exponent m of the Mitchell mound under a wall of ``length`` (m).
+
+        Notes
+        -----
+        1.5 L / (H_s - D_e), AS 2870-2011 (from memory). Below 1, for short walls on deep clay, the mound has a cusp
+        in the middle.
+        """
         if self.exponent is not None:
             return self.exponent
         return self.exponent_factor * length / (self.suction_depth - self.embedment)
@@ -207,6 +221,9 @@ class Mound:
 def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:
     """Walsh mound: 0 in the middle, a parabola over the edge distance, 1 at both ends.
 
+    The method is that of Walsh (1978), Walsh and Walsh (1986) and AS 2870; its history is told by Payne and Cameron
+    (2014), Australian Journal of Structural Engineering 15(2). The form is from memory.
+
     Parameters
     ----------
     x : array of float
@@ -225,6 +242,9 @@ def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:
 def mitchell(x: FloatArray, length: float, exponent: float) -> FloatArray:
     """Mitchell mound: |2 x' / L|^m with x' measured from the middle; 0 in the middle, 1 at both ends.
 
+    Mitchell (1980), The structural analysis of footings on expansive soil; Mitchell (1984), A simple method of design
+    of shallow footings on expansive soil, Fifth International Conference on Expansive Soils. The form is from memory.
+
     Parameters
     ----------
     x : array of float
@@ -237,6 +257,9 @@ def mitchell(x: FloatArray, length: float, exponent: float) -> FloatArray:
 
 def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
     """Drying by a tree: 1 at the tree, (1 - d / reach)^2 at a distance d, nothing from its reach on.
+
+    The form is this project's choice. The reach is about the tree's height, more for rows and groups of trees (AS
+    2870-2011, Appendix H; Cameron and Beal 2011, Australian Geomechanics 46(3); the figure is from memory).
 
     Parameters
     ----------
@@ -253,6 +276,8 @@ def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
 def bell(away: FloatArray, reach: float) -> FloatArray:
     """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim.
 
+    The form is this project's choice.
+
     Parameters
     ----------
     away : array of float
@@ -264,7 +289,10 @@ def bell(away: FloatArray, reach: float) -> FloatArray:
 
 
 def gaussian(away: FloatArray, inflection: float) -> FloatArray:
-    """Trough across a tunnel: exp(-d^2 / (2 i^2)) (Peck 1969).
+    """Trough across a tunnel: exp(-d^2 / (2 i^2)).
+
+    Peck (1969), Deep excavations and tunneling in soft ground; i = K z_0 with K of 0.4 to 0.5 in clay (O'Reilly and New
+    1982, Settlements above tunnels in the United Kingdom).
 
     Parameters
     ----------

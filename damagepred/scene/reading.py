@@ -174,6 +174,19 @@ def unit_of(kind: Any, location: list[str]) -> str:
     return next((mark.unit for mark in marks if isinstance(mark, Quantity)), "1")
 
 
+def takes_number(kind: Any, location: list[str]) -> bool:
+    """Whether the field at a location is a real number, or may be one.
+
+    Parameters
+    ----------
+    kind : type
+        Described class.
+    location : list of str
+        Field names, with numbers for items of a list.
+    """
+    return any(isinstance(mark, Quantity) for mark in _marks(_follow(kind, location)))
+
+
 def _marks(annotation: Any) -> list[Any]:
     """List all that is annotated anywhere inside ``annotation``."""
     if isinstance(annotation, tuple | list):

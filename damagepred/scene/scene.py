@@ -103,6 +103,16 @@ class Scene:
                 f"solver.footing = 'none': movement.shape = '{shape}' needs a footing that finds its own form; take "
                 "footing = 'beam' or 'deformable', or leave it out"
             )
+        if footing == "deformable" and self.footing.concrete is not None:
+            raise ValueError(
+                "footing.concrete: zones of a footing stay elastic, so it cannot crack with solver.footing = "
+                "'deformable'; take footing = 'beam', or leave out [footing.concrete]"
+            )
+        if shape == "mound" and self.mound.largest(self.movement.kind) > 0.1 * self.wall.length:
+            raise ValueError(
+                f"mound.surface_movement = {self.mound.surface_movement:g} m: it moves the ground by more than a tenth "
+                f"of the wall's length ({self.wall.length:g} m), outside the small rotations of this model"
+            )
         if shape == "jacks":
             self.rig.check_places(self.wall.length)
             if self.dynamics is not None:
@@ -177,6 +187,13 @@ class Scene:
     def number_places(self) -> list[str]:
         """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``."""
         return [place for place, value in _walk(self, "") if isinstance(value, float)]
+
+    @staticmethod
+    def takes_number(place: str) -> bool:
+        """Whether a scene can have a real number at a place, even if this one leaves it out."""
+        from damagepred.scene.reading import takes_number
+
+        return takes_number(Scene, place.split("."))
 
     @staticmethod
     def unit_of(place: str) -> str:

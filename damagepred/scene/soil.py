@@ -17,8 +17,9 @@ class Soil:
     Attributes
     ----------
     swelling_stiffness : float
-        Pressure per displacement (Pa/m) of soil that swells, here in dishing, when the edges heave. AS 2870 takes
-        1000 kPa/m for the Walsh mound (from memory).
+        Pressure per displacement (Pa/m) of soil that swells, here in dishing, when the edges heave. AS 2870-2011 takes
+        1000 kPa/m for the Walsh mound, or 100 / m times the mean pressure on the soil if that is more (read in the
+        manual of a design program, CORD of FMG Engineering).
     shrinking_stiffness : float
         The same of soil that shrinks, here in doming, when the edges dry; 5000 kPa/m (from memory).
     shear_stiffness : float or None

@@ -141,10 +141,9 @@ class StudySettings:
         places = self.scene.number_places()
         for place, variable in self.variables.items():
             if place not in places:
-                left_out = self.scene.unit_of(place) != "1" or place.split(".")[-1] == "residual_friction"
                 raise InputError(
                     f'{source}: [variables."{place}"]: the scene leaves this number out; give it a value there first.'
-                    if left_out
+                    if self.scene.takes_number(place)
                     else f'{source}: [variables."{place}"]: the scene has no such number.' + nearest(place, places)
                 )
             if variable.field is not None and place.split(".")[0] not in ("joint", "dpc"):

@@ -52,7 +52,25 @@ friction = 0.5
 kind = "dishing"          # the centre goes down; "doming": up
 central_deflection = "20 mm"
 increments = 20
-shape = "three_loads"     # or "parabola", "arc", "table"
+shape = "three_loads"     # or "parabola", "arc", "table"; on "jacks" or a "mound" the footing finds its own form
+
+# With shape = "mound" the footing is a beam on soil, and the soil's surface moves; central_deflection is not read.
+# [scene.mound]
+# shape = "walsh"               # or "mitchell" (reactive clay), "tree", "pipe", "tunnel", "table"
+# surface_movement = "40 mm"    # y_s of the site: class S up to 20 mm, M 40, H1 60, H2 75, E above
+# suction_depth = "2.3 m"       # H_s: 1.5 m in wet climates, 4 m in dry ones
+# [scene.soil]
+# swelling_stiffness = "1000 kPa/m"
+# [scene.footing]
+# width = "400 mm"
+# depth = "900 mm"
+# [scene.footing.concrete]      # without this table the footing does not crack
+# grade = "N25"
+# bottom = "4-L12TM"            # trench mesh, at the top the same
+# With shape = "jacks" it stands on supports and jacks of equal load, as in the test.
+# [scene.rig]
+# supports = [0.0, 6.0]         # m from the left end
+# jacks = [1.5, 3.0, 4.5]
 
 [scene.loads]
 roof = "0 kN"             # in all, spread along the top

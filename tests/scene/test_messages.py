@@ -106,6 +106,93 @@ BAD = {
         ["contacts_per_interface = 1", "2 or more", "midpoint"],
     ),
     "damping of one": ({"solver": {"damping": 1.0}}, ["[solver] damping = 1", "less than 1"]),
+    "held footing on a mound": (
+        {"solver": {"footing": "none"}, "movement": {"shape": "mound"}},
+        ["solver.footing = 'none'", "movement.shape = 'mound'", "'beam' or 'deformable'"],
+    ),
+    "beam under a prescribed movement": (
+        {"solver": {"footing": "beam"}},
+        ["solver.footing = 'beam'", "'jacks' or 'mound'", "movement.shape = 'three_loads'", "'none' or 'deformable'"],
+    ),
+    "zones that should crack": (
+        {"solver": {"footing": "deformable"}, "movement": {"shape": "jacks"}, "footing": {"concrete": {}}},
+        ["footing.concrete", "'deformable'", "footing = 'beam'"],
+    ),
+    "wires thicker than the footing": (
+        {"footing": {"depth": "100 mm", "concrete": {"cover": "45 mm"}}},
+        ["footing", "concrete.cover = 0.045 m", "depth = 0.1 m", "smaller", "deeper"],
+    ),
+    "unknown key in the footing's concrete": (
+        {"footing": {"concrete": {"grad": "N25"}}},
+        ["[footing.concrete] grad", "Did you mean 'grade'?"],
+    ),
+    "negative in the footing's joint": (
+        {"footing": {"joint": {"cohesion": -1.0}}},
+        ["[footing.joint] cohesion = -1", "at least 0 Pa"],
+    ),
+    "support beside the wall": (
+        {"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 6.5]}},
+        ["rig.supports: 6.5 m", "outside the wall", "0", "6 m"],
+    ),
+    "jack beside the wall": (
+        {"movement": {"shape": "jacks"}, "rig": {"jacks": [-0.5, 3.0]}},
+        ["rig.jacks: -0.5 m", "outside the wall", "6 m"],
+    ),
+    "jack on a support": (
+        {"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 3.0]}},
+        ["rig.jacks: 3 m", "place of a support", "move"],
+    ),
+    "jack on a support at the end": (
+        {"movement": {"shape": "jacks"}, "rig": {"jacks": ["6 m"]}},
+        ["rig.jacks: 6 m", "place of a support"],
+    ),
+    "one support": ({"rig": {"supports": [1.0]}}, ["rig", "supports = [1]", "two or more", "both ends"]),
+    "support twice": ({"rig": {"supports": [1.0, 5.0, 1.0]}}, ["supports: 1 m", "twice"]),
+    "jack twice": ({"rig": {"jacks": [2.0, 2.0]}}, ["jacks: 2 m", "twice"]),
+    "text for a jack": ({"rig": {"jacks": [2.0, "left"]}}, ["[rig] jacks, item 2 = 'left'", "'8 mm'"]),
+    "number for jacks": ({"rig": {"jacks": 2.0}}, ["[rig] jacks = 2.0", "must be a list"]),
+    "no jack load": ({"rig": {"control": "load"}}, ["rig", "jack_load", "missing", "control = 'deflection'"]),
+    "jack load that comes out": (
+        {"rig": {"jack_load": "8 kN"}},
+        ["jack_load = 8000", "control = 'load'", "control = 'deflection'", "Leave"],
+    ),
+    "deflection for jack load": (
+        {"rig": {"control": "load", "jack_load": "8 mm"}},
+        ["[rig] jack_load = '8 mm'", "wrong kind of unit", "'6 kN'"],
+    ),
+    "stiffness of a support": (
+        {"rig": {"support_stiffness": "1 kN/m2"}},
+        ["[rig] support_stiffness", "wrong kind of unit", "N/m'"],
+    ),
+    "jacks in time": (
+        {"movement": {"shape": "jacks"}, "dynamics": {}},
+        ["dynamics", "jacks", "leave out [dynamics]"],
+    ),
+    "too much movement of jacks": (
+        {"movement": {"shape": "jacks", "central_deflection": "700 mm"}},
+        ["central_deflection = 0.7 m", "tenth"],
+    ),
+    "metres for millimetres": (
+        {"movement": {"shape": "mound"}, "mound": {"surface_movement": 40}},
+        ["mound.surface_movement = 40 m", "tenth", "6 m"],
+    ),
+    "unknown mound": ({"mound": {"shape": "wlash"}}, ["[mound] shape = 'wlash'", "Did you mean 'walsh'?"]),
+    "footing below the moving soil": (
+        {"mound": {"shape": "mitchell", "suction_depth": 1.5, "embedment": 1.5}},
+        ["mound", "embedment = 1.5 m", "less than suction_depth = 1.5 m", "exponent"],
+    ),
+    "tunnel without width": ({"mound": {"shape": "tunnel"}}, ["mound", "reach", "missing", "tunnel_depth"]),
+    "mound table of another shape": ({"mound": {"table": [[0, 1], [1, 0]]}}, ["table", "shape = 'walsh'"]),
+    "mound table of one point": ({"mound": {"shape": "table", "table": [[0, 1]]}}, ["table", "2 points"]),
+    "mound table that ends early": (
+        {"mound": {"shape": "table", "table": [[0, 1], [0.9, 0]]}},
+        ["table", "rise from 0 to 1"],
+    ),
+    "mound table that goes back": (
+        {"mound": {"shape": "table", "table": [[0, 1], [0.5, 1], [0.4, 0], [1, 0]]}},
+        ["table", "rise from 0 to 1"],
+    ),
+    "soil without stiffness": ({"soil": {"swelling_stiffness": 0}}, ["[soil] swelling_stiffness = 0", "Pa/m"]),
     "group of one": ({"damage": {"group_count": 1}}, ["[damage] group_count = 1", "at least 2"]),
 }
 

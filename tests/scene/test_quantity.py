@@ -161,6 +161,19 @@ def test_any_float_as_python_writes_it_may_carry_a_unit(value: float, unit: tupl
         ("damage.group_distance", "m"),
         ("movement.table.1.1", "1"),
         ("solver.damping", "1"),
+        ("footing.segment_length", "m"),
+        ("footing.joint.cohesion", "Pa"),
+        ("footing.joint.normal_stiffness", "Pa/m"),
+        ("footing.concrete.cover", "m"),
+        ("footing.concrete.tensile_strength", "Pa"),
+        ("footing.concrete.hardening", "1"),
+        ("rig.jacks.1", "m"),
+        ("rig.support_stiffness", "N/m"),
+        ("rig.jack_load", "N"),
+        ("soil.swelling_stiffness", "Pa/m"),
+        ("mound.surface_movement", "m"),
+        ("mound.exponent", "1"),
+        ("mound.table.1.1", "1"),
     ],
 )
 def test_unit_of(place: str, unit: str):
@@ -169,7 +182,14 @@ def test_unit_of(place: str, unit: str):
 
 def test_every_number_of_a_scene_accepts_its_own_unit():
     """What unit_of says is what the field takes: with_values is in that unit, and so is a string that names it."""
-    scene = Scene.from_dict({"dpc": {}, "opening": [{"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}]})
+    scene = Scene.from_dict(
+        {
+            "dpc": {},
+            "opening": [{"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}],
+            "footing": {"joint": {}, "concrete": {}},
+            "rig": {"jacks": [2.0, 4.0]},
+        }
+    )
     for place in scene.number_places():
         unit, value = Scene.unit_of(place), scene
         for step in place.split("."):

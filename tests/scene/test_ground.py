@@ -1,0 +1,181 @@
+"""Rig, soil and the footing on them: what a scene says of the ground, and which footing follows from it."""
+
+import tomllib
+
+import pytest
+
+from damagepred.errors import InputError
+from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
+from damagepred.study.starter import STARTER
+
+EVERYTHING = {
+    "movement": {"shape": "jacks", "kind": "doming"},
+    "footing": {
+        "width": "400 mm",
+        "segment_length": "120 mm",
+        "joint": {"tensile_strength": "0.2 MPa", "fracture_energy": "10 N/m"},
+        "concrete": {"bottom": "4-L12TM", "top": "none", "cover": "40 mm", "grade": "N20"},
+    },
+    "rig": {
+        "supports": [0.5, "5.5 m"],
+        "jacks": [2.0, 4.0],
+        "support": "lift_off",
+        "control": "load",
+        "jack_load": "8 kN",
+    },
+    "soil": {"swelling_stiffness": "1000 kPa/m", "shear_stiffness": "2 MPa/m", "friction": 0.4},
+    "mound": {"shape": "table", "table": [[0, 1], [0.4, 0.2], [1, 0]], "surface_movement": "40 mm"},
+}
+
+
+@pytest.mark.parametrize(
+    ("movement", "said", "model"),
+    [
+        ("three_loads", None, "none"),
+        ("arc", "none", "none"),
+        ("parabola", "deformable", "deformable"),
+        ("jacks", None, "beam"),
+        ("mound", None, "beam"),
+        ("jacks", "beam", "beam"),
+        ("mound", "deformable", "deformable"),
+    ],
+)
+def test_the_movement_says_what_the_footing_is_unless_the_solver_does(movement: str, said: str | None, model: str):
+    scene = Scene(movement=Movement(shape=movement), solver=Solver(footing=said))
+    assert scene.footing_model == model
+    assert scene.movement.prescribed == (movement not in ("jacks", "mound"))
+
+
+@pytest.mark.parametrize("shape", ["jacks", "mound"])
+def test_a_footing_that_finds_its_form_has_no_profile(shape: str):
+    with pytest.raises(InputError, match=f"movement.shape = '{shape}'.*'three_loads'"):
+        Movement(shape=shape).profile(0.0, 6.0)
+
+
+def test_all_tables_come_back_from_toml():
+    scene = Scene.from_dict(EVERYTHING)
+    assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
+    assert scene.footing.concrete == ReinforcedConcrete(bottom="4-L12TM", top="none", cover=0.04, grade="N20")
+    assert scene.footing.joint == Joint(tensile_strength=0.2e6, fracture_energy=10.0)
+    assert scene.rig.supports == (0.5, 5.5)
+    assert scene.rig.jack_load == 8000.0
+    assert scene.mound.table == ((0.0, 1.0), (0.4, 0.2), (1.0, 0.0))
+    default = Scene()
+    assert Scene.from_dict(tomllib.loads(default.to_toml())) == default
+    assert (default.footing.joint, default.footing.concrete, default.footing.segment_length) == (None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        ("footing.joint.cohesion", 0.3e6),
+        ("footing.joint.fracture_energy", 20.0),
+        ("footing.concrete.cover", 0.05),
+        ("footing.concrete.tension_stiffening", 0.5),
+        ("footing.segment_length", 0.06),
+        ("rig.supports.1", 5.0),
+        ("rig.jacks.0", 1.5),
+        ("rig.jack_load", 5e3),
+        ("soil.shear_stiffness", 1e6),
+        ("mound.surface_movement", 0.06),
+        ("mound.table.1.1", 0.3),
+    ],
+)
+def test_nested_numbers_can_be_sampled(place: str, value: float):
+    scene = Scene.from_dict(EVERYTHING)
+    assert place in scene.number_places()
+    assert Scene.takes_number(place)
+    found = scene.with_values({place: value})
+    for step in place.split("."):
+        found = found[int(step)] if step.isdigit() else getattr(found, step)
+    assert found == value
+
+
+def test_which_places_may_hold_a_number():
+    for place in ("mound.exponent", "footing.joint.residual_friction", "rig.jack_load", "rig.jacks.3"):
+        assert Scene.takes_number(place)
+        assert place not in Scene().number_places()
+    for place in ("wall.bond", "mound.colour", "footing.concrete", "movement.increments", "nothing.at.all"):
+        assert not Scene.takes_number(place)
+
+
+def test_a_number_that_is_left_out_is_no_misspelling():
+    from damagepred.study.settings import StudySettings
+
+    with pytest.raises(InputError, match=r"mound\.exponent.*leaves this number out"):
+        StudySettings.from_dict(
+            {
+                "scene": {},
+                "variables": {"mound.exponent": {"distribution": "uniform", "lower": 1, "upper": 2}},
+            }
+        )
+
+
+# -- rig -------------------------------------------------------------------------------------------------------------
+
+
+def test_the_rig_of_the_test_is_the_default():
+    rig = Rig()
+    assert rig.support_places(6.0) == (0.0, 6.0)
+    assert rig.jack_places(6.0) == (1.5, 3.0, 4.5)
+    assert (rig.support, rig.control, rig.jack_load, rig.stop_at_zero) == ("held", "deflection", None, True)
+    assert (rig.supports, rig.jacks, rig.support_stiffness) == ((), (), 1e10)
+
+
+def test_places_are_told_in_order():
+    rig = Rig(supports=(5.0, 1.0), jacks=(4.0, 2.0, 3.0))
+    assert rig.support_places(6.0) == (1.0, 5.0)
+    assert rig.jack_places(6.0) == (2.0, 3.0, 4.0)
+
+
+def test_places_at_the_very_ends_and_beyond_the_supports_are_accepted():
+    Rig(supports=(0.0, 6.0), jacks=(3.0,)).check_places(6.0)
+    Rig(supports=(2.0, 4.0), jacks=(0.0, 6.0)).check_places(6.0)  # jacks on both cantilevers
+    Scene.from_dict({"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 6.0]}})
+    Scene.from_dict({"rig": {"supports": [0.0, 60.0]}})  # not read with a prescribed movement
+
+
+def test_the_deflection_is_bounded_only_where_it_is_read():
+    far = {"central_deflection": 0.7}
+    load = {"control": "load", "jack_load": "1 kN"}
+    Scene.from_dict({"movement": far | {"shape": "mound"}})
+    Scene.from_dict({"movement": far | {"shape": "jacks"}, "rig": load})
+    for shape in ("three_loads", "jacks"):
+        with pytest.raises(InputError, match="tenth"):
+            Scene.from_dict({"movement": far | {"shape": shape}})
+
+
+# -- soil, footing ---------------------------------------------------------------------------------------------------
+
+
+def test_soil_swells_under_dishing_and_shrinks_under_doming():
+    soil = Soil(swelling_stiffness=2e6, shrinking_stiffness=7e6)
+    assert (soil.stiffness("dishing"), soil.stiffness("doming")) == (2e6, 7e6)
+    assert (soil.stiffness_along("dishing"), soil.stiffness_along("doming")) == (2e6, 7e6)
+    assert Soil(shear_stiffness=3e6).stiffness_along("doming") == 3e6
+    assert (Soil().stiffness("dishing"), Soil().stiffness("doming")) == (1e6, 5e6)
+
+
+def test_mesh_just_fits_into_the_footing():
+    concrete = ReinforcedConcrete(bottom="3-L8TM", top="none", cover=0.04)
+    wires = concrete.bottom_wires[1]
+    Footing(depth=0.0401 + wires, concrete=concrete)
+    with pytest.raises(ValueError, match="cover"):
+        Footing(depth=0.04 + wires, concrete=concrete)
+    with pytest.raises(ValueError, match="cover"):  # the top mesh needs as much again
+        Footing(depth=0.06 + wires, concrete=ReinforcedConcrete(bottom="3-L8TM", cover=0.04))
+
+
+def test_what_the_starter_hints_at_is_a_study():
+    """Without their comment signs, the hints on mound and rig are tables that a scene takes."""
+    text = STARTER.format(name="house.toml", stem="house")
+    start = text.index("# [scene.mound]")
+    block = text[start : text.index("[scene.loads]")]
+    hints = "\n".join(line.removeprefix("# ") for line in block.splitlines() if not line.startswith("# With"))
+    tables = tomllib.loads(hints)["scene"]
+    assert set(tables) == {"mound", "soil", "footing", "rig"}
+    assert tables["footing"]["concrete"]["bottom"] == "4-L12TM"
+    for shape in ("mound", "jacks"):
+        scene = Scene.from_dict(tables | {"movement": {"shape": shape}})
+        assert scene.mound == Mound(surface_movement=0.04, suction_depth=2.3)
+        assert scene.footing_model == "beam"

@@ -1,0 +1,171 @@
+"""Shapes of moving ground against their formulas, written out by hand or reached another way."""
+
+import math
+
+import numpy as np
+import pytest
+
+from damagepred.scene import Mound
+from damagepred.scene.mound import bell, gaussian, mitchell, tree, walsh
+
+LENGTH = 6.0
+X = np.linspace(0.0, LENGTH, 1201)
+
+
+# -- reactive clay ---------------------------------------------------------------------------------------------------
+
+
+def test_walsh_mound_is_flat_and_ends_in_parabolas():
+    form = walsh(X, LENGTH, 1.5)
+    assert (form[(X >= 1.5) & (X <= 4.5)] == 0).all()
+    np.testing.assert_allclose(form, form[::-1], atol=1e-14)
+    assert form[0] == pytest.approx(1.0, rel=1e-15)
+    np.testing.assert_allclose(walsh(np.array([0.75, 0.3, 5.7]), LENGTH, 1.5), [0.25, 0.64, 0.64], rtol=1e-12)
+    curvature = np.diff(form[X < 1.5], 2) / 0.005**2
+    np.testing.assert_allclose(curvature, 2 / 1.5**2, rtol=1e-6)  # one curvature all along the edge
+
+
+def test_walsh_edge_distance_by_hand():
+    """y_s = 60 mm: doming y_m = 42, e = 2.3/8 + 42/36 = 1.4542 m; dishing y_m = 30, 0.6 + 30/25 = 1.8 against 0.2 L."""
+    mound = Mound(surface_movement=0.06, suction_depth=2.3)
+    assert mound.edge(8.0, "doming") == pytest.approx(0.2875 + 1.1666666667, rel=1e-9)
+    assert mound.edge(8.0, "dishing") == pytest.approx(1.6, rel=1e-12)  # 0.2 L
+    assert mound.edge(20.0, "dishing") == pytest.approx(1.8, rel=1e-12)  # the cap
+    assert mound.edge(2.0, "doming") == 1.0  # never more than half the wall
+
+
+def test_every_constant_of_the_edge_distance_can_be_changed():
+    mound = Mound(
+        surface_movement=0.05, movement_ratio=0.8, suction_depth=3.0, doming_suction_divisor=6.0,
+        doming_movement_divisor=40.0, dishing_length_share=0.3, dishing_edge_base=0.5, dishing_movement_divisor=20.0,
+    )  # fmt: skip
+    assert mound.edge(10.0, "doming") == pytest.approx(0.5 + 1.0, rel=1e-12)
+    assert mound.edge(10.0, "dishing") == pytest.approx(0.5 + 2.0, rel=1e-12)
+    assert mound.edge(5.0, "dishing") == pytest.approx(1.5, rel=1e-12)
+    given = Mound(edge_distance=0.9)
+    assert (given.edge(6.0, "doming"), given.edge(6.0, "dishing"), given.edge(1.0, "doming")) == (0.9, 0.9, 0.5)
+
+
+def test_share_of_the_surface_movement():
+    """AS 2870-2011: 0.7 of it differs between middle and edge where the edge shrinks, 0.5 where it swells."""
+    mound = Mound(surface_movement=0.04)
+    assert mound.largest("doming") == pytest.approx(0.028)
+    assert mound.largest("dishing") == pytest.approx(0.020)
+    assert Mound(surface_movement=0.04, movement_ratio=0.6).largest("dishing") == pytest.approx(0.024)
+    assert Mound(shape="pipe", surface_movement=0.04, movement_ratio=0.6).largest("dishing") == 0.04
+
+
+@pytest.mark.parametrize("shape", ["walsh", "mitchell"])
+def test_edges_shrink_in_doming_and_swell_in_dishing(shape: str):
+    mound = Mound(shape=shape, surface_movement=0.04, movement_ratio=0.7)
+    for kind, edges in (("doming", -0.028), ("dishing", 0.028)):
+        rise = mound.profile(X, LENGTH, kind)
+        assert rise[600] == 0.0
+        np.testing.assert_allclose(rise[[0, -1]], edges, rtol=1e-12)
+        relative = rise[600] - 0.5 * (rise[0] + rise[-1])  # of the middle against the ends
+        assert (relative > 0) == (kind == "doming")
+        np.testing.assert_allclose(rise, rise[::-1], atol=1e-16)
+
+
+def test_mitchell_exponent_by_hand():
+    mound = Mound(shape="mitchell", suction_depth=2.3, embedment=0.5)
+    assert mound.mound_exponent(6.0) == pytest.approx(5.0, rel=1e-12)  # 9 / 1.8
+    assert Mound(shape="mitchell", suction_depth=3.0, exponent_factor=2.0).mound_exponent(6.0) == pytest.approx(4.0)
+    assert Mound(shape="mitchell", exponent=3.5, embedment=5.0).mound_exponent(6.0) == 3.5
+    np.testing.assert_allclose(mitchell(np.array([0.0, 1.5, 3.0, 4.5]), 6.0, 5.0), [1.0, 2.0**-5, 0.0, 2.0**-5])
+    np.testing.assert_allclose(mitchell(X, 6.0, 2.0), walsh(X, 6.0, 3.0), atol=1e-14)  # both the whole parabola
+
+
+# -- other causes ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "mound",
+    [
+        Mound(shape="tree", position=-1.0, reach=5.0),
+        Mound(shape="pipe", reach=1.5),
+        Mound(shape="tunnel", reach=2.0),
+        Mound(shape="table", table=((0, 0), (0.5, 1), (1, 0))),
+    ],
+    ids=lambda mound: mound.shape,
+)
+def test_other_causes_settle_in_dishing_and_heave_in_doming(mound: Mound):
+    down, up = mound.profile(X, LENGTH, "dishing"), mound.profile(X, LENGTH, "doming")
+    np.testing.assert_array_equal(down, -up)
+    assert (down <= 0).all()
+    assert down.min() >= -mound.surface_movement
+    assert down.min() < -0.5 * mound.surface_movement
+
+
+def test_tree_at_the_end_and_beyond_it():
+    at_end = Mound(shape="tree", surface_movement=0.05, reach=4.0)
+    np.testing.assert_allclose(
+        at_end.profile(np.array([0.0, 1.0, 2.0, 4.0, 6.0]), LENGTH, "dishing"),
+        [-0.05, -0.05 * 9 / 16, -0.05 / 4, 0.0, 0.0],
+        rtol=1e-12,
+    )
+    beyond = Mound(shape="tree", surface_movement=0.05, reach=4.0, position=8.0)  # 2 m to the right of the wall
+    np.testing.assert_allclose(beyond.profile(np.array([6.0, 4.0, 0.0]), LENGTH, "dishing"), [-0.0125, 0.0, 0.0])
+    assert Mound(shape="tree").extent(LENGTH) == LENGTH
+    slope = (tree(np.array([4.0]), 4.0) - tree(np.array([4.0 - 1e-6]), 4.0)) / 1e-6
+    assert abs(slope[0]) < 1e-6  # level where it ends
+    np.testing.assert_allclose(tree(np.array([1.0, -1.0]), 4.0, 1.0), 0.75)  # a straight line, either side
+
+
+def test_pipe_is_a_smooth_bell_over_its_patch():
+    mound = Mound(shape="pipe", surface_movement=0.03, position=2.0, reach=1.2)
+    rise = mound.profile(np.array([2.0, 1.4, 2.6, 0.8, 3.2, 5.0]), LENGTH, "dishing")
+    np.testing.assert_allclose(rise, [-0.03, -0.015, -0.015, 0.0, 0.0, 0.0], atol=1e-17)
+    form = bell(X - 3.0, 1.5)
+    assert np.abs(np.diff(form)).max() == pytest.approx(math.pi / 2 / 1.5 * 0.005, rel=1e-4)  # steepest half way
+    assert form.sum() * 0.005 == pytest.approx(1.5, rel=1e-6)  # area of the bell: its half width
+    assert Mound(shape="pipe").axis(LENGTH) == LENGTH / 2
+
+
+def test_tunnel_trough_has_the_volume_and_slope_of_peck():
+    i = 1.7
+    x = np.linspace(-20.0, 20.0, 40001)
+    trough = gaussian(x, i)
+    assert np.sum(trough) * 1e-3 == pytest.approx(math.sqrt(2 * math.pi) * i, rel=1e-9)  # V = 2.5 i S_max
+    slope = np.gradient(trough, x)
+    assert abs(x[np.argmax(np.abs(slope))]) == pytest.approx(i, abs=2e-3)
+    assert np.abs(slope).max() == pytest.approx(math.exp(-0.5) / i, rel=1e-6)
+    assert gaussian(np.array([i]), i)[0] == pytest.approx(0.6065, abs=5e-5)
+
+
+def test_tunnel_width_follows_from_its_depth():
+    assert Mound(shape="tunnel", tunnel_depth=10.0).extent(LENGTH) == 5.0
+    assert Mound(shape="tunnel", tunnel_depth=10.0, trough_width=0.4).extent(LENGTH) == 4.0
+    assert Mound(shape="tunnel", tunnel_depth=10.0, reach=3.0).extent(LENGTH) == 3.0
+
+
+@pytest.mark.parametrize(("kind", "towards"), [("dishing", 1), ("doming", -1)])
+def test_ground_over_a_tunnel_moves_along_the_line_to_its_axis(kind: str, towards: int):
+    mound = Mound(shape="tunnel", tunnel_depth=8.0, position=1.0, surface_movement=0.02)
+    u, v = mound.horizontal(X, LENGTH, kind), mound.profile(X, LENGTH, kind)
+    np.testing.assert_allclose(u * 8.0, v * (X - 1.0), atol=1e-18)  # the vector (u, v) points to (1, -8)
+    right = X > 1.0
+    assert (towards * u[right] < 0).all()
+    strain = np.gradient(u, X)  # settling ground is squeezed over the axis and stretched outside the inflection points
+    assert towards * strain[np.argmin(np.abs(X - 1.0))] < 0
+    assert towards * strain[np.argmin(np.abs(X - 5.9))] > 0
+
+
+@pytest.mark.parametrize("shape", ["walsh", "mitchell", "tree", "pipe"])
+def test_only_tunnels_of_known_depth_move_the_ground_along(shape: str):
+    assert (Mound(shape=shape, tunnel_depth=8.0).horizontal(X, LENGTH, "dishing") == 0).all()
+    assert (Mound(shape="tunnel", reach=2.0).horizontal(X, LENGTH, "dishing") == 0).all()
+
+
+def test_table_passes_through_its_points():
+    mound = Mound(shape="table", table=((0, 1.0), (0.3, 0.4), (1, -0.2)), surface_movement=0.05)
+    at = np.array([0.0, 0.3, 1.0]) * LENGTH
+    np.testing.assert_allclose(mound.profile(at, LENGTH, "doming"), [0.05, 0.02, -0.01], rtol=1e-12)
+    assert (np.diff(mound.profile(X, LENGTH, "doming")) <= 0).all()  # monotone between points
+
+
+def test_profile_keeps_the_shape_of_its_places():
+    for shape in ("walsh", "mitchell", "tree", "pipe"):
+        places = np.linspace(0, 6, 12).reshape(3, 4)
+        assert Mound(shape=shape).profile(places, LENGTH, "doming").shape == (3, 4)
+        assert not Mound(shape=shape, surface_movement=0.0).profile(places, LENGTH, "doming").any()
