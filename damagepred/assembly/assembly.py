@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,7 +44,19 @@ IntArray = NDArray[np.int64]
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
+BEARING = 1e-3
+"""Width of a bearing (m): a knife edge."""
+
 NO_JAMBS = Jambs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
+
+
+class Grounded(NamedTuple):
+    """A block that rests on the ground: with its whole underside, or bearing in one point x (m) of it."""
+
+    block: int
+    x: float | None
+    material: int
+    kind: Kind
 
 
 class Assembly:
@@ -96,8 +108,8 @@ class Assembly:
         self._joint_materials = [joint or Joint()]
         self._pairs: dict[tuple[int, int], tuple[int, Kind | None]] = {}
         self._levels: dict[int, tuple[int, Kind]] = {}
-        self._grounded: list[int] = []
-        self._ground_material = 0
+        self._ground: list[Grounded] = []
+        self._bearings: list[Grounded] = []
         self._ground_profile: Callable[[FloatArray], FloatArray] | None = None
         self._load: dict[int, FloatArray] = {}
         self._push: dict[int, FloatArray] = {}
@@ -180,6 +192,7 @@ class Assembly:
         blocks: Iterable[int],
         displacement: Callable[[FloatArray], FloatArray] | None = None,
         joint: Joint | None = None,
+        kind: Kind = Kind.FOOTING_INTERFACE,
     ) -> None:
         """Let the underside of blocks rest on a ground whose every point moves vertically as prescribed.
 
@@ -191,10 +204,28 @@ class Assembly:
             x (m) -> vertical displacement at full movement (m, upwards); None: the ground stays.
         joint : Joint, optional
             Joint between them and the ground.
+        kind : Kind
+            What the interfaces are.
         """
-        self._grounded = list(dict.fromkeys(self._check(b) for b in blocks))
+        material = _numbered(self._joint_materials, joint)
+        listed = dict.fromkeys(self._check(b) for b in blocks)
+        self._ground = [Grounded(block, None, material, kind) for block in listed]
         self._ground_profile = displacement
-        self._ground_material = _numbered(self._joint_materials, joint)
+
+    def bear(self, block: int, x: float, joint: Joint | None = None) -> None:
+        """Let a block bear on the ground in one point of its underside, over a width of a millimetre.
+
+        Parameters
+        ----------
+        block : int
+            Block; its lowest edge must be level.
+        x : float
+            Where, in the middle of the bearing (m).
+        joint : Joint, optional
+            Between the block and the ground, for the area of the bearing: its width times the block's thickness.
+        """
+        material = _numbered(self._joint_materials, joint)
+        self._bearings.append(Grounded(self._check(block), float(x), material, Kind.SUPPORT))
 
     def support(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
         """Hold a block in the directions that are True."""
@@ -373,9 +404,9 @@ class Assembly:
         mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
         outline, first_vertex, facet = outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
-        grounded = self._ground_edges(outline, first_vertex)
+        grounded, resting = self._ground_edges(outline, first_vertex)
         edges = joined(shared, grounded)
-        kind, material = self._classify(edges, blocks, len(grounded.a))
+        kind, material = self._classify(edges, blocks, resting)
         order = in_order(edges, kind, blocks, len(grounded.a))
         edges = SharedEdges(*(column[order] for column in edges))  # type: ignore[arg-type]
         kind, material = kind[order], material[order]
@@ -499,18 +530,28 @@ class Assembly:
             np.concatenate(self._polygons), np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
         )  # fmt: skip
 
-    def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> SharedEdges:
-        """Return the lowest edges of the blocks that rest on the ground; straight corners part them no further."""
+    def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> tuple[SharedEdges, list[Grounded]]:
+        """Return the lowest edges of the blocks that rest on the ground, and what each of them is.
+
+        Straight corners part them no further than they must.
+        """
         found: list[tuple[int, int, float, float, float]] = []
-        for block in self._grounded:
-            first, last = first_vertex[block], first_vertex[block + 1]
+        what: list[Grounded] = []
+        for resting in self._ground + self._bearings:
+            first, last = first_vertex[resting.block], first_vertex[resting.block + 1]
             corners = outline[first:last]
             low, reach = corners[:, 1].min(), 1e-9 * np.ptp(corners[:, 1])
-            level = (corners[:, 1] <= low + reach) & (np.roll(corners[:, 1], -1) <= low + reach)
-            if not level.any():
-                raise InputError(f"block {block}: cannot rest on the ground, its underside is a corner.")
-            after = np.roll(corners[:, 0], -1)
-            found += [(block, first + i, corners[i, 0], after[i], low) for i in np.flatnonzero(level)]
+            after = np.roll(corners, -1, axis=0)
+            level = np.flatnonzero((corners[:, 1] <= low + reach) & (after[:, 1] <= low + reach))
+            if not level.size:
+                raise InputError(f"block {resting.block}: cannot rest on the ground, its underside is a corner.")
+            start, end = corners[level, 0], after[level, 0]
+            if resting.x is not None:  # a bearing, on the edge it is on
+                near = int(np.argmin(np.maximum(start - resting.x, resting.x - end)))
+                level, half = level[near : near + 1], BEARING / 2
+                start, end = np.array([resting.x - half]), np.array([resting.x + half])
+            found += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
+            what += [resting] * len(level)
         block_b, edge, start, end, low_y = (np.array(column) for column in zip(*found)) if found else (np.empty(0),) * 5
         count = len(found)
         return SharedEdges(
@@ -521,14 +562,17 @@ class Assembly:
             np.broadcast_to(np.array([0.0, 1.0]), (count, 2)),
             np.full(count, -1, dtype=np.int64),
             edge.astype(np.int64),
-        )
+        ), what
 
-    def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: int) -> tuple[NDArray[np.int8], IntArray]:
+    def _classify(
+        self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]
+    ) -> tuple[NDArray[np.int8], IntArray]:
         """Tell kind and material of each interface: by direction, then by level, then by pair."""
         level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
         kind = np.where(level, Kind.BED_JOINT, Kind.HEAD_JOINT).astype(np.int8)
         material = np.zeros(len(kind), dtype=np.int64)
-        inner = np.arange(len(kind)) < len(kind) - grounded
+        first_ground = len(kind) - len(grounded)
+        inner = np.arange(len(kind)) < first_ground
         course = np.append(blocks.course, -1)
         for below, (number, special) in self._levels.items():
             here = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
@@ -544,7 +588,8 @@ class Assembly:
                     raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
                 material[place[a, b]] = number
                 kind[place[a, b]] = kind[place[a, b]] if own is None else own
-        kind[~inner], material[~inner] = Kind.FOOTING_INTERFACE, self._ground_material
+        kind[first_ground:] = [resting.kind for resting in grounded]
+        material[first_ground:] = [resting.material for resting in grounded]
         return kind, material
 
 

@@ -163,17 +163,23 @@ def place_contacts(
     )  # fmt: skip
 
 
-def ground_movement(geometry: Geometry, profile: Callable[[FloatArray], FloatArray] | None) -> Ground:
+Profile = Callable[[FloatArray], FloatArray]
+"""Of the ground: x (m) -> displacement (m)."""
+
+
+def ground_movement(geometry: Geometry, profile: Profile | None, along: Profile | None = None) -> Ground:
     """Return the displacement of the ground at its contacts.
 
     Parameters
     ----------
     geometry : Geometry
         Where they are.
-    profile : callable or None
-        x (m) -> vertical displacement (m, upwards).
+    profile, along : callable or None
+        x (m) -> displacement upwards, and along the wall (m).
     """
-    rise = np.zeros_like(geometry.ground_x) if profile is None else profile(geometry.ground_x)
+    still = np.zeros_like(geometry.ground_x)
+    rise = still if profile is None else profile(geometry.ground_x)
+    drift = still if along is None else along(geometry.ground_x)
     first = len(geometry.interfaces.kind) - len(geometry.ground_x)
     n_x, n_y = geometry.interfaces.normal_x[first:, None], geometry.interfaces.normal_y[first:, None]
-    return Ground(np.ascontiguousarray(n_y * rise), np.ascontiguousarray(-n_x * rise))
+    return Ground(np.ascontiguousarray(n_y * rise + n_x * drift), np.ascontiguousarray(n_y * drift - n_x * rise))

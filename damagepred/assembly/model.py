@@ -23,6 +23,9 @@ class Kind(IntEnum):
     HEAD_JOINT = 1
     DPC = 2
     FOOTING_INTERFACE = 3
+    SOIL = 4
+    SUPPORT = 5
+    FOOTING_SECTION = 6
 
 
 class Blocks(NamedTuple):
@@ -202,6 +205,33 @@ class Supports(NamedTuple):
         return self.start + progress * self.prescribed_displacement
 
 
+class Jacks(NamedTuple):
+    """Jacks that push with equal loads, of which either the load is given or the deflection that it makes.
+
+    Attributes
+    ----------
+    push : array (size,)
+        Force on all degrees of freedom of jacks that push upwards with 1 N each.
+    at : array (j,)
+        Where they stand along the wall (m).
+    deflection : float
+        Of the footing's centre at full movement (m, upwards), where it is what is controlled.
+    load : float
+        Of each jack at full movement (N), where that is what is controlled; it grows from the load of the level state.
+    by_load : bool
+        Which of the two is controlled. The deflection is 0, and the load what that takes, while the dead load comes on.
+    stop : str
+        What ends the path early: ``"jacks"`` or ``"supports"`` carry nothing any more; ``""`` is nothing.
+    """
+
+    push: FloatArray
+    at: FloatArray
+    deflection: float
+    load: float
+    by_load: bool
+    stop: str
+
+
 class Jambs(NamedTuple):
     """Points whose distance tells how an opening's width changes: the upper ends of its two jambs.
 
@@ -264,6 +294,13 @@ class Model:
         x, y (m/s) and rotation (rad/s) at the start of a dynamic run; None is rest.
     edge_load, live_edge_load : array (size,) or None
         Dead and live load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
+    footing : array of int or None
+        Blocks of the footing, left to right, where it is part of the model and finds its own shape.
+    deflection : array (size,) or None
+        Weights of all degrees of freedom in the footing's deflection: its centre relative to its ends (m, upwards).
+        None: it is prescribed.
+    jacks : Jacks or None
+        What pushes the footing.
     """
 
     blocks: Blocks
@@ -285,6 +322,9 @@ class Model:
     loose_joint: JointProperties | None = None
     initial_velocity: FloatArray | None = None
     live_edge_load: FloatArray | None = None
+    footing: IntArray | None = None
+    deflection: FloatArray | None = None
+    jacks: Jacks | None = None
 
     @property
     def n_blocks(self) -> int:

@@ -87,6 +87,7 @@ def lump_block_elasticity(
     blocks: Blocks,
     materials: Sequence[BlockMaterial],
     material: IntArray,
+    soft: int | None = None,
 ) -> JointProperties:
     """Put the elasticity of rigid blocks in series with their joints.
 
@@ -103,13 +104,15 @@ def lump_block_elasticity(
         Block materials.
     material : array of int (n,)
         Which of them each block has.
+    soft : int, optional
+        Number of blocks, the first ones, whose elasticity counts; by default all.
     """
     soft_n = 1.0 / properties.normal_stiffness
     soft_s = 1.0 / properties.shear_stiffness
     modulus = np.array([m.elastic_modulus for m in materials])
     shear = np.array([m.shear_modulus for m in materials])
     for side in (interfaces.body_a, interfaces.body_b):
-        is_block = side < blocks.x.size
+        is_block = side < (blocks.x.size if soft is None else soft)
         number = np.where(is_block, side, 0)
         depth = np.abs(
             interfaces.normal_x * (interfaces.x - blocks.x[number])

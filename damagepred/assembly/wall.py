@@ -5,29 +5,68 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly.assembly import GRAVITY, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks
+from damagepred.assembly.footing import (
+    Foundation,
+    add_footing,
+    deflection_of,
+    foundation,
+    jacks_model,
+    section_joint,
+    section_stiffness,
+    soil_joint,
+    stops_at,
+    support_joint,
+    supports_of,
+    upward,
+)
 from damagepred.assembly.interfaces import Geometry, ground_movement
 from damagepred.assembly.mesh import default_zone_size
-from damagepred.assembly.model import Jambs, Kind, Model, Supports
+from damagepred.assembly.model import Ground, Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Opening, Scene, Solver, Wall
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 ZONING = (
     "method", "blocks", "above_dpc", "below_dpc", "footing", "zone_size", "zone_size_above_dpc", "zone_size_below_dpc",
     "zone_size_footing",
 )  # fmt: skip
 """Settings that decide on zones."""
-MORTAR, DPC = 0, 1
-"""Numbers of the joint materials of a wall."""
+MORTAR, DPC, BED, SOIL, SUPPORT, SECTION = range(6)
+"""Numbers of the joint materials of a wall; BED is that between footing and first course."""
+IN_KIND = np.array([MORTAR, MORTAR, DPC, BED, SOIL, SUPPORT, SECTION])
+"""Which of them the interfaces of each kind have."""
+
+
+class WallGeometry(NamedTuple):
+    """What does not change while materials, loads and movement do.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        Blocks, interfaces and joints: bricks first, then the footing.
+    bricks : tuple of Brick
+        The bricks.
+    jambs : Jambs
+        Of the openings.
+    footing : array of int
+        Blocks of the footing, left to right; none where the wall's underside itself is moved.
+    """
+
+    geometry: Geometry
+    bricks: tuple[Brick, ...]
+    jambs: Jambs
+    footing: IntArray
 
 
 @lru_cache(maxsize=8)
@@ -36,9 +75,9 @@ def _geometry(
     opening: tuple[Opening, ...],
     dpc_course: int | None,
     solver: Solver,
-    footing: Footing | None,
+    found: Foundation | None,
     deformable: frozenset[int] | None,
-) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
+) -> WallGeometry:
     scene = Scene(wall=wall, opening=opening)
     bricks = lay_bricks(scene)
     assembly = Assembly(thickness=wall.thickness)
@@ -48,18 +87,13 @@ def _geometry(
         assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course, chosen))
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
-    lowest = [i for i, brick in enumerate(bricks) if brick.course == 0]
-    if footing is None:
-        assembly.rest_on_ground(lowest)
+    footing = np.empty(0, dtype=np.int64)
+    if found is None:
+        assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
-        size = solver.zone_size_footing or footing.depth / (2 if solver.method == "quasi_static" else 4)
-        beam = assembly.add_block(
-            rectangle(0.0, -footing.depth, wall.length, 0.0), zone_size=size, thickness=footing.width
-        )
-        for brick_above in lowest:
-            assembly.set_joint(beam, brick_above, Joint(), Kind.FOOTING_INTERFACE)
+        footing = add_footing(assembly, found, bricks, wall.length, wall.block_length)
     geometry = assembly.geometry(solver)
-    return geometry, tuple(bricks), _jambs(scene, bricks, geometry)
+    return WallGeometry(geometry, tuple(bricks), _jambs(scene, bricks, geometry), footing)
 
 
 def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
@@ -84,16 +118,16 @@ def wall_geometry(scene: Scene) -> Geometry:
     InputError
         If the bricks cannot be laid or the dpc would lie on the top course.
     """
-    return _cached(scene)[0]
+    return _cached(scene).geometry
 
 
-def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> tuple[Geometry, tuple[Brick, ...], Jambs]:
+def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeometry:
     course = None if scene.dpc is None else scene.dpc.course
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
-    footing = scene.footing if scene.solver.footing == "deformable" else None
-    return _geometry(scene.wall, scene.opening, course, _meshing(scene.solver, bool(deformable)), footing, deformable)
+    meshing = _meshing(scene.solver, bool(deformable))
+    return _geometry(scene.wall, scene.opening, course, meshing, foundation(scene), deformable)
 
 
 def _meshing(solver: Solver, zoned: bool) -> Solver:
@@ -125,34 +159,33 @@ def wall_model(
     InputError
         If the bricks cannot be laid, or a field has the wrong size.
     """
-    geometry, bricks, jambs = _cached(scene, deformable)
+    geometry, bricks, jambs, footing = _cached(scene, deformable)
     blocks, interfaces = geometry.blocks, geometry.interfaces
-    materials = [scene.joint, dpc_joint(scene.dpc, scene.joint)]
+    own_bed = len(footing) > 0 and scene.footing.joint is not None
+    material = IN_KIND[interfaces.kind]
+    if not own_bed:
+        material[material == BED] = MORTAR
     properties, limited = joint_properties(
-        materials,
-        geometry.joint_material,
-        interfaces.joint,
-        _by_material(fields or {}, len(geometry.joints.kind)),
+        _joint_materials(scene), material, interfaces.joint, _by_material(fields or {}, len(geometry.joints.kind))
     )
-    # the footing, if it is a block, comes after the bricks
     substances = [scene.block, _concrete(scene.footing)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
     if scene.solver.lump_block_elasticity:
-        properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance)
-    properties = brittle_where_soft(properties)
+        # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
+        properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance, soft=len(bricks))
+    properties = brittle_where_soft(section_stiffness(properties, geometry, scene.footing))
     density = np.array([s.density for s in substances])[substance]
     thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
     load = np.zeros((len(density), 3))
     load[:, 1] = -GRAVITY * density * blocks.area * thickness
     load[: len(bricks), 1] -= _roof(scene, bricks)
     length = scene.wall.length
-    holds = [] if len(density) == len(bricks) else _moved_from_below(scene, len(bricks))
-    return Model(
+    model = Model(
         blocks=blocks,
         interfaces=interfaces,
         properties=properties,
-        ground=ground_movement(geometry, lambda x: scene.movement.profile(x, length)),
-        supports=held_too(Supports.none(load.ravel()), holds, geometry.mesh),
+        ground=Ground(*(np.zeros_like(geometry.ground_x) for _ in range(2))),
+        supports=Supports.none(load.ravel()),
         jambs=jambs,
         joints=geometry.joints,
         density=density,
@@ -163,7 +196,58 @@ def wall_model(
         block_law=block_law(substances, substance, thickness),
         mesh=geometry.mesh,
         plane=scene.solver.plane,
+        footing=footing if len(footing) else None,
     )
+    if scene.movement.shape == "jacks":
+        return _on_jacks(scene, model, geometry)
+    if scene.movement.shape == "mound":
+        return _on_ground(scene, model, geometry)
+    holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
+    return replace(
+        model,
+        ground=ground_movement(geometry, lambda x: scene.movement.profile(x, length)),
+        supports=held_too(model.supports, holds, geometry.mesh),
+    )
+
+
+def _on_jacks(scene: Scene, model: Model, geometry: Geometry) -> Model:
+    """Return the model with its footing on supports and jacks; the deflection is measured between the outer supports."""
+    supports = supports_of(scene.rig, scene.wall.length)
+    up = upward(geometry, model.footing, model.size)
+    over = upward(geometry, model.footing, model.size, top=True)
+    return replace(
+        model,
+        span=supports[-1] - supports[0],
+        deflection=deflection_of(over, supports[0], supports[-1]),
+        jacks=jacks_model(scene, up),
+    )
+
+
+def _on_ground(scene: Scene, model: Model, geometry: Geometry) -> Model:
+    """Return the model with its footing on soil whose surface moves."""
+    length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
+    return replace(
+        model,
+        ground=ground_movement(
+            geometry,
+            lambda x: mound.profile(x, length, kind),
+            lambda x: mound.horizontal(x, length, kind),
+        ),
+        deflection=deflection_of(upward(geometry, model.footing, model.size, top=True), 0.0, length),
+    )
+
+
+def _joint_materials(scene: Scene) -> list[Joint]:
+    """Return the joint materials of a wall, in the order of their numbers."""
+    held = scene.rig.support == "held" or stops_at(scene) == "supports"  # until it ends there it is the same
+    return [
+        scene.joint,
+        dpc_joint(scene.dpc, scene.joint),
+        scene.footing.joint or scene.joint,
+        soil_joint(scene),
+        support_joint(scene, pulls=held),
+        section_joint(),
+    ]
 
 
 def _concrete(footing: Footing) -> BlockMaterial:

@@ -255,25 +255,36 @@ class LevelEquations:
         self.wanted[self.active] = stiffness[self.active]
 
     def solve(self, force: FloatArray) -> FloatArray:
-        """Return the displacement of all degrees of freedom (3 (n + 1),) under a force, 0 where held or condensed."""
+        """Return the displacements of all degrees of freedom under forces.
+
+        Parameters
+        ----------
+        force : array (r, size)
+            One row each.
+
+        Returns
+        -------
+        array (r, size)
+            0 where held or condensed.
+        """
         active = self.active
         changed = active[(self.wanted[active] != self.stiffness[active]).any(axis=1)]
         self._take_solids()
         if self._stale >= 0 or not self._correctable(changed):
             self._factorise(changed)
             changed = changed[:0]
-        right = force[self.dofs_in_play]
+        right = force[:, self.dofs_in_play]
         if len(changed):
             answer = self._corrected(right.copy(), changed)
             if answer is None:
                 self._factorise(changed)
-                answer = self._sweep(right[None])[0]
+                answer = self._sweep(right)
             else:
                 self.corrections += 1
         else:
-            answer = self._sweep(right[None])[0]
-        displacement = np.zeros(len(force))
-        displacement[self.dofs_in_play] = answer
+            answer = self._sweep(right)
+        displacement = np.zeros(force.shape)
+        displacement[:, self.dofs_in_play] = answer
         return displacement
 
     def _take_solids(self) -> None:
@@ -369,17 +380,18 @@ class LevelEquations:
         slots = self._slot[changed]
         change = self.wanted[changed] - self.stiffness[changed]
         size = 3 * len(changed)
-        matrix, moved = np.empty((size, size)), np.empty((size, 1))
+        matrix, moved = np.empty((size, size)), np.empty((size, len(force)))
         with_changes(self._compliance, slots, change, matrix)
-        answer = self._sweep(force[None])[0]
-        relative_displacements(changed, self.ties, self.order, answer[None], moved)
+        answer = self._sweep(force)
+        relative_displacements(changed, self.ties, self.order, answer, moved)
         _, _, gap, singular = lapack.dgesv(matrix, moved)
         if singular:
             return None
-        extra = np.einsum("sij,sj->si", change.reshape(-1, 3, 3), gap.reshape(-1, 3)).ravel()
-        take_away(extra, slots, self._reach, answer)
-        relative_displacements(changed, self.ties, self.order, answer[None], moved)
-        if not np.abs(moved - gap).max() <= FAITHFUL * np.abs(gap).max():
+        for own, row in zip(gap.T, answer):
+            extra = np.einsum("sij,sj->si", change.reshape(-1, 3, 3), own.reshape(-1, 3)).ravel()
+            take_away(extra, slots, self._reach, row)
+        relative_displacements(changed, self.ties, self.order, answer, moved)
+        if not (np.abs(moved - gap).max(axis=0) <= FAITHFUL * np.abs(gap).max(axis=0)).all():
             return None
         return answer
 
@@ -400,12 +412,15 @@ def block_levels(model: Model, held: IntArray) -> IntArray:
     a, b = model.interfaces.block_a, model.interfaces.block_b
     # from what is held altogether; what is only guided, as along an axis of symmetry, is not near the ground
     holds = model.properties.shear_stiffness > SLACK * model.properties.normal_stiffness
-    graph = csr_array((np.ones(int(holds.sum())), (a[holds], b[holds])), shape=(n + 1, n + 1))
+    # a footing is one level, whatever carries it, and where
+    footing = np.empty(0, dtype=np.int64) if model.footing is None else model.footing
+    start, end = np.append(a[holds], np.full(len(footing), n)), np.append(b[holds], footing)
+    graph = csr_array((np.ones(len(start)), (start, end)), shape=(n + 1, n + 1))
     # what follows from others is not held
     own = np.setdiff1d(held, idle_dofs(model))
     blocks, ways = np.unique([block_of_dof(model, int(dof)) for dof in own], return_counts=True)
     roots = blocks[ways >= 3]
-    if len(roots) == 1 and not ((a == n) | (b == n)).any():
+    if len(roots) == 1 and not len(footing) and not ((a == n) | (b == n)).any():
         roots = blocks
     distance = dijkstra(graph, directed=False, unweighted=True, indices=roots, min_only=True)
     # ground and supports have no free degrees of freedom worth a level: what touches them is level 0

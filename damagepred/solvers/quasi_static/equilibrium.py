@@ -8,7 +8,7 @@ and the minimum is sought again, until both agree.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from damagepred.assembly import Model
 from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
 from damagepred.solvers.quasi_static.equations import LevelEquations
+from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.state import JointMemory
 from damagepred.solvers.stiffness import block_of_dof, dead_load, dof_arms, held_dofs, live_load
@@ -57,6 +58,8 @@ class State:
         Of the joints.
     plastic : array (z, 4)
         Plastic strain of the zones.
+    jack : float
+        Load of each jack (N).
     """
 
     load: float
@@ -64,6 +67,7 @@ class State:
     displacement: FloatArray
     memory: JointMemory
     plastic: FloatArray = field(default_factory=no_zones)
+    jack: float = 0.0
 
     @classmethod
     def rest(cls, model: Model) -> State:
@@ -77,7 +81,7 @@ class State:
 
     def at(self, load: float, progress: float) -> State:
         """Return a copy that stands at another load and movement, the blocks not having moved yet."""
-        return State(load, progress, self.displacement.copy(), self.memory.copy(), self.plastic.copy())
+        return State(load, progress, self.displacement.copy(), self.memory.copy(), self.plastic.copy(), self.jack)
 
 
 class Equilibrium:
@@ -95,6 +99,7 @@ class Equilibrium:
         self.model, self.tolerance = model, tolerance
         self.held = held_dofs(model)
         self.dead_load, self.live_load = dead_load(model), live_load(model)
+        self.jacks = JackControl.of(model)
         # what acts inside deformable blocks is moved to their rims
         self.solids = None if model.mesh is None else Solids(model, self.dead_load, self.live_load)
         self.weight = model.mean_block_weight
@@ -162,20 +167,31 @@ class Equilibrium:
         live : bool
             Whether the law holds as it is, or with frozen friction limits.
         """
-        np.multiply(self.dead_load, state.load, out=self.force)
-        self.force += state.progress * self.live_load
+        self._loads(state)
         self._joint_forces(self.equations.active, state, displacement, live)
         if self.condensed:
             self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
         force = np.where(self.free, self.force, 0.0)
         worst = float(np.abs(force * self.per_weight).max(initial=0.0))
+        if live and self.jacks is not None:
+            worst = max(worst, abs(self.gap(state, displacement)) / DEFLECTION_FOUND * self.tolerance)
         # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
         return force, worst if np.isfinite(worst) else np.inf
 
-    def forces(self, state: State) -> FloatArray:
-        """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
+    def _loads(self, state: State) -> None:
+        """Begin with the loads."""
         np.multiply(self.dead_load, state.load, out=self.force)
         self.force += state.progress * self.live_load
+        if self.jacks is not None:
+            self.force += state.jack * self.jacks.push
+
+    def gap(self, state: State, displacement: FloatArray) -> float:
+        """Return the deflection (m) that is missing where the jacks are to bring it about."""
+        return 0.0 if self.jacks is None else self.jacks.gap(state.progress, displacement)
+
+    def forces(self, state: State) -> FloatArray:
+        """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
+        self._loads(state)
         self._joint_forces(np.arange(len(self.model.interfaces.kind)), state, state.displacement, live=True)
         return self.force
 
@@ -268,7 +284,9 @@ class Equilibrium:
         supports = self.model.supports
         begun = state.displacement.copy()
         begun[supports.prescribed] = supports.displacement(state.progress)
-        first = begun if start is None else start
+        if self.jacks is not None:
+            state.jack = self.jacks.load_at(state.progress, state.jack)
+        first, load = begun if start is None else start, state.jack
         found, worst = self._newton(state, first, DIRECT)
         if worst < self.tolerance:
             state.displacement[:] = found
@@ -278,7 +296,7 @@ class Equilibrium:
             worst = self._by_frozen_limits(state, near=True)
             if worst < self.tolerance:
                 return worst
-        state.displacement[:] = begun
+        state.displacement[:], state.jack = begun, load
         return self._by_frozen_limits(state, near=False)
 
     def directly(self, state: State) -> tuple[float, FloatArray]:
@@ -292,26 +310,33 @@ class Equilibrium:
     # -- the law as it is -------------------------------------------------------------------------------------------
 
     def _newton(self, state: State, start: FloatArray, steps: int) -> tuple[FloatArray, float]:
-        """Newton's method on the law as it is; return the best place it came to, and the unbalanced ratio there."""
+        """Newton's method on the law as it is; return the best place it came to, and the unbalanced ratio there.
+
+        The load of the jacks becomes that of the best place.
+        """
         u = best = start
+        load = state.jack
         force, worst = self.unbalanced(state, u)
         first = least = worst
         for taken in range(steps + 1):
             if worst < self.tolerance:
                 self._note_tangent(state, u)
                 break
-            step = self._step(force)
-            before, share = worst, 1.0
+            step, more = self._step(force, self.gap(state, u))
+            before, share, last = worst, 1.0, state.jack
+            state.jack = last + more
             force, worst = self.unbalanced(state, u + step)
             while share > 0.1 and ((worst > before and taken >= FULL_STEPS) or worst == np.inf):
                 # contacts that change to and fro: part of the step
                 share *= 0.5
+                state.jack = last + share * more
                 force, worst = self.unbalanced(state, u + share * step)
             if not worst < HOPELESS * max(first, 1.0):
                 break
             u = u + share * step
             if worst < least:
-                best, least = u, worst
+                best, least, load = u, worst, state.jack
+        state.jack = load
         if not (np.abs(best[self.free]) < self.lost_at).all():
             least = np.inf
         return best, least
@@ -320,7 +345,7 @@ class Equilibrium:
         """Keep how the path goes on: stiffness, and force per progress, joints sliding as they just did."""
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
         supports = self.model.supports
-        nudged = State(state.load, state.progress + NUDGE, displacement.copy(), state.memory, state.plastic)
+        nudged = replace(state, progress=state.progress + NUDGE, displacement=displacement.copy())
         nudged.displacement[supports.prescribed] += NUDGE * supports.prescribed_displacement
         self.force[:] = 0.0
         self._joint_forces(self._moved, state, displacement, live=True)
@@ -328,11 +353,21 @@ class Equilibrium:
         self.force[:] = 0.0
         self._joint_forces(self._moved, nudged, nudged.displacement, live=True)
         self.rate = (self.force - before) / NUDGE + self.live_load
+        if self.jacks is not None and self.jacks.by_load:
+            self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
 
-    def _step(self, force: FloatArray) -> FloatArray:
+    def _step(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
+        """Return the step of displacements and of the load of the jacks for an unbalanced force and a gap (m)."""
         self.equations.update(self.stiffness)
+        return self.solve(force, gap)
+
+    def solve(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
+        """Return displacements, and the load of the jacks (N), that a force brings about with a deflection (m)."""
         self.newton += 1
-        return self.equations.solve(force)
+        if self.jacks is None or self.jacks.by_load:
+            return self.equations.solve(force[None])[0], 0.0
+        alone, by_push = self.equations.solve(np.stack((force, self.jacks.push)))
+        return self.jacks.step(alone, by_push, gap)
 
     # -- frozen friction limits ---------------------------------------------------------------------------------------
 
@@ -373,11 +408,17 @@ class Equilibrium:
         """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""
         u = state.displacement
         force, worst = self.unbalanced(state, u, live=False)
+        self._take_load(state, force, u)
         for taken in range(100):
             # at least one step: limits taken from where the blocks stood before may hold nothing
             if worst < (tolerance if taken else self.tolerance):
-                break
-            step = self._step(force)
+                if abs(self.gap(state, u)) <= DEFLECTION_FOUND * max(tolerance / self.tolerance, 1.0):
+                    break
+                # at rest under this load of the jacks: on to that which makes the deflection
+                self._take_load(state, force, u)
+            self.equations.update(self.stiffness)
+            self.newton += 1
+            step = self.equations.solve(force[None])[0]
             slope = float(force @ step)
             if not slope > 0:
                 break
@@ -386,6 +427,18 @@ class Equilibrium:
             if self.lost(state):
                 break
         return worst
+
+    def _take_load(self, state: State, force: FloatArray, u: FloatArray) -> None:
+        """Give the jacks the load that the present stiffness asks for, and add it to the unbalanced force.
+
+        The joints have an energy only under a given load: with the deflection given instead they have none, as what is
+        measured is not what the jacks work on.
+        """
+        if self.jacks is None or self.jacks.by_load:
+            return
+        _, more = self._step(force, self.gap(state, u))
+        state.jack += more
+        force += np.where(self.free, more * self.jacks.push, 0.0)
 
     def _search(self, state: State, u: FloatArray, step: FloatArray, slope: float) -> tuple[float, FloatArray, float]:
         """Find how far to go along a step: to where the energy no longer falls, the root of its falling slope."""

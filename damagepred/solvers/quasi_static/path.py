@@ -250,9 +250,9 @@ class Path:
         equilibrium, supports = self.equilibrium, self.model.supports
         equilibrium.equations.update(equilibrium.tangent)
         pull = equilibrium.pull(target[0] - state.load, target[1] - state.progress)
-        ahead = State(*target, state.displacement.copy(), state.memory, state.plastic)
-        ahead.displacement += equilibrium.equations.solve(pull)
-        equilibrium.newton += 1
+        ahead = replace(state, load=target[0], progress=target[1], displacement=state.displacement.copy())
+        step, _ = equilibrium.solve(pull, equilibrium.gap(ahead, state.displacement))
+        ahead.displacement += step
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.progress)
         equilibrium.complete(ahead)
         if equilibrium.lost(ahead):

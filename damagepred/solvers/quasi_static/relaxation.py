@@ -44,8 +44,11 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
     lasting = law._replace(tensile_strength=holds, brittle_shear=np.zeros_like(law.brittle_shear))
     softens = law.critical_opening > 0
     lasting.tensile_strength[softens] = law.tensile_strength[softens]
-    run = Run(replace(model, properties=lasting), Solver())
-    run.resume(start.displacement, start.memory, start.load, start.progress, start.plastic)
+    run = Run(replace(model, properties=lasting, jacks=None), Solver())
+    if model.jacks is not None:
+        run.motion.load[:] = start.load * run.motion.load + start.jack * model.jacks.push
+    load = start.load if model.jacks is None else 1.0
+    run.resume(start.displacement, start.memory, load, start.progress, start.plastic)
     cycles = CYCLES
     while run.cycles < AT_MOST:
         run.cycle(cycles)
@@ -57,6 +60,6 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
         brittle = memory.cracked & ~softens[:, None]
         memory.opened[brittle] = parted[brittle]
         plastic = start.plastic if run.zones is None else run.zones.plastic()
-        yield State(start.load, start.progress, run.motion.displacement.copy(), memory, plastic)
+        yield replace(start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic)
         if come_loose(model, run.motion.displacement, start.progress).any():
             return

@@ -68,6 +68,7 @@ class WorkBalance:
 
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
+        self._jack = state.jack
 
     def add(
         self, state: State, spent: Spent, torn: float, reaction: float, gave_way: bool, solids: Solids | None
@@ -102,6 +103,8 @@ class WorkBalance:
         dead = 0.5 * (state.load + self._load) * float(self._loads[0] @ moved)
         live = 0.5 * (state.progress + self._progress) * float(self._loads[1] @ moved)
         work = dead + live + 0.5 * (power + self._power) * (state.progress - self._progress)
+        if model.jacks is not None:
+            work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
         self.external_work += work
         self.elastic_energy, self.fracture_work = stored, softened

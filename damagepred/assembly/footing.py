@@ -1,0 +1,308 @@
+"""The footing as a structure of its own: a beam under the wall, what carries it and what pushes it.
+
+The beam is a chain of rigid segments, one under each brick of the first course unless they are to be shorter. Between
+two segments an upright interface has the flexibility of the beam from the middle of one to the middle of the other.
+About the middle of a piece of Timoshenko beam of length h that is diagonal: h / (E A) axially, h / (kappa G A) +
+h^3 / (12 E I) across, h / (E I) in bending. So the chain has no error of its own where loads act on segments' middles,
+and one of the order of (h / L)^2 where they are spread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly.assembly import BEARING, Assembly, rectangle
+from damagepred.assembly.bond import Brick
+from damagepred.assembly.interfaces import Geometry
+from damagepred.assembly.model import Jacks, JointProperties, Kind
+from damagepred.scene import Footing, Joint, Rig, Scene
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SHEAR_AREA = 5.0 / 6.0
+"""Share of a rectangle's area that carries shear, kappa."""
+UNLIMITED = 1e13
+"""Strength (Pa) that nothing reaches, as a number that the laws can still calculate with."""
+LOOSE = 1e-6
+"""Stiffness of a support along the wall, over its upright one: it guides the footing, and holds no force worth it."""
+
+
+class Foundation(NamedTuple):
+    """What of a footing shapes the geometry, and how it is carried.
+
+    Attributes
+    ----------
+    model : {"beam", "deformable"}
+        A beam of segments, or one block of zones.
+    width, depth : float
+        Cross-section (m).
+    segment_length : float or None
+        Longest segment of the beam (m); None: a segment for each brick of the first course.
+    zone_size : float
+        Of the block of zones (m).
+    supports : tuple of float
+        Where it bears on supports (m).
+    on_soil : bool
+        Whether its underside rests on the ground.
+    """
+
+    model: str
+    width: float
+    depth: float
+    segment_length: float | None
+    zone_size: float
+    supports: tuple[float, ...]
+    on_soil: bool
+
+
+def foundation(scene: Scene) -> Foundation | None:
+    """Return the footing of a scene as the geometry takes it; None if the wall's underside itself is moved."""
+    footing, shape = scene.footing, scene.movement.shape
+    if scene.footing_model == "none":
+        return None
+    return Foundation(
+        model=scene.footing_model,
+        width=footing.width,
+        depth=footing.depth,
+        segment_length=footing.segment_length,
+        zone_size=scene.solver.zone_size_footing
+        or footing.depth / (2 if scene.solver.method == "quasi_static" else 4),
+        supports=supports_of(scene.rig, scene.wall.length) if shape == "jacks" else (),
+        on_soil=shape == "mound",
+    )
+
+
+def supports_of(rig: Rig, length: float) -> tuple[float, ...]:
+    """Return where the supports of a rig are (m), left to right."""
+    return tuple(sorted(rig.supports)) or (0.0, length)
+
+
+def jacks_of(rig: Rig, length: float) -> tuple[float, ...]:
+    """Return where the jacks of a rig are (m), left to right."""
+    return tuple(sorted(rig.jacks)) or (length / 4, length / 2, 3 * length / 4)
+
+
+def add_footing(assembly: Assembly, found: Foundation, bricks: Sequence[Brick], length: float, unit: float) -> IntArray:
+    """Add the blocks of a footing to a wall, join them, and let them rest on supports or ground.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        With the bricks, by their number.
+    found : Foundation
+        The footing.
+    bricks : sequence of Brick
+        Of the wall.
+    length, unit : float
+        Of the wall, and of a brick (m).
+
+    Returns
+    -------
+    array of int
+        Its blocks, left to right.
+    """
+    lowest = [i for i, brick in enumerate(bricks) if brick.course == 0]
+    if found.model == "deformable":
+        ends = np.array([0.0, length])
+    else:
+        ends = segment_ends([bricks[i] for i in lowest], length, unit, found.segment_length)
+    size = found.zone_size if found.model == "deformable" else 0.0
+    blocks = [
+        assembly.add_block(rectangle(left, -found.depth, right, 0.0), zone_size=size, thickness=found.width)
+        for left, right in zip(ends[:-1], ends[1:])
+    ]
+    for left, right in zip(blocks[:-1], blocks[1:]):
+        assembly.set_joint(left, right, Joint(), Kind.FOOTING_SECTION)
+    for i in lowest:
+        for at in np.flatnonzero((ends[:-1] < bricks[i].right - 1e-9) & (ends[1:] > bricks[i].left + 1e-9)):
+            assembly.set_joint(blocks[at], i, Joint(), Kind.FOOTING_INTERFACE)
+    if found.on_soil:
+        assembly.rest_on_ground(blocks, kind=Kind.SOIL)
+    for x in found.supports:
+        # where two segments meet, both are carried: else a wall were not its own mirror image
+        for at in under(ends, x):
+            assembly.bear(blocks[at], x)
+    return np.array(blocks, dtype=np.int64)
+
+
+def segment_ends(lowest: Sequence[Brick], length: float, unit: float, longest: float | None) -> FloatArray:
+    """Return where the segments of a beam end (m): at the ends of the first course's bricks, and in between.
+
+    Parameters
+    ----------
+    lowest : sequence of Brick
+        First course.
+    length, unit : float
+        Of the wall, and of a brick, which is how long segments are where there is none above (m).
+    longest : float or None
+        Longest segment (m); None: whole bricks.
+    """
+    ends = np.unique(np.round([0.0, length] + [x for b in lowest for x in (b.left, b.right)], 9))
+    pieces = [ends[:1]]
+    for left, right in zip(ends[:-1], ends[1:]):
+        built_on = any(b.left < right - 1e-6 and b.right > left + 1e-6 for b in lowest)
+        most = longest or (right - left if built_on else unit)
+        count = max(1, int(np.ceil((right - left) / most * (1 - 1e-9))))
+        pieces.append(left + (right - left) * (np.arange(count) + 1) / count)
+    return np.concatenate(pieces)
+
+
+def under(ends: FloatArray, x: float) -> IntArray:
+    """Return which segments are at a place (m): one, or the two that meet there."""
+    near = 1e-6 * float(ends[-1] - ends[0])
+    here = (ends[:-1] <= x + near) & (ends[1:] >= x - near)
+    return np.flatnonzero(here)
+
+
+def section_stiffness(properties: JointProperties, geometry: Geometry, footing: Footing) -> JointProperties:
+    """Return the law of all interfaces, those between segments being elastic with the stiffness of the beam.
+
+    Parameters
+    ----------
+    properties : JointProperties
+        Of all m interfaces.
+    geometry : Geometry
+        With segments, the interfaces between which are of kind FOOTING_SECTION.
+    footing : Footing
+        Cross-section and material.
+    """
+    face, blocks = geometry.interfaces, geometry.blocks
+    here = np.flatnonzero(face.kind == Kind.FOOTING_SECTION)
+    if not here.size:
+        return properties
+    h = blocks.x[face.block_b[here]] - blocks.x[face.block_a[here]]
+    modulus, area = footing.elastic_modulus, footing.width * footing.depth
+    shear_modulus = modulus / (2.0 * (1.0 + footing.poisson_ratio))
+    bending = modulus * footing.width * footing.depth**3 / 12.0
+    across = h / (SHEAR_AREA * shear_modulus * area) + h**3 / (12.0 * bending)
+    normal, shear = properties.normal_stiffness.copy(), properties.shear_stiffness.copy()
+    normal[here], shear[here] = modulus / h, 1.0 / (area * across)
+    return properties._replace(normal_stiffness=normal, shear_stiffness=shear)
+
+
+def section_joint() -> Joint:
+    """Return the law of the interfaces between segments: they part nowhere."""
+    return Joint(tensile_strength=UNLIMITED, cohesion=UNLIMITED, friction=0.0)
+
+
+def soil_joint(scene: Scene) -> Joint:
+    """Return the law of the soil: springs that press, and rub."""
+    normal = scene.soil.stiffness(scene.movement.kind)
+    shear = normal if scene.soil.shear_stiffness is None else scene.soil.shear_stiffness
+    return Joint(
+        normal_stiffness=normal,
+        shear_stiffness=shear,
+        tensile_strength=0.0,
+        cohesion=0.0,
+        friction=scene.soil.friction,
+    )
+
+
+def support_joint(scene: Scene, pulls: bool) -> Joint:
+    """Return the law of supports, which do not hold along the wall: no force acts there, so that nothing would come of it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a rig.
+    pulls : bool
+        Whether they hold the footing down, too.
+    """
+    stiffness = scene.rig.support_stiffness / (BEARING * scene.footing.width)
+    strength = UNLIMITED if pulls else 0.0
+    return Joint(
+        normal_stiffness=stiffness,
+        shear_stiffness=LOOSE * stiffness,
+        tensile_strength=strength,
+        cohesion=strength,
+        friction=0.0 if pulls else 1.0,
+    )
+
+
+def stops_at(scene: Scene) -> str:
+    """Return what ends the path of a footing on jacks when it carries nothing any more: jacks, supports, or nothing."""
+    if not scene.rig.stop_at_zero:
+        return ""
+    if scene.rig.control == "load":
+        return "supports"
+    return "jacks" if scene.movement.kind == "dishing" else "supports"
+
+
+Upward = Callable[[float], FloatArray]
+"""Place along the wall (m) -> weights of all degrees of freedom (size,) in the footing's upward displacement there."""
+
+
+def upward(geometry: Geometry, segments: IntArray, size: int, *, top: bool = False) -> Upward:
+    """Return how the footing goes up at a place: for unit displacements of all degrees of freedom.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        With the footing.
+    segments : array of int
+        Its blocks, left to right.
+    size : int
+        Number of degrees of freedom.
+    top : bool
+        Of a block of zones, whether its upper side is meant, or its underside.
+    """
+    blocks, mesh = geometry.blocks, geometry.mesh
+    zoned = mesh is not None and np.isin(segments, mesh.block).all()
+
+    def of_beam(x: float) -> FloatArray:
+        first = blocks.first_vertex[segments]
+        corners = blocks.vertices[first[:, None] + np.arange(4), 0]
+        ends = np.append(corners.min(axis=1), corners.max())
+        weights = np.zeros(size)
+        here = under(ends, x)
+        for block in segments[here]:
+            weights[3 * block + 1] += 1.0 / len(here)
+            weights[3 * block + 2] += (x - blocks.x[block]) / len(here)
+        return weights
+
+    def of_zones(x: float) -> FloatArray:
+        assert mesh is not None
+        own = np.flatnonzero(mesh.gridpoint_block == segments[0])
+        y = mesh.y[own]
+        level = y.max() if top else y.min()
+        row = own[np.abs(y - level) < 1e-9 * float(np.ptp(y))]
+        row = row[np.argsort(mesh.x[row])]
+        at = int(np.clip(np.searchsorted(mesh.x[row], x) - 1, 0, len(row) - 2))
+        share = (x - mesh.x[row[at]]) / (mesh.x[row[at + 1]] - mesh.x[row[at]])
+        weights = np.zeros(size)
+        weights[mesh.dof_y[row[at]]] += 1.0 - share
+        weights[mesh.dof_y[row[at + 1]]] += share
+        return weights
+
+    return of_zones if zoned else of_beam
+
+
+def deflection_of(up: Upward, left: float, right: float) -> FloatArray:
+    """Return the weights of all degrees of freedom in the upward deflection of the middle relative to two ends (m)."""
+    return up(0.5 * (left + right)) - 0.5 * (up(left) + up(right))
+
+
+def jacks_model(scene: Scene, up: Upward) -> Jacks:
+    """Return the jacks of a rig.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a rig.
+    up : callable
+        How the footing goes up where a jack pushes.
+    """
+    at = jacks_of(scene.rig, scene.wall.length)
+    return Jacks(
+        push=np.sum([up(x) for x in at], axis=0),
+        at=np.array(at),
+        deflection=scene.movement.sign * scene.movement.central_deflection,
+        load=scene.rig.jack_load or 0.0,
+        by_load=scene.rig.control == "load",
+        stop=stops_at(scene),
+    )

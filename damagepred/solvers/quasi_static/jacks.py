@@ -1,0 +1,81 @@
+"""Jacks under the footing: their load is one more unknown where the deflection is what is controlled.
+
+The path begins at the level state: while the dead load comes on, the jacks hold the footing's deflection at nothing.
+From there the deflection grows with the movement and the load is found with the displacements; or the load goes to its
+final value in proportion, and the deflection is what comes of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+
+FloatArray = NDArray[np.float64]
+
+DEFLECTION_FOUND = 1e-9
+"""Deflection (m) that may be missing where it is controlled."""
+
+
+@dataclass
+class JackControl:
+    """What of the jacks is given, and what is found.
+
+    Attributes
+    ----------
+    push : array (size,)
+        Force of unit loads.
+    weights : array (size,)
+        Of the degrees of freedom in the deflection.
+    goal : float
+        Deflection at full movement (m, upwards).
+    level_load, load : float or None
+        Load of each jack (N) in the level state, and at full movement, once that is what is controlled; None before.
+    """
+
+    push: FloatArray
+    weights: FloatArray
+    goal: float
+    level_load: float | None = None
+    load: float = 0.0
+
+    @classmethod
+    def of(cls, model: Model) -> JackControl | None:
+        """Return the control of a model's jacks, at the level state; None if there are none."""
+        if model.jacks is None or model.deflection is None:
+            return None
+        return cls(model.jacks.push, model.deflection, 0.0 if model.jacks.by_load else model.jacks.deflection)
+
+    @property
+    def by_load(self) -> bool:
+        """Whether the load is given."""
+        return self.level_load is not None
+
+    def load_at(self, progress: float, found: float) -> float:
+        """Return the load of each jack (N) at a progress, or what was found where the deflection is given."""
+        if self.level_load is None:
+            return found
+        return self.level_load + progress * (self.load - self.level_load)
+
+    def gap(self, progress: float, displacement: FloatArray) -> float:
+        """Return the deflection (m) that is missing; 0 where the load is given."""
+        return 0.0 if self.by_load else progress * self.goal - float(self.weights @ displacement)
+
+    def step(self, alone: FloatArray, by_push: FloatArray, gap: float) -> tuple[FloatArray, float]:
+        """Return the step of displacements and load that balances forces and closes the gap.
+
+        Parameters
+        ----------
+        alone, by_push : array (size,)
+            Displacements by the unbalanced forces, and by unit loads of the jacks.
+        gap : float
+            Deflection that is missing (m).
+        """
+        reach = float(self.weights @ by_push)
+        if not reach > 0.0:  # the jacks lift nothing: leave the load as it is
+            return alone, 0.0
+        more = (gap - float(self.weights @ alone)) / reach
+        return alone + more * by_push, more
