@@ -19,7 +19,7 @@ from damagepred.assembly.assembly import BEARING, Assembly, rectangle
 from damagepred.assembly.bond import Brick
 from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Jacks, JointProperties, Kind
-from damagepred.scene import Footing, Joint, Rig, Scene
+from damagepred.scene import Footing, Joint, Scene
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -72,19 +72,9 @@ def foundation(scene: Scene) -> Foundation | None:
         segment_length=footing.segment_length,
         zone_size=scene.solver.zone_size_footing
         or footing.depth / (2 if scene.solver.method == "quasi_static" else 4),
-        supports=supports_of(scene.rig, scene.wall.length) if shape == "jacks" else (),
+        supports=scene.rig.support_places(scene.wall.length) if shape == "jacks" else (),
         on_soil=shape == "mound",
     )
-
-
-def supports_of(rig: Rig, length: float) -> tuple[float, ...]:
-    """Return where the supports of a rig are (m), left to right."""
-    return tuple(sorted(rig.supports)) or (0.0, length)
-
-
-def jacks_of(rig: Rig, length: float) -> tuple[float, ...]:
-    """Return where the jacks of a rig are (m), left to right."""
-    return tuple(sorted(rig.jacks)) or (length / 4, length / 2, 3 * length / 4)
 
 
 def add_footing(assembly: Assembly, found: Foundation, bricks: Sequence[Brick], length: float, unit: float) -> IntArray:
@@ -297,10 +287,11 @@ def jacks_model(scene: Scene, up: Upward) -> Jacks:
     up : callable
         How the footing goes up where a jack pushes.
     """
-    at = jacks_of(scene.rig, scene.wall.length)
+    at = scene.rig.jack_places(scene.wall.length)
     return Jacks(
         push=np.sum([up(x) for x in at], axis=0),
         at=np.array(at),
+        ends=np.array(scene.rig.support_places(scene.wall.length))[[0, -1]],
         deflection=scene.movement.sign * scene.movement.central_deflection,
         load=scene.rig.jack_load or 0.0,
         by_load=scene.rig.control == "load",

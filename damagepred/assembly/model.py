@@ -214,6 +214,8 @@ class Jacks(NamedTuple):
         Force on all degrees of freedom of jacks that push upwards with 1 N each.
     at : array (j,)
         Where they stand along the wall (m).
+    ends : array (e,)
+        Where the outer supports are (m).
     deflection : float
         Of the footing's centre at full movement (m, upwards), where it is what is controlled.
     load : float
@@ -226,6 +228,7 @@ class Jacks(NamedTuple):
 
     push: FloatArray
     at: FloatArray
+    ends: FloatArray
     deflection: float
     load: float
     by_load: bool

@@ -23,7 +23,6 @@ from damagepred.assembly.footing import (
     soil_joint,
     stops_at,
     support_joint,
-    supports_of,
     upward,
 )
 from damagepred.assembly.interfaces import Geometry, ground_movement
@@ -212,7 +211,7 @@ def wall_model(
 
 def _on_jacks(scene: Scene, model: Model, geometry: Geometry) -> Model:
     """Return the model with its footing on supports and jacks; the deflection is measured between the outer supports."""
-    supports = supports_of(scene.rig, scene.wall.length)
+    supports = scene.rig.support_places(scene.wall.length)
     up = upward(geometry, model.footing, model.size)
     over = upward(geometry, model.footing, model.size, top=True)
     return replace(

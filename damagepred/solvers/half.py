@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from damagepred.assembly import Model
-from damagepred.assembly.model import BlockLaw, Blocks, Ground, Interfaces, Jambs, JointProperties, Supports
+from damagepred.assembly.model import BlockLaw, Blocks, Ground, Interfaces, Jacks, Jambs, JointProperties, Supports
 from damagepred.errors import SolverError
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import Increment
@@ -211,6 +211,9 @@ def symmetric_half(model: Model) -> Half | None:
         apex_limited=model.apex_limited,
         block_law=BlockLaw(*(values[fold.kept] for values in model.block_law)),
         plane=model.plane,
+        footing=_footing_of_half(model, fold),
+        deflection=None if model.deflection is None else _folded(fold, model.deflection),
+        jacks=_jacks_of_half(model, fold),
         yardstick=weight / 2 if fold.cut.any() else weight,
     )
     return Half(half, model, fold)
@@ -296,6 +299,7 @@ def _same_actions(model: Model, mirror: Mirror) -> bool:
     load, image = model.supports.load.reshape(-1, 3), mirror.block
     live = model.supports.live_load.reshape(-1, 3)
     normal, shear = model.ground
+    along_footing = [v for v in (model.deflection, None if model.jacks is None else model.jacks.push) if v is not None]
     return bool(
         np.array_equal(model.density[image], model.density)
         and np.array_equal(held[image], held)
@@ -305,6 +309,7 @@ def _same_actions(model: Model, mirror: Mirror) -> bool:
         and np.array_equal(later[image], later)
         and _agree(mirror.of_contacts(normal), normal)
         and _agree(-mirror.of_contacts(shear), shear)
+        and all(_agree(MIRRORED * v.reshape(-1, 3)[image], v.reshape(-1, 3)[:-1]) for v in along_footing)
     )
 
 
@@ -475,6 +480,26 @@ def _supports_of_half(model: Model, fold: Fold) -> Supports:
     return Supports(
         dofs, moved.ravel()[dofs], loads[0].ravel(), loads[1].ravel(), np.zeros(len(dofs)), later.ravel()[dofs]
     )
+
+
+def _folded(fold: Fold, weights: FloatArray) -> FloatArray:
+    """Return weights of the half's degrees of freedom that make the same sum as those of the whole (3 (n + 1),)."""
+    whole = weights.reshape(-1, 3)[:-1]
+    half = np.zeros((len(fold.kept) + 1, 3))
+    np.add.at(half, fold.block_source, fold.block_sign * whole)
+    return half.ravel()
+
+
+def _footing_of_half(model: Model, fold: Fold) -> IntArray | None:
+    return None if model.footing is None else np.flatnonzero(np.isin(fold.kept, model.footing))
+
+
+def _jacks_of_half(model: Model, fold: Fold) -> Jacks | None:
+    """Return the jacks: half their force acts on the half, and the support on the right is the only outer one."""
+    jacks = model.jacks
+    if jacks is None:
+        return None
+    return jacks._replace(push=0.5 * _folded(fold, jacks.push), ends=jacks.ends[-1:])
 
 
 # -- back to the whole ------------------------------------------------------------------------------------------------

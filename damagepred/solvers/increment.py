@@ -100,6 +100,12 @@ class Increment:
         Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
     zones : ZonePicture or None
         Of the deformable blocks; ``displacement`` has their mean motion.
+    deflection : float
+        Of a footing that finds its own shape: its centre relative to its ends (m, upwards).
+    jack_load : float
+        Of each jack under it (N, upwards).
+    ended : str
+        Why the path ends before the full movement: ``"jacks"`` or ``"supports"`` carry nothing any more; ``""`` if not.
     """
 
     number: int
@@ -134,3 +140,6 @@ class Increment:
     searches: int = 0
     support_force: FloatArray | None = None
     zones: ZonePicture | None = None
+    deflection: float = float("nan")
+    jack_load: float = float("nan")
+    ended: str = ""

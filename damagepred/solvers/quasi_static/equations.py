@@ -273,7 +273,7 @@ class LevelEquations:
         if self._stale >= 0 or not self._correctable(changed):
             self._factorise(changed)
             changed = changed[:0]
-        right = force[:, self.dofs_in_play]
+        right = np.take(force, self.dofs_in_play, axis=1)
         if len(changed):
             answer = self._corrected(right.copy(), changed)
             if answer is None:

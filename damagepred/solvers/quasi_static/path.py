@@ -11,7 +11,9 @@ most overloaded first. Where there is no equilibrium near, the wall moves by its
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ from damagepred.solvers.quasi_static.relaxation import come_to_rest
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states
-from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
+from damagepred.solvers.stiffness import base_reaction, block_of_dof, outer_support_loads, support_force
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -46,6 +48,8 @@ CUTS = 4
 """Times a step is cut to where a bond should break by its linear load; after that it is halved."""
 FALL_FOUND = 1e-4
 """Progress between a wall that stands under a live load and one that falls, at most."""
+NOTHING, MOST_TRIES, CLOSE = 1e-7, 40, 1e-7
+"""Share of all dead load that counts as no load; attempts to find where a load is gone; progress that is one point."""
 SHORTEST = 1e-5
 """Share of a step so short that what breaks within it breaks at its end."""
 
@@ -362,7 +366,69 @@ class Path:
             standing_progress=self.standing if collapsed else np.nan,
             support_force=support_force(model, force),
             zones=None if solids is None else solids.picture(state.displacement, state.plastic),
+            deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
+            jack_load=np.nan if model.jacks is None else state.jack,
         )
+
+    # -- jacks ------------------------------------------------------------------------------------------------------
+
+    def control_load(self) -> None:
+        """From the level state on, control the load of the jacks instead of the deflection."""
+        jacks, known = self.equilibrium.jacks, self.model.jacks
+        if jacks is not None and known is not None and known.by_load:
+            jacks.level_load, jacks.load = self.state.jack, known.load
+            self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
+
+    def carried(self) -> float:
+        """Return the load (N) at whose end the path ends: of a jack, or of the less loaded outer support."""
+        jacks = self.model.jacks
+        if jacks is None or not jacks.stop:
+            return np.inf
+        if jacks.stop == "jacks":
+            return self.state.jack
+        _, sigma, _ = self.stresses(self.state)
+        return float(outer_support_loads(self.model, jacks.ends, sigma).min())
+
+    def keep(self) -> Kept:
+        """Return what it takes to come back here."""
+        return Kept(self.state.copy(), self.unopened.copy(), copy(self.balance), self.events, self.carried())
+
+    def go_back(self, kept: Kept) -> None:
+        """Go back to a point of the path."""
+        self.state, self.unopened = kept.state.copy(), kept.unopened.copy()
+        self.balance, self.events = copy(kept.balance), kept.events
+        self.equilibrium.find(self.state)
+
+    def end_where_nothing_is_carried(self, before: Kept, worst: float) -> float:
+        """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
+        enough = NOTHING * float(np.abs(self.model.supports.load).sum())
+        beyond, at, over = self.keep(), self.state.progress, self.carried()
+        left = before.carried
+        for _ in range(MOST_TRIES):
+            if abs(over) <= enough or beyond.state.progress - before.state.progress < CLOSE:
+                break
+            share = left / (left - over)
+            at = before.state.progress + share * (beyond.state.progress - before.state.progress)
+            self.go_back(before)
+            worst = self.advance(1.0, at)
+            now = self.carried()
+            if now > enough:
+                before, left, over = self.keep(), now, over / 2  # false position, Illinois
+            else:
+                beyond, left, over = self.keep(), (left / 2 if now < -enough else left), now
+        else:
+            self.go_back(beyond)
+        return worst
+
+
+class Kept(NamedTuple):
+    """A point of the path to come back to."""
+
+    state: State
+    unopened: BoolArray
+    balance: WorkBalance
+    events: int
+    carried: float
 
 
 def distance(state: State, far: Point) -> float:
@@ -401,10 +467,13 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     # the matrices are small: threads would spend their time waiting for each other
     one_thread = ThreadpoolController().select(user_api="blas")
     path = Path(while_loading(model), settings)
+    stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
-        before = replace(path.count)
+        before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
         with one_thread.limit(limits=1):
             worst = path.advance(1.0, number / increments)
+            if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
+                worst, ended = path.end_where_nothing_is_carried(kept, worst), True
         state = path.state
         collapsed = bool(come_loose(model, state.displacement, state.progress).any())
         if worst >= path.tolerance and not collapsed:
@@ -416,9 +485,15 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
                 increment=number,
                 block=block,
             )
-        yield path.report(number, worst, before, collapsed)
+        increment = path.report(number, worst, before, collapsed)
+        if ended and model.jacks is not None:
+            yield replace(increment, ended=model.jacks.stop)
+            return
+        yield increment
         if collapsed:
             return
+        if number == 0:
+            path.control_load()
         if number == 0 and model.supports.after_load.any():
             with one_thread.limit(limits=1):
                 path.hold(held_after_load(model, state.displacement))
