@@ -9,6 +9,7 @@ and one of the order of (h / L)^2 where they are spread.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -70,8 +71,7 @@ def foundation(scene: Scene) -> Foundation | None:
         width=footing.width,
         depth=footing.depth,
         segment_length=footing.segment_length,
-        zone_size=scene.solver.zone_size_footing
-        or footing.depth / (2 if scene.solver.method == "quasi_static" else 4),
+        zone_size=scene.solver.zone_size_footing or footing.depth / (2 if scene.solver.method == "quasi_static" else 4),
         supports=scene.rig.support_places(scene.wall.length) if shape == "jacks" else (),
         on_soil=shape == "mound",
     )
@@ -104,9 +104,9 @@ def add_footing(assembly: Assembly, found: Foundation, bricks: Sequence[Brick], 
     size = found.zone_size if found.model == "deformable" else 0.0
     blocks = [
         assembly.add_block(rectangle(left, -found.depth, right, 0.0), zone_size=size, thickness=found.width)
-        for left, right in zip(ends[:-1], ends[1:])
+        for left, right in itertools.pairwise(ends)
     ]
-    for left, right in zip(blocks[:-1], blocks[1:]):
+    for left, right in itertools.pairwise(blocks):
         assembly.set_joint(left, right, Joint(), Kind.FOOTING_SECTION)
     for i in lowest:
         for at in np.flatnonzero((ends[:-1] < bricks[i].right - 1e-9) & (ends[1:] > bricks[i].left + 1e-9)):
@@ -134,7 +134,7 @@ def segment_ends(lowest: Sequence[Brick], length: float, unit: float, longest: f
     """
     ends = np.unique(np.round([0.0, length] + [x for b in lowest for x in (b.left, b.right)], 9))
     pieces = [ends[:1]]
-    for left, right in zip(ends[:-1], ends[1:]):
+    for left, right in itertools.pairwise(ends):
         built_on = any(b.left < right - 1e-6 and b.right > left + 1e-6 for b in lowest)
         most = longest or (right - left if built_on else unit)
         count = max(1, int(np.ceil((right - left) / most * (1 - 1e-9))))
@@ -194,7 +194,7 @@ def soil_joint(scene: Scene) -> Joint:
 
 
 def support_joint(scene: Scene, pulls: bool) -> Joint:
-    """Return the law of supports, which do not hold along the wall: no force acts there, so that nothing would come of it.
+    """Return the law of supports, which do not hold along the wall: no force acts there that would need it.
 
     Parameters
     ----------

@@ -198,9 +198,9 @@ def wall_model(
         footing=footing if len(footing) else None,
     )
     if scene.movement.shape == "jacks":
-        return _on_jacks(scene, model, geometry)
+        return _on_jacks(scene, model, geometry, footing)
     if scene.movement.shape == "mound":
-        return _on_ground(scene, model, geometry)
+        return _on_ground(scene, model, geometry, footing)
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
     return replace(
         model,
@@ -209,11 +209,11 @@ def wall_model(
     )
 
 
-def _on_jacks(scene: Scene, model: Model, geometry: Geometry) -> Model:
-    """Return the model with its footing on supports and jacks; the deflection is measured between the outer supports."""
+def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
+    """Return the model with its footing on supports and jacks; deflection is measured between the outer supports."""
     supports = scene.rig.support_places(scene.wall.length)
-    up = upward(geometry, model.footing, model.size)
-    over = upward(geometry, model.footing, model.size, top=True)
+    up = upward(geometry, footing, model.size)
+    over = upward(geometry, footing, model.size, top=True)
     return replace(
         model,
         span=supports[-1] - supports[0],
@@ -222,7 +222,7 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry) -> Model:
     )
 
 
-def _on_ground(scene: Scene, model: Model, geometry: Geometry) -> Model:
+def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
     """Return the model with its footing on soil whose surface moves."""
     length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
     return replace(
@@ -232,7 +232,7 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry) -> Model:
             lambda x: mound.profile(x, length, kind),
             lambda x: mound.horizontal(x, length, kind),
         ),
-        deflection=deflection_of(upward(geometry, model.footing, model.size, top=True), 0.0, length),
+        deflection=deflection_of(upward(geometry, footing, model.size, top=True), 0.0, length),
     )
 
 

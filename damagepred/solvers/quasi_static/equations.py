@@ -259,13 +259,13 @@ class LevelEquations:
 
         Parameters
         ----------
-        force : array (r, size)
-            One row each.
+        force : array (size,) or (r, size)
+            One, or one in each row.
 
         Returns
         -------
-        array (r, size)
-            0 where held or condensed.
+        array
+            Of the same shape; 0 where held or condensed.
         """
         active = self.active
         changed = active[(self.wanted[active] != self.stiffness[active]).any(axis=1)]
@@ -273,7 +273,7 @@ class LevelEquations:
         if self._stale >= 0 or not self._correctable(changed):
             self._factorise(changed)
             changed = changed[:0]
-        right = np.take(force, self.dofs_in_play, axis=1)
+        right = np.take(np.atleast_2d(force), self.dofs_in_play, axis=1)
         if len(changed):
             answer = self._corrected(right.copy(), changed)
             if answer is None:
@@ -284,7 +284,7 @@ class LevelEquations:
         else:
             answer = self._sweep(right)
         displacement = np.zeros(force.shape)
-        displacement[:, self.dofs_in_play] = answer
+        displacement[..., self.dofs_in_play] = answer.reshape(*force.shape[:-1], -1)
         return displacement
 
     def _take_solids(self) -> None:

@@ -365,7 +365,7 @@ class Equilibrium:
         """Return displacements, and the load of the jacks (N), that a force brings about with a deflection (m)."""
         self.newton += 1
         if self.jacks is None or self.jacks.by_load:
-            return self.equations.solve(force[None])[0], 0.0
+            return self.equations.solve(force), 0.0
         alone, by_push = self.equations.solve(np.stack((force, self.jacks.push)))
         return self.jacks.step(alone, by_push, gap)
 
@@ -418,7 +418,7 @@ class Equilibrium:
                 self._take_load(state, force, u)
             self.equations.update(self.stiffness)
             self.newton += 1
-            step = self.equations.solve(force[None])[0]
+            step = self.equations.solve(force)
             slope = float(force @ step)
             if not slope > 0:
                 break
