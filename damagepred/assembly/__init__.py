@@ -2,6 +2,6 @@
 
 from damagepred.assembly.assembly import GRAVITY, Assembly
 from damagepred.assembly.model import Kind, Model
-from damagepred.assembly.wall import wall_geometry, wall_model
+from damagepred.assembly.wall import footing_alone, wall_geometry, wall_model
 
-__all__ = ["GRAVITY", "Assembly", "Kind", "Model", "wall_geometry", "wall_model"]
+__all__ = ["GRAVITY", "Assembly", "Kind", "Model", "footing_alone", "wall_geometry", "wall_model"]

@@ -44,8 +44,8 @@ IntArray = NDArray[np.int64]
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
-BEARING = 1e-3
-"""Width of a bearing (m): a knife edge."""
+BEARING = 1e-4
+"""Width of a bearing (m): a knife edge, that hardly hinders a block from turning."""
 
 NO_JAMBS = Jambs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
 
@@ -213,7 +213,7 @@ class Assembly:
         self._ground_profile = displacement
 
     def bear(self, block: int, x: float, joint: Joint | None = None) -> None:
-        """Let a block bear on the ground in one point of its underside, over a width of a millimetre.
+        """Let a block bear on the ground in one point of its underside, on a knife edge.
 
         Parameters
         ----------

@@ -77,7 +77,9 @@ def foundation(scene: Scene) -> Foundation | None:
     )
 
 
-def add_footing(assembly: Assembly, found: Foundation, bricks: Sequence[Brick], length: float, unit: float) -> IntArray:
+def add_footing(
+    assembly: Assembly, found: Foundation, bricks: Sequence[Brick], length: float, unit: float, *, alone: bool = False
+) -> IntArray:
     """Add the blocks of a footing to a wall, join them, and let them rest on supports or ground.
 
     Parameters
@@ -90,6 +92,8 @@ def add_footing(assembly: Assembly, found: Foundation, bricks: Sequence[Brick], 
         Of the wall.
     length, unit : float
         Of the wall, and of a brick (m).
+    alone : bool
+        Whether the bricks are not there, and only tell where segments end.
 
     Returns
     -------
@@ -108,7 +112,7 @@ def add_footing(assembly: Assembly, found: Foundation, bricks: Sequence[Brick], 
     ]
     for left, right in itertools.pairwise(blocks):
         assembly.set_joint(left, right, Joint(), Kind.FOOTING_SECTION)
-    for i in lowest:
+    for i in [] if alone else lowest:
         for at in np.flatnonzero((ends[:-1] < bricks[i].right - 1e-9) & (ends[1:] > bricks[i].left + 1e-9)):
             assembly.set_joint(blocks[at], i, Joint(), Kind.FOOTING_INTERFACE)
     if found.on_soil:

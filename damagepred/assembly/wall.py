@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly.assembly import GRAVITY, Assembly, rectangle
+from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks
 from damagepred.assembly.footing import (
     Foundation,
@@ -95,6 +95,14 @@ def _geometry(
     return WallGeometry(geometry, tuple(bricks), _jambs(scene, bricks, geometry), footing)
 
 
+@lru_cache(maxsize=8)
+def _footing_alone(wall: Wall, opening: tuple[Opening, ...], solver: Solver, found: Foundation) -> WallGeometry:
+    assembly = Assembly(thickness=wall.thickness)
+    bricks = lay_bricks(Scene(wall=wall, opening=opening))
+    footing = add_footing(assembly, found, bricks, wall.length, wall.block_length, alone=True)
+    return WallGeometry(assembly.geometry(solver), (), NO_JAMBS, footing)
+
+
 def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
     """Return the size of a brick's cells (m), 0 if it is rigid."""
     below = dpc_course is not None and brick.course < dpc_course
@@ -158,14 +166,43 @@ def wall_model(
     InputError
         If the bricks cannot be laid, or a field has the wrong size.
     """
-    geometry, bricks, jambs, footing = _cached(scene, deformable)
+    return _model(scene, _cached(scene, deformable), fields or {}, 0.0)
+
+
+def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
+    """Return the model of a scene's footing without the wall, on the same supports and jacks, or the same ground.
+
+    Parameters
+    ----------
+    scene : Scene
+        With ``movement.shape`` jacks or mound.
+    line_load : float
+        Dead load along the footing, besides its weight (N/m, downwards): what of the wall it carries.
+
+    Raises
+    ------
+    InputError
+        If the footing of the scene does not find its own shape.
+    """
+    found = foundation(scene)
+    if found is None or scene.movement.shape not in ("jacks", "mound"):
+        raise InputError(
+            f"movement.shape = '{scene.movement.shape}': prescribes the form of the footing; alone it takes 'jacks' or "
+            "'mound'."
+        )
+    solver = _meshing(scene.solver, zoned=False)
+    return _model(scene, _footing_alone(scene.wall, scene.opening, solver, found), {}, line_load)
+
+
+def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
+    geometry, bricks, jambs, footing = known
     blocks, interfaces = geometry.blocks, geometry.interfaces
     own_bed = len(footing) > 0 and scene.footing.joint is not None
     material = IN_KIND[interfaces.kind]
     if not own_bed:
         material[material == BED] = MORTAR
     properties, limited = joint_properties(
-        _joint_materials(scene), material, interfaces.joint, _by_material(fields or {}, len(geometry.joints.kind))
+        _joint_materials(scene), material, interfaces.joint, _by_material(fields, len(geometry.joints.kind))
     )
     substances = [scene.block, _concrete(scene.footing)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
@@ -179,6 +216,8 @@ def wall_model(
     load[:, 1] = -GRAVITY * density * blocks.area * thickness
     load[: len(bricks), 1] -= _roof(scene, bricks)
     length = scene.wall.length
+    if line_load:
+        load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()
     model = Model(
         blocks=blocks,
         interfaces=interfaces,
@@ -295,9 +334,9 @@ def _by_material(fields: Mapping[str, FloatArray], joints: int) -> dict[int, dic
 
 def _roof(scene: Scene, bricks: tuple[Brick, ...]) -> FloatArray:
     """Share of the roof load on each brick (N), by the length of wall top it offers."""
-    left, _, right, top, _ = np.array(bricks).T
+    left, _, right, top, _ = np.array(bricks).reshape(-1, 5).T
     share = np.where(top > scene.wall.height * (1 - 1e-9), right - left, 0.0)
-    return scene.loads.roof * share / share.sum()
+    return scene.loads.roof * share / max(float(share.sum()), 1e-300)
 
 
 def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
