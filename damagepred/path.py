@@ -17,6 +17,7 @@ from damagepred.damage import JointMap, Verdict, damage_table, judge
 from damagepred.errors import SolverError
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.footing import section_forces, section_interfaces, support_loads
 from damagepred.solvers.increment import ZoneState
 
 if TYPE_CHECKING:
@@ -233,6 +234,7 @@ def solve(
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     method = settings.method if run is None else "dynamic"
     ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
+    ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, attributes | ending, store_zones)
     if isinstance(scene, Scene):
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
@@ -260,10 +262,13 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         Its path.
     """
     progress = np.array([s.increment.progress for s in steps])
+    deflection = progress * model.central_deflection
+    if model.deflection is not None:
+        deflection = np.abs([s.increment.deflection for s in steps])
     values = {
         "progress": progress,
-        "central_deflection": progress * model.central_deflection,
-        "deflection_ratio": progress * model.central_deflection / model.span,
+        "central_deflection": deflection,
+        "deflection_ratio": deflection / model.span,
         "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
         "cycles": np.array([s.increment.cycles for s in steps], dtype=np.int64),
         "events": np.array([s.increment.events for s in steps], dtype=np.int64),
@@ -272,6 +277,10 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
         "opening_width_change": np.array([s.opening_width_change for s in steps]).reshape(len(steps), -1),
     }
+    if model.surface_movement is not None:
+        values["surface_movement"] = progress * model.surface_movement
+    if model.jacks is not None:
+        values["jack_load"] = np.array([s.increment.jack_load for s in steps])
     if np.isfinite(steps[0].increment.time):
         values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in IN_TIME}
         values["base_displacement_x"], values["base_displacement_y"] = np.array([s.increment.base for s in steps]).T
@@ -290,6 +299,39 @@ def without_zone_fields(step: Step) -> Step:
         return step
     light = zones._replace(displacement=np.empty((0, 2)), stress=np.empty((0, 4)))
     return step._replace(increment=replace(step.increment, zones=light))
+
+
+def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what is known of a footing that is part of the model, by variable."""
+    values: dict[str, FloatArray] = {}
+    if model.footing is None:
+        return values
+    here = section_interfaces(model)
+    if here.size:
+        stacked = (
+            np.array([getattr(s.increment, n) for s in steps]) for n in ("opening", "normal_stress", "shear_stress")
+        )
+        found = section_forces(model, *stacked)
+        values["section_x"] = model.interfaces.x[here]
+        values |= {f"section_{name}": getattr(found, name) for name in found._fields}
+    if model.jacks is not None:
+        at, load = support_loads(model, np.array([s.increment.normal_stress for s in steps]))
+        values |= {"support_x": at, "support_load": load}
+    return values
+
+
+def _ending(model: Model, last: Step) -> dict[str, object]:
+    """Return, as attributes, at which limit a path ended early."""
+    ended = last.increment.ended
+    if not ended or model.jacks is None:
+        return {}
+    deflection = abs(last.increment.deflection)
+    what = "the jacks carry" if ended == "jacks" else "an outer support carries"
+    return {
+        "limit": ended,
+        "limit_deflection": deflection,
+        "status_message": f"{what} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
+    }
 
 
 def _zoning(model: Model) -> dict[str, object]:
@@ -370,6 +412,7 @@ def _collect(
         "contact_opening": stacked("opening"), "contact_slip": stacked("slip"),
         "contact_normal_stress": stacked("normal_stress"), "contact_shear_stress": stacked("shear_stress"),
         "contact_state": stacked("state"),
+        **_footing_values(model, steps),
         **(_zone_values(model, steps) if store_zones else {}),
     }  # fmt: skip
     ds = dataset(

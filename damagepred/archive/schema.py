@@ -58,12 +58,14 @@ class Variable:
 
 _STEP = ("increment",)
 _BLOCK, _CONTACT, _OPENING, _VERTEX = ("block",), ("contact",), ("opening",), ("vertex",)
+_SECTION = ("section",)
 _ZONE, _GRIDPOINT = ("zone",), ("gridpoint",)
 
 MESH = "zone_mesh"
 """Variable that says how zones and gridpoints make a mesh, in the words of the UGRID conventions."""
 _ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "location": "node"}
 
+KINDS = ("bed_joint", "head_joint", "dpc", "footing_interface", "soil", "support", "footing_section")
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
 
@@ -73,6 +75,10 @@ VARIABLES: dict[str, Variable] = {
     "progress": Variable(_STEP, "1", "share of the full movement, and of the live load at full movement"),
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
+    "surface_movement": Variable(
+        _STEP, "m", "movement of the ground's surface under the footing, as a site is classed by"
+    ),
+    "jack_load": Variable(_STEP, "N", "load of each jack under the footing, upwards positive"),
     "unbalanced_force_ratio": Variable(_STEP, "1", "largest unbalanced force over the mean weight of a block"),
     "cycles": Variable(
         _STEP, "1", "Newton steps of the quasi-static, cycles of the explicit solver spent on the increment"
@@ -113,6 +119,15 @@ VARIABLES: dict[str, Variable] = {
     "opening_width_change": Variable(
         (*_STEP, *_OPENING), "m", "change of the width at the upper end of the jambs, widening positive"
     ),
+    # the footing
+    "support_x": Variable(("support",), "m", "place of the support along the wall"),
+    "support_load": Variable((*_STEP, "support"), "N", "load that the support carries, upwards positive"),
+    "section_x": Variable(_SECTION, "m", "place of the footing's section along the wall"),
+    "section_strain": Variable((*_STEP, *_SECTION), "1", "strain of the section at mid-depth, elongation positive"),
+    "section_curvature": Variable((*_STEP, *_SECTION), "m-1", "curvature of the footing, sagging positive"),
+    "section_axial_force": Variable((*_STEP, *_SECTION), "N", "axial force in the footing, tension positive"),
+    "section_shear_force": Variable((*_STEP, *_SECTION), "N", "shear force, what the left pushes the right up by"),
+    "section_moment": Variable((*_STEP, *_SECTION), "N m", "moment in the footing, sagging positive: tension below"),
     # blocks
     "block_x": Variable(_BLOCK, "m", "centroid of the block along the wall"),
     "block_y": Variable(_BLOCK, "m", "height of the block's centroid"),
@@ -131,9 +146,7 @@ VARIABLES: dict[str, Variable] = {
     # contacts
     "contact_x": Variable(_CONTACT, "m", "place of the contact along the wall"),
     "contact_y": Variable(_CONTACT, "m", "height of the contact"),
-    "contact_kind": Variable(
-        _CONTACT, None, "what the contact lies in", ("bed_joint", "head_joint", "dpc", "footing_interface")
-    ),
+    "contact_kind": Variable(_CONTACT, None, "what the contact lies in", KINDS),
     "contact_interface": Variable(_CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"),
     "contact_joint": Variable(_CONTACT, "1", "mortar joint the contact belongs to"),
     "contact_length": Variable(_CONTACT, "m", "length of joint the contact stands for"),
@@ -259,7 +272,7 @@ def dataset(
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (
-        {"central_deflection", "deflection_ratio", "time"} & set(variables)
+        {"central_deflection", "deflection_ratio", "surface_movement", "time"} & set(variables)
     )
     ds = xr.Dataset(
         {k: v for k, v in variables.items() if k not in coordinates},

@@ -304,6 +304,8 @@ class Model:
         None: it is prescribed.
     jacks : Jacks or None
         What pushes the footing.
+    surface_movement : float or None
+        Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
     """
 
     blocks: Blocks
@@ -328,6 +330,7 @@ class Model:
     footing: IntArray | None = None
     deflection: FloatArray | None = None
     jacks: Jacks | None = None
+    surface_movement: float | None = None
 
     @property
     def n_blocks(self) -> int:

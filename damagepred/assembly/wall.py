@@ -272,6 +272,7 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
             lambda x: mound.horizontal(x, length, kind),
         ),
         deflection=deflection_of(upward(geometry, footing, model.size, top=True), 0.0, length),
+        surface_movement=mound.surface_movement,
     )
 
 

@@ -8,7 +8,6 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from damagepred.assembly import Model
-from damagepred.assembly.model import Kind
 from damagepred.solvers.zoned import idle_dofs, kinematics, rigid_motion, spread, zone_stiffness
 
 FloatArray = NDArray[np.float64]
@@ -161,33 +160,6 @@ def base_reaction(model: Model, force: FloatArray) -> float:
     """
     ground = -float(force[3 * model.n_blocks + 1])
     return ground + float(support_force(model, force)[:, 1].sum())
-
-
-def support_loads(model: Model, sigma: FloatArray) -> FloatArray:
-    """Return what each support of the footing carries (N, upwards), left to right, for its x.
-
-    Parameters
-    ----------
-    model : Model
-        m interfaces with q contacts.
-    sigma : array (m, q)
-        Normal stress (Pa), tension positive.
-
-    Returns
-    -------
-    array (s, 2)
-        Place along the wall (m), and load.
-    """
-    here = model.interfaces.kind == Kind.SUPPORT
-    load = -(sigma[here] * model.interfaces.contact_area[here]).sum(axis=1)
-    at, which = np.unique(np.round(model.interfaces.x[here], 9), return_inverse=True)
-    return np.column_stack((at, np.bincount(which, load, len(at))))
-
-
-def outer_support_loads(model: Model, ends: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Return what the supports at some places (m) carry (N, upwards), left to right; see ``support_loads``."""
-    at, load = support_loads(model, sigma).T
-    return load[np.isclose(at[:, None], ends, rtol=0.0, atol=1e-6).any(axis=1)]
 
 
 def support_force(model: Model, force: FloatArray) -> FloatArray:

@@ -24,13 +24,14 @@ from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium import bond_loads, contact_stresses, settle
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import describe_block
+from damagepred.solvers.footing import outer_support_loads
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states
-from damagepred.solvers.stiffness import base_reaction, block_of_dof, outer_support_loads, support_force
+from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
