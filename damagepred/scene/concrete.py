@@ -81,7 +81,7 @@ class ReinforcedConcrete:
         self.top_wires  # noqa: B018
         if self.steel_modulus <= self.concrete_modulus:
             raise ValueError(
-                f"steel_modulus = {self.steel_modulus:g}: must exceed that of the concrete, {self.concrete_modulus:g} Pa"
+                f"steel_modulus = {self.steel_modulus:g}: must exceed the concrete's, {self.concrete_modulus:g} Pa"
             )
         return self
 

@@ -1,0 +1,322 @@
+"""From a reinforced-concrete footing to the values that the law of its sections needs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from damagepred.errors import InputError
+from damagepred.kernels.section import BRANSON, CRACKED, moments_along
+from damagepred.scene import Footing
+from damagepred.scene.concrete import ReinforcedConcrete
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+HELD = 0.9
+"""Share of its strength up to which the cracked state can take over what whole concrete lets go of."""
+LEAST = 1e-4
+"""Least area of wires over that of the concrete: a face without wires gets these, so that it has a cracked state."""
+
+
+class Sections(NamedTuple):
+    """Sections of a reinforced-concrete beam, s of them; each is an interface between two of its segments.
+
+    Signs as in kernels/section.py. Levels are depths below mid-depth.
+
+    Attributes
+    ----------
+    interface : array of int (s,)
+        Number of the interface in the model.
+    length : array (s,)
+        Length of beam it stands for (m): opening = strain x length, turn = curvature x length.
+    law : array of int (s,)
+        CRACKED or BRANSON of kernels/section.py.
+    width, depth : array (s,)
+        Of the concrete (m).
+    concrete_modulus, tensile_strength, crushing_strain : array (s,)
+        E_c and f_ct in bending (Pa), f'c / E_c (1).
+    steel_modulus, steel_strength, hardening_modulus : array (s,)
+        E_s, yield strength, and stress per plastic strain after yield (Pa).
+    top_area, bottom_area, top_level, bottom_level : array (s,)
+        Area (m2) and level (m) of the wires; the level of the top ones is negative.
+    tension_stiffening : array (s,)
+        beta (1).
+    axial_stiffness, coupled_stiffness, bending_stiffness : array (s,)
+        Of the uncracked section about mid-depth (N, Nm, Nm2): with its steel for "cracked", of concrete alone for
+        "branson". N = axial x strain + coupled x curvature, M = coupled x strain + bending x curvature.
+    flexibility : array (s, 3)
+        Inverse of that stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N).
+    pull, wires_pull : array (s, 2, 2)
+        Cracking of top and bottom: r for each N of axial force, and of moment / depth (1/N), by the tensile strength of
+        concrete and by ``HELD`` of what the wires hold.
+    crush : array (s, 2, 2)
+        Likewise its pressure over ``HELD`` f'c (1/N).
+    gross_second_moment : array (s,)
+        I_g of the concrete alone (m4).
+    cracked_second_moment : array (s, 2)
+        I_cr, with the top and with the bottom in tension, in terms of concrete (m4); at most I_g.
+    cracking_moment : array (s,)
+        M_cr = f_ct I_g / (depth / 2) (Nm), Branson's.
+    exponent : array (s,)
+        Branson's (1).
+    """
+
+    interface: IntArray
+    length: FloatArray
+    law: IntArray
+    width: FloatArray
+    depth: FloatArray
+    concrete_modulus: FloatArray
+    tensile_strength: FloatArray
+    crushing_strain: FloatArray
+    steel_modulus: FloatArray
+    steel_strength: FloatArray
+    hardening_modulus: FloatArray
+    top_area: FloatArray
+    bottom_area: FloatArray
+    top_level: FloatArray
+    bottom_level: FloatArray
+    tension_stiffening: FloatArray
+    axial_stiffness: FloatArray
+    coupled_stiffness: FloatArray
+    bending_stiffness: FloatArray
+    flexibility: FloatArray
+    pull: FloatArray
+    wires_pull: FloatArray
+    crush: FloatArray
+    gross_second_moment: FloatArray
+    cracked_second_moment: FloatArray
+    cracking_moment: FloatArray
+    exponent: FloatArray
+
+
+class SectionMemory(NamedTuple):
+    """What sections went through, for top (0) and bottom (1).
+
+    Attributes
+    ----------
+    cracked : array (s, 2)
+        "cracked": zeta, the share of the length that is cracked from that face. "branson": the largest moment that
+        pulled at that face (Nm).
+    plastic : array (s, 2)
+        Plastic strain of the wires (1), stretched positive.
+    """
+
+    cracked: FloatArray
+    plastic: FloatArray
+
+    @classmethod
+    def fresh(cls, number: int) -> SectionMemory:
+        """Return the memory of sections that nothing has happened to."""
+        return cls(np.zeros((number, 2)), np.zeros((number, 2)))
+
+    def copy(self) -> SectionMemory:
+        """Return a copy that may be changed."""
+        return SectionMemory(self.cracked.copy(), self.plastic.copy())
+
+
+class SecondMoments(NamedTuple):
+    """Second moments of area in terms of concrete (m4): of concrete alone, and cracked under sagging and hogging."""
+
+    gross: float
+    sagging: float
+    hogging: float
+
+
+def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) -> Sections:
+    """Return the sections of a reinforced-concrete footing.
+
+    Parameters
+    ----------
+    interface : array of int (s,)
+        Numbers of their interfaces in the model.
+    length : float or array (s,)
+        Length of beam each stands for (m).
+    footing : Footing
+        With ``concrete``.
+
+    Raises
+    ------
+    InputError
+        If there is no concrete, or its wires do not fit into the depth.
+    """
+    concrete = _concrete(footing)
+    number = len(interface)
+    width, depth = footing.width, footing.depth
+    modulus, steel = concrete.concrete_modulus, concrete.steel_modulus
+    (bottom_area, low), (top_area, high) = _wires(footing, concrete)
+    top_area = max(top_area, LEAST * width * depth)
+    gross = second_moments(footing)
+    more = steel - modulus if concrete.law == "cracked" else 0.0
+    stiffness = np.array(
+        (
+            (modulus * width * depth + more * (bottom_area + top_area), more * (bottom_area * low + top_area * high)),
+            (0.0, modulus * gross.gross + more * (bottom_area * low**2 + top_area * high**2)),
+        )
+    )
+    stiffness[1, 0] = stiffness[0, 1]
+    scale = np.array((1.0, depth))
+    flexibility = np.linalg.inv(stiffness / np.outer(scale, scale))
+    faces = np.array(((1.0, -0.5), (1.0, 0.5)))
+    wires = (
+        concrete.steel_strength
+        * HELD
+        * np.array(_wires_hold(width, depth, steel / modulus, bottom_area, low, top_area, high))
+    )
+    values = {
+        "law": CRACKED if concrete.law == "cracked" else BRANSON,
+        "width": width,
+        "depth": depth,
+        "concrete_modulus": modulus,
+        "tensile_strength": concrete.flexural_strength,
+        "crushing_strain": concrete.compressive_strength / modulus,
+        "steel_modulus": steel,
+        "steel_strength": concrete.steel_strength,
+        "hardening_modulus": steel * concrete.hardening / (1.0 - concrete.hardening),
+        "top_area": top_area,
+        "bottom_area": bottom_area,
+        "top_level": high,
+        "bottom_level": low,
+        "tension_stiffening": concrete.tension_stiffening,
+        "axial_stiffness": stiffness[0, 0],
+        "coupled_stiffness": stiffness[0, 1],
+        "bending_stiffness": stiffness[1, 1],
+        "flexibility": flexibility[np.triu_indices(2)],
+        "pull": modulus / concrete.flexural_strength * faces @ flexibility,
+        "wires_pull": 1.0 / wires,
+        "crush": -modulus / (HELD * concrete.compressive_strength) * faces @ flexibility,
+        "gross_second_moment": gross.gross,
+        "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
+        "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
+        "exponent": concrete.branson_exponent,
+    }
+    columns = {name: np.array(np.broadcast_to(value, (number, *np.shape(value)))) for name, value in values.items()}
+    return Sections(
+        interface=np.asarray(interface, np.int64),
+        length=np.array(np.broadcast_to(np.asarray(length, float), number)),
+        **columns,
+    )
+
+
+def second_moments(footing: Footing) -> SecondMoments:
+    """Return the second moments of area of a footing, gross and cracked (N = 0, elastic steel).
+
+    Parameters
+    ----------
+    footing : Footing
+        With ``concrete``.
+    """
+    concrete = _concrete(footing)
+    half, ratio = footing.depth / 2.0, concrete.steel_modulus / concrete.concrete_modulus
+    (bottom_area, low), (top_area, high) = _wires(footing, concrete)
+    return SecondMoments(
+        gross=footing.width * footing.depth**3 / 12.0,
+        sagging=_cracked_second_moment(footing.width, ratio, ((bottom_area, half + low), (top_area, half + high))),
+        hogging=_cracked_second_moment(footing.width, ratio, ((bottom_area, half - low), (top_area, half - high))),
+    )
+
+
+def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
+    """Return the moment at which a footing cracks (Nm, positive), from below or, hogging, from above.
+
+    For law "cracked" with the steel, and no more than ``HELD`` of what the wires hold; for "branson" of the concrete
+    alone, whatever N. 0 if it cracks without a moment.
+
+    Parameters
+    ----------
+    footing : Footing
+        With ``concrete``.
+    axial_force : float
+        N (N), at mid-depth.
+    hogging : bool
+        Whether the top is pulled.
+    """
+    sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
+    if sections.law[0] == BRANSON:
+        return float(sections.cracking_moment[0])
+    face, side = (0, -1.0) if hogging else (1, 1.0)
+    (by_axial, by_moment), wires = sections.pull[0, face], sections.wires_pull[0, face]
+    moments = [side * (1.0 - by[0] * axial_force) / by[1] for by in ((by_axial, by_moment), wires)]
+    return max(0.0, min(moments)) * footing.depth
+
+
+def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float = 0.0) -> FloatArray:
+    """Return the moments (Nm, sagging positive) of a fresh section bent by one curvature after the other.
+
+    Parameters
+    ----------
+    footing : Footing
+        With ``concrete``.
+    curvature : array (k,)
+        Sagging (1/m), in the order in which it happens.
+    axial_force : float
+        N (N) at mid-depth, pull positive. It must not be more than the wires can carry.
+    """
+    path = np.ascontiguousarray(np.atleast_1d(curvature), dtype=float)
+    strains, moments = np.zeros_like(path), np.zeros_like(path)
+    sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
+    moments_along(sections, SectionMemory.fresh(1), path, float(axial_force), strains, moments)
+    return moments
+
+
+def _concrete(footing: Footing) -> ReinforcedConcrete:
+    concrete = footing.concrete
+    if concrete is None:
+        raise InputError("[footing] has no concrete: a cracked section needs a table [footing.concrete].")
+    return concrete
+
+
+def _wires(footing: Footing, concrete: ReinforcedConcrete) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return (area, level) of the bottom and of the top wires."""
+    (bottom, low), (top, high) = concrete.bottom_wires, concrete.top_wires
+    half = footing.depth / 2.0
+    if concrete.cover + max(low, high) > half:
+        raise InputError(
+            f"[footing.concrete] cover = {concrete.cover:g}: with wires of {max(low, high) * 1e3:g} mm it is at most"
+            f" half of the footing's depth = {footing.depth:g} m."
+        )
+    return (bottom, half - concrete.cover - low / 2.0), (top, -(half - concrete.cover - high / 2.0))
+
+
+def _wires_hold(
+    width: float, depth: float, ratio: float, bottom: float, low: float, top: float, high: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return N (m2) at M = 0 and M / depth (m2) at N = 0 for each Pa in the top wires, and in the bottom ones.
+
+    Cracked, concrete carrying no tension. Between the two, forces are linear; that is on the safe side.
+    """
+    half, both = depth / 2.0, low - high
+
+    def bending(area: float, level: float, other: float, beyond: float) -> float:
+        layers = ((area, half + level), (other, half + beyond))
+        x = _neutral_axis(width, ratio, layers)
+        second = _cracked_second_moment(width, ratio, layers)
+        return second / (ratio * (half + level - x)) / depth
+
+    return (
+        (top * both / low, -bending(top, -high, bottom, -low)),
+        (-bottom * both / high, bending(bottom, low, top, high)),
+    )
+
+
+def _cracked_second_moment(width: float, ratio: float, layers: tuple[tuple[float, float], ...]) -> float:
+    """Return I_cr, with the steel (area, depth below the pressed face) in terms of concrete."""
+    x = _neutral_axis(width, ratio, layers)
+    steel = sum((ratio - (d < x)) * area * (d - x) ** 2 for area, d in layers)
+    return float(width * x**3 / 3.0 + steel)
+
+
+def _neutral_axis(width: float, ratio: float, layers: tuple[tuple[float, float], ...]) -> float:
+    """Return its depth x below the pressed face: width x^2 / 2 = sum of n A (d - x), n - 1 for steel in concrete."""
+    layers = tuple(sorted(layers, key=lambda layer: layer[1]))
+    x = 0.0
+    for pressed in range(len(layers) + 1):
+        weights = [(ratio - (i < pressed)) * area for i, (area, _) in enumerate(layers)]
+        total, first = sum(weights), sum(w * d for w, (_, d) in zip(weights, layers))
+        x = float(np.sqrt(total**2 + 2.0 * width * first) - total) / width
+        if pressed == len(layers) or x <= layers[pressed][1]:
+            break
+    return x
