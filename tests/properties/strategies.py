@@ -41,6 +41,35 @@ def openings(draw: st.DrawFn, length: float, height: float, most: int = 3) -> li
     return holes
 
 
+def _ground(draw: st.DrawFn, length: float) -> dict[str, Any]:
+    """Rig, soil, mound and footing, whether or not the movement reads them."""
+    places = st.lists(st.integers(1, 99), min_size=4, max_size=4, unique=True)
+    first, *jacks, last = (share * 0.01 * length for share in draw(places.map(sorted)))
+    control = draw(st.sampled_from([{"control": "deflection"}, {"control": "load", "jack_load": draw(number(0, 1e6))}]))
+    return {
+        "rig": {"supports": [last, first], "jacks": jacks, "support": draw(st.sampled_from(["held", "lift_off"]))}
+        | control,
+        "soil": {"swelling_stiffness": draw(number(1e5, 1e9)), "friction": draw(number(0, 2))},
+        "mound": {
+            "shape": draw(st.sampled_from(["walsh", "mitchell", "tree", "pipe"])),
+            "surface_movement": draw(number(0, 0.1)),
+            "position": draw(number(-50, 50)),
+            "exponent": draw(number(1, 9)),
+        },
+        "footing": {
+            "depth": draw(number(0.2, 2.0)),
+            "segment_length": draw(number(0.01, 1.0)),
+            "joint": {"cohesion": draw(number(0, 1e6)), "brittle_shear": draw(st.booleans())},
+            "concrete": {
+                "grade": draw(st.sampled_from(["N20", "N25", "N32"])),
+                "bottom": draw(st.sampled_from(["3-L8TM", "4-L12TM"])),
+                "top": draw(st.sampled_from(["none", "3-L11TM"])),
+                "cover": draw(number(0, 0.05)),
+            },
+        },
+    }
+
+
 @st.composite
 def scenes(draw: st.DrawFn) -> dict[str, Any]:
     """Tables of a scene with any of its values set."""
@@ -81,7 +110,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
             "kind": draw(st.sampled_from(["dishing", "doming"])),
             "central_deflection": draw(number(0, 0.1)),
             "increments": draw(st.integers(1, 10**6)),
-            "shape": draw(st.sampled_from(["three_loads", "parabola", "arc"])),
+            "shape": draw(st.sampled_from(["three_loads", "parabola", "arc", "jacks", "mound"])),
         },
         "loads": {"roof": draw(number(0, 1e6))},
         "damage": {"table": draw(st.sampled_from(["as2870", "bre251"])), "count_rule": draw(st.booleans())},
@@ -98,6 +127,8 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
         }
     if draw(st.booleans()):
         tables["opening"] = draw(openings(1.0, 0.5))
+    if draw(st.booleans()):
+        tables |= _ground(draw, length)
     if draw(st.booleans()):
         tables["solver"] = {
             "tolerance": draw(number(1e-9, 1.0)),

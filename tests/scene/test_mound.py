@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from damagepred.scene import Mound
 from damagepred.scene.mound import bell, gaussian, mitchell, tree, walsh
@@ -107,6 +109,8 @@ def test_tree_at_the_end_and_beyond_it():
     beyond = Mound(shape="tree", surface_movement=0.05, reach=4.0, position=8.0)  # 2 m to the right of the wall
     np.testing.assert_allclose(beyond.profile(np.array([6.0, 4.0, 0.0]), LENGTH, "dishing"), [-0.0125, 0.0, 0.0])
     assert Mound(shape="tree").extent(LENGTH) == LENGTH
+    straight = Mound(shape="tree", surface_movement=0.05, reach=4.0, exponent=1.0)
+    np.testing.assert_allclose(straight.profile(np.array([1.0, 3.0]), LENGTH, "doming"), [0.0375, 0.0125], rtol=1e-12)
     slope = (tree(np.array([4.0]), 4.0) - tree(np.array([4.0 - 1e-6]), 4.0)) / 1e-6
     assert abs(slope[0]) < 1e-6  # level where it ends
     np.testing.assert_allclose(tree(np.array([1.0, -1.0]), 4.0, 1.0), 0.75)  # a straight line, either side
@@ -155,6 +159,33 @@ def test_ground_over_a_tunnel_moves_along_the_line_to_its_axis(kind: str, toward
 def test_only_tunnels_of_known_depth_move_the_ground_along(shape: str):
     assert (Mound(shape=shape, tunnel_depth=8.0).horizontal(X, LENGTH, "dishing") == 0).all()
     assert (Mound(shape="tunnel", reach=2.0).horizontal(X, LENGTH, "dishing") == 0).all()
+
+
+@given(
+    st.sampled_from(["walsh", "mitchell", "tree", "pipe", "tunnel"]),
+    st.sampled_from(["dishing", "doming"]),
+    st.floats(1.0, 30.0),
+    st.floats(0.0, 0.1),
+    st.floats(-10.0, 40.0),
+    st.floats(0.3, 20.0),
+)
+def test_no_ground_moves_more_than_its_largest_movement_nor_jumps(
+    shape: str, kind: str, length: float, surface: float, position: float, reach: float
+):
+    mound = Mound(shape=shape, surface_movement=surface, position=position, reach=reach, suction_depth=1.0)
+    x = np.linspace(0.0, length, 2001)
+    rise = mound.profile(x, length, kind)
+    assert np.abs(rise).max() <= mound.largest(kind) * (1 + 1e-12)
+    assert (rise >= 0).all() or (rise <= 0).all()  # the ground moves one way
+    steepest = {  # of the form, over its length scale
+        "walsh": 2.0 / mound.edge(length, kind),
+        "mitchell": 2.0 * mound.mound_exponent(length) / length,
+        "tree": 2.0 / reach,
+        "pipe": 0.5 * math.pi / reach,
+        "tunnel": math.exp(-0.5) / reach,
+    }[shape]
+    step = length / 2000
+    assert np.abs(np.diff(rise)).max() <= steepest * step * mound.largest(kind) * (1 + 1e-6) + 1e-15
 
 
 def test_table_passes_through_its_points():
