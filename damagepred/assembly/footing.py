@@ -20,6 +20,7 @@ from damagepred.assembly.assembly import BEARING, Assembly, rectangle
 from damagepred.assembly.bond import Brick
 from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Jacks, JointProperties, Kind
+from damagepred.assembly.section import Sections, concrete_sections
 from damagepred.scene import Footing, Joint, Scene
 
 FloatArray = NDArray[np.float64]
@@ -153,8 +154,13 @@ def under(ends: FloatArray, x: float) -> IntArray:
     return np.flatnonzero(here)
 
 
-def section_stiffness(properties: JointProperties, geometry: Geometry, footing: Footing) -> JointProperties:
+def section_law(
+    properties: JointProperties, geometry: Geometry, footing: Footing
+) -> tuple[JointProperties, Sections | None]:
     """Return the law of all interfaces, those between segments being elastic with the stiffness of the beam.
+
+    Reinforced concrete has sections with a law of their own besides; their interfaces get the stiffness of the whole,
+    uncracked section, in bending and axially the larger of the two.
 
     Parameters
     ----------
@@ -168,15 +174,21 @@ def section_stiffness(properties: JointProperties, geometry: Geometry, footing: 
     face, blocks = geometry.interfaces, geometry.blocks
     here = np.flatnonzero(face.kind == Kind.FOOTING_SECTION)
     if not here.size:
-        return properties
+        return properties, None
     h = blocks.x[face.block_b[here]] - blocks.x[face.block_a[here]]
-    modulus, area = footing.elastic_modulus, footing.width * footing.depth
-    shear_modulus = modulus / (2.0 * (1.0 + footing.poisson_ratio))
-    bending = modulus * footing.width * footing.depth**3 / 12.0
+    sections = None
+    area, second = footing.width * footing.depth, footing.width * footing.depth**3 / 12.0
+    modulus = elastic = footing.elastic_modulus
+    if footing.concrete is not None:
+        sections = concrete_sections(here, h, footing)
+        elastic = footing.concrete.concrete_modulus
+        modulus = max(sections.axial_stiffness[0] / area, sections.bending_stiffness[0] / second)
+    shear_modulus = elastic / (2.0 * (1.0 + footing.poisson_ratio))
+    bending = elastic * second
     across = h / (SHEAR_AREA * shear_modulus * area) + h**3 / (12.0 * bending)
     normal, shear = properties.normal_stiffness.copy(), properties.shear_stiffness.copy()
     normal[here], shear[here] = modulus / h, 1.0 / (area * across)
-    return properties._replace(normal_stiffness=normal, shear_stiffness=shear)
+    return properties._replace(normal_stiffness=normal, shear_stiffness=shear), sections
 
 
 def section_joint() -> Joint:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly.mesh import Mesh
+from damagepred.assembly.section import Sections
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -304,6 +305,8 @@ class Model:
         None: it is prescribed.
     jacks : Jacks or None
         What pushes the footing.
+    sections : Sections or None
+        Of a footing of reinforced concrete, which cracks; their law takes the place of that of their contacts.
     surface_movement : float or None
         Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
     """
@@ -330,6 +333,7 @@ class Model:
     footing: IntArray | None = None
     deflection: FloatArray | None = None
     jacks: Jacks | None = None
+    sections: Sections | None = None
     surface_movement: float | None = None
 
     @property

@@ -19,7 +19,7 @@ from damagepred.assembly.footing import (
     foundation,
     jacks_model,
     section_joint,
-    section_stiffness,
+    section_law,
     soil_joint,
     stops_at,
     support_joint,
@@ -209,7 +209,8 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     if scene.solver.lump_block_elasticity:
         # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
         properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance, soft=len(bricks))
-    properties = brittle_where_soft(section_stiffness(properties, geometry, scene.footing))
+    properties, sections = section_law(properties, geometry, scene.footing)
+    properties = brittle_where_soft(properties)
     density = np.array([s.density for s in substances])[substance]
     thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
     load = np.zeros((len(density), 3))
@@ -235,6 +236,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         mesh=geometry.mesh,
         plane=scene.solver.plane,
         footing=footing if len(footing) else None,
+        sections=sections,
     )
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)

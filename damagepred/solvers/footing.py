@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Kind, Model
+from damagepred.assembly.section import SectionMemory
+from damagepred.kernels.footing import section_values
 
 FloatArray = NDArray[np.float64]
 
@@ -70,6 +72,57 @@ def section_forces(model: Model, opening: FloatArray, sigma: FloatArray, tau: Fl
         (shear * area).sum(axis=-1),
         (normal * area * at).sum(axis=-1),
     )
+
+
+def section_response_of(model: Model, memory: SectionMemory, displacement: FloatArray) -> FloatArray:
+    """Return opening, shear (m), turn, axial, shear force (N) and moment (N m) of cracking sections, array (s, 6)."""
+    assert model.sections is not None
+    values = np.empty((len(model.sections.interface), 6))
+    section_values(model.sections, memory, model.interfaces, model.properties, displacement, values)
+    return values
+
+
+def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, float]:
+    """Return what cracking sections store beyond their contacts as whole ones would, and what a step took (J).
+
+    Parameters
+    ----------
+    model : Model
+        With sections; they unload straight to where they began, as long as no steel yields.
+    now, before : array (s, 6)
+        See ``section_response_of``; None before the first step.
+    """
+    assert model.sections is not None
+    here, face, law = model.sections.interface, model.interfaces, model.properties
+    opening, shear, turn = now[:, :3].T
+    apart = opening[:, None] + face.contact_offset[here] * turn[:, None]
+    squares = law.normal_stiffness[here, None] * apart**2 + law.shear_stiffness[here, None] * shear[:, None] ** 2
+    as_whole = 0.5 * float((face.contact_area[here] * squares).sum())
+    then = np.zeros_like(now) if before is None else before
+    stored, was = (0.5 * float((v[:, :3] * v[:, 3:]).sum()) for v in (now, then))
+    work = 0.5 * float(((now[:, 3:] + then[:, 3:]) * (now[:, :3] - then[:, :3])).sum())
+    return stored - as_whole, work - (stored - was)
+
+
+def as_if_straight(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
+    """Give the contacts of cracking sections the stresses, linear over the depth, that carry the same forces.
+
+    Parameters
+    ----------
+    model : Model
+        With sections.
+    response : array (s, 6)
+        See ``section_response_of``.
+    sigma, tau : array (m, q)
+        Stresses (Pa) of all contacts; those of the sections are replaced.
+    """
+    assert model.sections is not None
+    here, face = model.sections.interface, model.interfaces
+    area, at = face.contact_area[here], face.contact_offset[here]
+    whole, second = area.sum(axis=1), (area * at**2).sum(axis=1)
+    axial, across, moment = response[:, 3:].T
+    sigma[here] = (axial / whole)[:, None] + (moment / second)[:, None] * at
+    tau[here] = (across / whole)[:, None]
 
 
 def support_loads(model: Model, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 
 from damagepred.assembly import Model
 from damagepred.assembly.model import BlockLaw, Blocks, Ground, Interfaces, Jacks, Jambs, JointProperties, Supports
+from damagepred.assembly.section import Sections
 from damagepred.errors import SolverError
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import Increment
@@ -214,6 +215,7 @@ def symmetric_half(model: Model) -> Half | None:
         footing=_footing_of_half(model, fold),
         deflection=None if model.deflection is None else _folded(fold, model.deflection),
         jacks=_jacks_of_half(model, fold),
+        sections=_sections_of_half(model, fold),
         yardstick=weight / 2 if fold.cut.any() else weight,
     )
     return Half(half, model, fold)
@@ -500,6 +502,19 @@ def _jacks_of_half(model: Model, fold: Fold) -> Jacks | None:
     if jacks is None:
         return None
     return jacks._replace(push=0.5 * _folded(fold, jacks.push), ends=jacks.ends[-1:])
+
+
+def _sections_of_half(model: Model, fold: Fold) -> Sections | None:
+    """Return the sections on the right, and that on the axis, which stands for half its length."""
+    sections = model.sections
+    if sections is None:
+        return None
+    place = np.full(len(fold.mirror.interface), -1)
+    place[fold.faces] = np.arange(len(fold.faces))
+    here = place[sections.interface]
+    part = Sections(*(values[here >= 0] for values in sections))  # type: ignore[arg-type]
+    here = here[here >= 0]
+    return part._replace(interface=here, length=np.where(fold.on_axis[here], 0.5, 1.0) * part.length)
 
 
 # -- back to the whole ------------------------------------------------------------------------------------------------

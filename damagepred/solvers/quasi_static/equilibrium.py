@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
+from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
+from damagepred.kernels.footing import section_forces
 from damagepred.solvers.quasi_static.equations import LevelEquations
 from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
 from damagepred.solvers.quasi_static.solids import Solids
@@ -60,6 +62,8 @@ class State:
         Plastic strain of the zones.
     jack : float
         Load of each jack (N).
+    sections : SectionMemory
+        Of the sections of a footing that cracks.
     """
 
     load: float
@@ -68,12 +72,14 @@ class State:
     memory: JointMemory
     plastic: FloatArray = field(default_factory=no_zones)
     jack: float = 0.0
+    sections: SectionMemory = field(default_factory=lambda: SectionMemory.fresh(0))
 
     @classmethod
     def rest(cls, model: Model) -> State:
         """Return the wall before any load."""
         zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
-        return cls(0.0, 0.0, np.zeros(model.size), JointMemory.fresh(model), zones)
+        sections = SectionMemory.fresh(0 if model.sections is None else len(model.sections.interface))
+        return cls(0.0, 0.0, np.zeros(model.size), JointMemory.fresh(model), zones, 0.0, sections)
 
     def copy(self) -> State:
         """Return a state that can change by itself."""
@@ -81,7 +87,10 @@ class State:
 
     def at(self, load: float, progress: float) -> State:
         """Return a copy that stands at another load and movement, the blocks not having moved yet."""
-        return State(load, progress, self.displacement.copy(), self.memory.copy(), self.plastic.copy(), self.jack)
+        return replace(
+            self, load=load, progress=progress, displacement=self.displacement.copy(), memory=self.memory.copy(),
+            plastic=self.plastic.copy(), sections=self.sections.copy(),
+        )  # fmt: skip
 
 
 class Equilibrium:
@@ -110,6 +119,9 @@ class Equilibrium:
         self.force = np.zeros(self.dead_load.size)
         self.stiffness = np.zeros((shape[0], 9))
         everything = np.arange(shape[0])
+        self._in_section = np.zeros(shape[0], dtype=np.bool_)
+        if model.sections is not None:
+            self._in_section[model.sections.interface] = True
         self._frozen = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         rest = State.rest(model)
         self._joint_forces(everything, rest, rest.displacement, live=False)
@@ -147,6 +159,12 @@ class Equilibrium:
         if solids is not None:
             solids.place_facets(displacement)
             self.force[solids.facet_dofs] = 0.0
+        if model.sections is not None:
+            active = active[~self._in_section[active]]
+            section_forces(
+                model.sections, state.sections, model.interfaces, model.properties, displacement, self.force,
+                self.stiffness,
+            )  # fmt: skip
         joint_forces(
             active, model.interfaces, model.properties, model.ground, state.memory, self._frozen, live, displacement,
             state.progress, self.force, self.stiffness,

@@ -22,9 +22,10 @@ from threadpoolctl import ThreadpoolController
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium import bond_loads, contact_stresses, settle
+from damagepred.kernels.footing import settle_sections
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import describe_block
-from damagepred.solvers.footing import outer_support_loads
+from damagepred.solvers.footing import as_if_straight, outer_support_loads, section_response_of
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest
@@ -165,6 +166,8 @@ class Path:
             self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
             state.displacement, state.progress, self.unopened,
         )  # fmt: skip
+        if model.sections is not None:
+            settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
         solids, yielding = self.equilibrium.solids, 0.0
         if solids is not None:
             yielding = solids.settle(state.displacement, state.plastic)
@@ -328,6 +331,8 @@ class Path:
             model.interfaces, model.properties, model.ground, state.memory, state.displacement, state.progress,
             opening, sigma, tau,
         )  # fmt: skip
+        if model.sections is not None:
+            as_if_straight(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
         return opening, sigma, tau
 
     def stood(self) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.kernels.equilibrium import energy
+from damagepred.solvers.footing import section_energy, section_response_of
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.stiffness import dead_load, live_load
@@ -36,7 +37,7 @@ class WorkBalance:
     elastic_energy : float
         Stored in joints and zones.
     friction_work, fracture_work : float
-        Taken by sliding, and by softening bonds.
+        Taken by sliding, and by softening bonds and cracking sections of the footing.
     crushing_work : float
         Taken by joints that are crushed.
     plastic_work : float
@@ -60,7 +61,8 @@ class WorkBalance:
         """Note where the path begins."""
         self.go_on(model)
         self._keep(state)
-        self._power = self._torn = 0.0
+        self._power = self._torn = self._cracked = 0.0
+        self._sections: FloatArray | None = None
 
     def go_on(self, model: Model) -> None:
         """Go on with a model of the same wall that is held otherwise."""
@@ -96,6 +98,13 @@ class WorkBalance:
         )
         if solids is not None:
             stored += solids.stored(state.displacement, state.plastic)
+        if model.sections is not None:
+            response = section_response_of(model, state.sections, state.displacement)
+            held, cracked = section_energy(model, response, self._sections)
+            stored += held
+            self._cracked += cracked
+            self._sections = response
+        softened += self._cracked
         power += reaction
         self._torn += torn
         softened += self._torn
