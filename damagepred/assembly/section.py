@@ -54,6 +54,8 @@ class Sections(NamedTuple):
         concrete and by ``HELD`` of what the wires hold.
     crush : array (s, 2, 2)
         Likewise its pressure over ``HELD`` f'c (1/N).
+    first_cracked : array (s, 2, 2)
+        Strain at mid-depth and curvature x depth of the cracked state at the moment that cracks top and bottom, N = 0.
     gross_second_moment : array (s,)
         I_g of the concrete alone (m4).
     cracked_second_moment : array (s, 2)
@@ -87,6 +89,7 @@ class Sections(NamedTuple):
     pull: FloatArray
     wires_pull: FloatArray
     crush: FloatArray
+    first_cracked: FloatArray
     gross_second_moment: FloatArray
     cracked_second_moment: FloatArray
     cracking_moment: FloatArray
@@ -141,7 +144,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
     Raises
     ------
     InputError
-        If there is no concrete, or its wires do not fit into the depth.
+        If there is no concrete, or its wires are not below (above) mid-depth.
     """
     concrete = _concrete(footing)
     number = len(interface)
@@ -166,6 +169,15 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         * HELD
         * np.array(_wires_hold(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
+    pull = modulus / concrete.flexural_strength * faces @ flexibility
+    # bending that cracks a face, and the cracked state then: turning about the neutral axis
+    first = depth / np.array(
+        [side * max(side * a, side * b) for side, a, b in zip((-1, 1), pull[:, 1], 1 / wires[:, 1])]
+    )
+    layers = ((bottom_area, depth / 2.0 + low), (top_area, depth / 2.0 + high))
+    mirrored = tuple((area, depth - d) for area, d in layers)
+    curvature = first / modulus / np.array((gross.hogging, gross.sagging))
+    axis = [_neutral_axis(width, steel / modulus, each) - depth / 2.0 for each in (mirrored, layers)]
     values = {
         "law": CRACKED if concrete.law == "cracked" else BRANSON,
         "width": width,
@@ -185,9 +197,10 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         "coupled_stiffness": stiffness[0, 1],
         "bending_stiffness": stiffness[1, 1],
         "flexibility": flexibility[np.triu_indices(2)],
-        "pull": modulus / concrete.flexural_strength * faces @ flexibility,
+        "pull": pull,
         "wires_pull": 1.0 / wires,
         "crush": -modulus / (HELD * concrete.compressive_strength) * faces @ flexibility,
+        "first_cracked": np.column_stack((curvature * (axis[0], -axis[1]), curvature * depth)),
         "gross_second_moment": gross.gross,
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
@@ -240,7 +253,7 @@ def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = 
     face, side = (0, -1.0) if hogging else (1, 1.0)
     (by_axial, by_moment), wires = sections.pull[0, face], sections.wires_pull[0, face]
     moments = [side * (1.0 - by[0] * axial_force) / by[1] for by in ((by_axial, by_moment), wires)]
-    return max(0.0, min(moments)) * footing.depth
+    return float(max(0.0, min(moments)) * footing.depth)
 
 
 def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float = 0.0) -> FloatArray:
@@ -275,8 +288,8 @@ def _wires(footing: Footing, concrete: ReinforcedConcrete) -> tuple[tuple[float,
     half = footing.depth / 2.0
     if concrete.cover + max(low, high) > half:
         raise InputError(
-            f"[footing.concrete] cover = {concrete.cover:g}: with wires of {max(low, high) * 1e3:g} mm it is at most"
-            f" half of the footing's depth = {footing.depth:g} m."
+            f"[footing.concrete] cover = {concrete.cover:g}: puts the wires above mid-depth of the footing, "
+            f"depth = {footing.depth:g} m; make the cover smaller or the footing deeper."
         )
     return (bottom, half - concrete.cover - low / 2.0), (top, -(half - concrete.cover - high / 2.0))
 

@@ -27,6 +27,8 @@ N = E_c A strain.
 Inside, curvature and moment are scaled by the depth, so that all four numbers of a stiffness are forces.
 """
 
+from typing import NamedTuple
+
 from damagepred.kernels.jit import kernel, law, rule
 
 CRACKED, BRANSON = 0, 1
@@ -37,6 +39,32 @@ RISE = 0.05
 CLOSE = 1e-12
 """Largest error of the deformation, relative to it."""
 MOST_STEPS, MOST_TRIALS = 25, 100
+
+
+class Section(NamedTuple):
+    """What the two states need of one section and its memory; curvature and moment scaled by the depth."""
+
+    k11: float
+    k12: float
+    k22: float
+    f11: float
+    f12: float
+    f22: float
+    concrete: float
+    modulus: float
+    crushing: float
+    steel: float
+    harder: float
+    strength: float
+    beta: float
+    top_area: float
+    top_level: float
+    top_plastic: float
+    top_cracked: float
+    bottom_area: float
+    bottom_level: float
+    bottom_plastic: float
+    bottom_cracked: float
 
 
 @rule
@@ -59,21 +87,17 @@ def section_response(sections, s, memory, strain, curvature):
         axial = sections.axial_stiffness[s]
         return axial * strain, moment, axial, 0.0, 0.0, slope
     depth = sections.depth[s]
-    turn = curvature * depth
-    share, strain2, turn2, axial, moment = _shared(sections, s, memory, strain, turn)
+    section, limits = _section(sections, s, memory), _limits(sections, s)
+    share, strain2, turn2, axial, moment = _shared(section, limits, _start(sections, s), strain, curvature * depth)
     if share == 0.0:
-        k11, k12 = sections.axial_stiffness[s], sections.coupled_stiffness[s]
-        k22 = sections.bending_stiffness[s]
-        return axial, moment * depth, k11, k12, k12, k22
-    _, _, k11, k12, k22 = _state_two(sections, s, memory, strain2, turn2)
-    f11, f12, f22 = _flexibility(sections, s)
-    _, by_axial, by_moment = _share(sections, s, memory, axial, moment)
-    j11, j12, j21, j22 = _slopes(
-        (f11, f12, f22), (k11, k12, k22), share, by_axial, by_moment, strain2, turn2, axial, moment
-    )
+        k12 = sections.coupled_stiffness[s]
+        return axial, moment * depth, sections.axial_stiffness[s], k12, k12, sections.bending_stiffness[s]
+    _, _, k11, k12, k22 = _state_two(section, strain2, turn2)
+    _, by_axial, by_moment = _share(section, limits, axial, moment)
+    j11, j12, j21, j22 = _slopes(section, (k11, k12, k22), share, by_axial, by_moment, strain2, turn2, axial, moment)
     found = j11 * j22 - j12 * j21
-    if not abs(found) > 1e-300:  # both faces change their minds at once: as if they did not
-        j11, j12, j21, j22 = _slopes((f11, f12, f22), (k11, k12, k22), share, 0.0, 0.0, strain2, turn2, axial, moment)
+    if not abs(found) > 1e-300:  # cracking turns right here: as if it did not grow
+        j11, j12, j21, j22 = _slopes(section, (k11, k12, k22), share, 0.0, 0.0, strain2, turn2, axial, moment)
         found = j11 * j22 - j12 * j21
     i11, i12, i21, i22 = j22 / found, -j12 / found, -j21 / found, j11 / found
     return (
@@ -94,32 +118,80 @@ def section_settle(sections, s, memory, strain, curvature):
         face = BOTTOM if moment > 0.0 else TOP
         memory.cracked[s, face] = max(memory.cracked[s, face], abs(moment))
         return
-    share, strain2, turn2, axial, moment = _shared(sections, s, memory, strain, curvature * sections.depth[s])
+    section, limits = _section(sections, s, memory), _limits(sections, s)
+    share, strain2, turn2, axial, moment = _shared(
+        section, limits, _start(sections, s), strain, curvature * sections.depth[s]
+    )
     if share == 0.0:
         return
-    for face in (TOP, BOTTOM):
-        ratio, _, _ = _pull(sections, s, face, axial, moment)
-        zeta, _ = _cracking(ratio, sections.tension_stiffening[s])
-        memory.cracked[s, face] = max(memory.cracked[s, face], zeta)
-    crushed = 0.0
-    for face in (TOP, BOTTOM):
-        ratio = sections.crush[s, face, 0] * axial + sections.crush[s, face, 1] * moment
-        zeta, _ = _cracking(ratio, sections.tension_stiffening[s])
-        crushed = max(crushed, zeta)
-    memory.cracked[s, TOP] = max(memory.cracked[s, TOP], crushed)
-    memory.cracked[s, BOTTOM] = max(memory.cracked[s, BOTTOM], crushed)
-    yielded = False
-    for face in (TOP, BOTTOM):
-        level = sections.bottom_level[s] if face == BOTTOM else sections.top_level[s]
-        area = sections.bottom_area[s] if face == BOTTOM else sections.top_area[s]
-        _, _, flow = _steel(sections, s, memory.plastic[s, face], strain2 + turn2 * level / sections.depth[s])
-        if area > 0.0 and flow != 0.0:
-            memory.plastic[s, face] += flow
-            yielded = True
-    if yielded:
-        widest = max(memory.cracked[s, TOP], memory.cracked[s, BOTTOM])
-        memory.cracked[s, TOP] = widest
-        memory.cracked[s, BOTTOM] = widest
+    top, bottom, top_crush, bottom_crush = limits
+    crushed = max(
+        _cracking(top_crush[0] * axial + top_crush[1] * moment, section.beta)[0],
+        _cracking(bottom_crush[0] * axial + bottom_crush[1] * moment, section.beta)[0],
+    )
+    cracked = memory.cracked[s]
+    cracked[TOP] = max(cracked[TOP], crushed, _cracking(_pull(top, axial, moment)[0], section.beta)[0])
+    cracked[BOTTOM] = max(cracked[BOTTOM], crushed, _cracking(_pull(bottom, axial, moment)[0], section.beta)[0])
+    _, _, by_top = _steel(section, section.top_plastic, strain2 + turn2 * section.top_level)
+    _, _, by_bottom = _steel(section, section.bottom_plastic, strain2 + turn2 * section.bottom_level)
+    if section.bottom_area == 0.0:
+        by_bottom = 0.0
+    if by_top != 0.0 or by_bottom != 0.0:
+        memory.plastic[s, TOP] += by_top
+        memory.plastic[s, BOTTOM] += by_bottom
+        widest = max(cracked[TOP], cracked[BOTTOM])
+        cracked[TOP] = widest
+        cracked[BOTTOM] = widest
+
+
+# -- values of one section --------------------------------------------------------------------------------------------
+
+
+@law
+def _section(sections, s, memory):
+    depth = sections.depth[s]
+    return Section(
+        sections.axial_stiffness[s],
+        sections.coupled_stiffness[s] / depth,
+        sections.bending_stiffness[s] / (depth * depth),
+        sections.flexibility[s, 0],
+        sections.flexibility[s, 1],
+        sections.flexibility[s, 2],
+        sections.concrete_modulus[s] * sections.width[s] * depth,
+        sections.concrete_modulus[s],
+        sections.crushing_strain[s],
+        sections.steel_modulus[s],
+        sections.hardening_modulus[s],
+        sections.steel_strength[s],
+        sections.tension_stiffening[s],
+        sections.top_area[s],
+        sections.top_level[s] / depth,
+        memory.plastic[s, TOP],
+        memory.cracked[s, TOP],
+        sections.bottom_area[s],
+        sections.bottom_level[s] / depth,
+        memory.plastic[s, BOTTOM],
+        memory.cracked[s, BOTTOM],
+    )
+
+
+@law
+def _limits(sections, s):
+    """Return, each as a pair for N and M / depth: (concrete, wires) of the top, of the bottom, pressure of both."""
+    pull, wires, crush = sections.pull, sections.wires_pull, sections.crush
+    return (
+        (pull[s, TOP, 0], pull[s, TOP, 1], wires[s, TOP, 0], wires[s, TOP, 1]),
+        (pull[s, BOTTOM, 0], pull[s, BOTTOM, 1], wires[s, BOTTOM, 0], wires[s, BOTTOM, 1]),
+        (crush[s, TOP, 0], crush[s, TOP, 1]),
+        (crush[s, BOTTOM, 0], crush[s, BOTTOM, 1]),
+    )
+
+
+@law
+def _start(sections, s):
+    """Return the deformation of state II as the section cracks by bending, from above and from below."""
+    first = sections.first_cracked
+    return first[s, TOP, 0], first[s, TOP, 1], first[s, BOTTOM, 0], first[s, BOTTOM, 1]
 
 
 # -- Branson ----------------------------------------------------------------------------------------------------------
@@ -155,25 +227,27 @@ def _branson(sections, s, memory, curvature):
 
 
 @rule
-def _shared(sections, s, memory, strain, turn):
+def _shared(section, limits, first, strain, turn):
     """Return (zeta, e2 as strain and turn, N, M / depth); with zeta = 0 only N and M are worked out."""
-    k11 = sections.axial_stiffness[s]
-    k12 = sections.coupled_stiffness[s] / sections.depth[s]
-    k22 = sections.bending_stiffness[s] / sections.depth[s] ** 2
-    axial, moment = k11 * strain + k12 * turn, k12 * strain + k22 * turn
-    share, _, _ = _share(sections, s, memory, axial, moment)
+    axial, moment = section.k11 * strain + section.k12 * turn, section.k12 * strain + section.k22 * turn
+    share, by_axial, by_moment = _share(section, limits, axial, moment)
     if share == 0.0:
         return share, 0.0, 0.0, axial, moment
-    flexibility = _flexibility(sections, s)
-    f11, f12, f22 = flexibility
-    scale = abs(strain) + abs(turn)
-    for face in (TOP, BOTTOM):
-        scale += abs(memory.plastic[s, face])
+    f11, f12, f22 = section.f11, section.f12, section.f22
+    scale = abs(strain) + abs(turn) + abs(section.top_plastic) + abs(section.bottom_plastic)
+
+    # a start: as deformed as the whole section; at the first cracks of bending, at least as much as these ask for
+    strain2, turn2 = strain, turn
+    if (by_axial != 0.0 or by_moment != 0.0) and abs(strain) < 0.5 * abs(turn):
+        first_strain, first_turn = (first[2], first[3]) if turn > 0.0 else (first[0], first[1])
+        if abs(first_turn) > abs(turn):
+            strain2, turn2 = first_strain, first_turn
+        else:
+            strain2, turn2 = first_strain * turn / first_turn, turn
 
     # Newton, halving a step that does not help
-    strain2, turn2 = strain, turn
-    axial, moment, k11, k12, k22 = _state_two(sections, s, memory, strain2, turn2)
-    share, by_axial, by_moment = _share(sections, s, memory, axial, moment)
+    axial, moment, k11, k12, k22 = _state_two(section, strain2, turn2)
+    share, by_axial, by_moment = _share(section, limits, axial, moment)
     wrong1 = (1.0 - share) * (f11 * axial + f12 * moment) + share * strain2 - strain
     wrong2 = (1.0 - share) * (f12 * axial + f22 * moment) + share * turn2 - turn
     wrong = abs(wrong1) + abs(wrong2)
@@ -181,7 +255,7 @@ def _shared(sections, s, memory, strain, turn):
         if wrong <= CLOSE * scale:
             return share, strain2, turn2, axial, moment
         j11, j12, j21, j22 = _slopes(
-            flexibility, (k11, k12, k22), share, by_axial, by_moment, strain2, turn2, axial, moment
+            section, (k11, k12, k22), share, by_axial, by_moment, strain2, turn2, axial, moment
         )
         found = j11 * j22 - j12 * j21
         if not abs(found) > 1e-14 * (abs(j11 * j22) + abs(j12 * j21)):
@@ -191,8 +265,8 @@ def _shared(sections, s, memory, strain, turn):
         before, start1, start2 = wrong, strain2, turn2
         for _ in range(8):
             strain2, turn2 = start1 - step1, start2 - step2
-            axial, moment, k11, k12, k22 = _state_two(sections, s, memory, strain2, turn2)
-            share, by_axial, by_moment = _share(sections, s, memory, axial, moment)
+            axial, moment, k11, k12, k22 = _state_two(section, strain2, turn2)
+            share, by_axial, by_moment = _share(section, limits, axial, moment)
             wrong1 = (1.0 - share) * (f11 * axial + f12 * moment) + share * strain2 - strain
             wrong2 = (1.0 - share) * (f12 * axial + f22 * moment) + share * turn2 - turn
             wrong = abs(wrong1) + abs(wrong2)
@@ -204,11 +278,11 @@ def _shared(sections, s, memory, strain, turn):
             break
     if wrong <= 1e3 * CLOSE * scale:
         return share, strain2, turn2, axial, moment
-    return _bracketed(sections, s, memory, strain, turn, scale)
+    return _bracketed(section, limits, strain, turn, scale)
 
 
 @rule
-def _bracketed(sections, s, memory, strain, turn, scale):
+def _bracketed(section, limits, strain, turn, scale):
     """Return what ``_shared`` does, without fail: for each zeta e2 is the lowest point of a convex energy."""
     low, high = 0.0, 1.0
     share, strain2, turn2, axial, moment = 1.0, strain, turn, 0.0, 0.0
@@ -222,10 +296,8 @@ def _bracketed(sections, s, memory, strain, turn, scale):
             share = low + (high - low) * asked_low / (asked_low - asked_high)
             if not low < share < high:
                 share = 0.5 * (low + high)
-        strain2, turn2, axial, moment = _at_share(
-            sections, s, memory, strain, turn, share, strain2, turn2, CLOSE * scale
-        )
-        asked, _, _ = _share(sections, s, memory, axial, moment)
+        strain2, turn2, axial, moment = _at_share(section, strain, turn, share, strain2, turn2, CLOSE * scale)
+        asked, _, _ = _share(section, limits, axial, moment)
         asked -= share
         if asked >= 0.0:
             if last == 1:  # Illinois: the end that stays counts less
@@ -243,16 +315,14 @@ def _bracketed(sections, s, memory, strain, turn, scale):
 
 
 @rule
-def _at_share(sections, s, memory, strain, turn, share, strain2, turn2, close):
+def _at_share(section, strain, turn, share, strain2, turn2, close):
     """Return (e2 as strain and turn, N, M / depth) for a given zeta > 0.
 
     (1 - zeta) S(e2) + zeta K e2 = K e, with K the stiffness of state I, is where a convex function of e2 is lowest.
     """
-    k11 = sections.axial_stiffness[s]
-    k12 = sections.coupled_stiffness[s] / sections.depth[s]
-    k22 = sections.bending_stiffness[s] / sections.depth[s] ** 2
+    k11, k12, k22 = section.k11, section.k12, section.k22
     aim1, aim2 = k11 * strain + k12 * turn, k12 * strain + k22 * turn
-    axial, moment, c11, c12, c22 = _state_two(sections, s, memory, strain2, turn2)
+    axial, moment, c11, c12, c22 = _state_two(section, strain2, turn2)
     uphill1 = (1.0 - share) * axial + share * (k11 * strain2 + k12 * turn2) - aim1
     uphill2 = (1.0 - share) * moment + share * (k12 * strain2 + k22 * turn2) - aim2
     for _ in range(100):
@@ -266,7 +336,7 @@ def _at_share(sections, s, memory, strain, turn, share, strain2, turn2, close):
         start1, start2 = strain2, turn2
         for _ in range(30):
             strain2, turn2 = start1 + step1, start2 + step2
-            axial, moment, c11, c12, c22 = _state_two(sections, s, memory, strain2, turn2)
+            axial, moment, c11, c12, c22 = _state_two(section, strain2, turn2)
             uphill1 = (1.0 - share) * axial + share * (k11 * strain2 + k12 * turn2) - aim1
             uphill2 = (1.0 - share) * moment + share * (k12 * strain2 + k22 * turn2) - aim2
             if uphill1 * step1 + uphill2 * step2 <= -0.9 * down:
@@ -279,9 +349,9 @@ def _at_share(sections, s, memory, strain, turn, share, strain2, turn2, close):
 
 
 @law
-def _slopes(flexibility, stiffness, share, by_axial, by_moment, strain2, turn2, axial, moment):
+def _slopes(section, stiffness, share, by_axial, by_moment, strain2, turn2, axial, moment):
     """Return by how much the deformation grows with that of state II: (1 - zeta) F K + zeta + (e2 - F s) dzeta/ds K."""
-    f11, f12, f22 = flexibility
+    f11, f12, f22 = section.f11, section.f12, section.f22
     k11, k12, k22 = stiffness
     apart1 = strain2 - f11 * axial - f12 * moment
     apart2 = turn2 - f12 * axial - f22 * moment
@@ -295,25 +365,17 @@ def _slopes(flexibility, stiffness, share, by_axial, by_moment, strain2, turn2, 
     )
 
 
-@law
-def _flexibility(sections, s):
-    """Return F of state I, with curvature and moment scaled by the depth (1/N)."""
-    return sections.flexibility[s, 0], sections.flexibility[s, 1], sections.flexibility[s, 2]
-
-
 # -- how much is cracked ----------------------------------------------------------------------------------------------
 
 
 @law
-def _pull(sections, s, face, axial, moment):
+def _pull(face, axial, moment):
     """Return r at a face, and by how much it grows with N and M / depth."""
-    by_axial, by_moment = sections.pull[s, face, 0], sections.pull[s, face, 1]
-    ratio = by_axial * axial + by_moment * moment
-    wires_axial, wires_moment = sections.wires_pull[s, face, 0], sections.wires_pull[s, face, 1]
-    wires = wires_axial * axial + wires_moment * moment
+    ratio = face[0] * axial + face[1] * moment
+    wires = face[2] * axial + face[3] * moment
     if wires > ratio:
-        return wires, wires_axial, wires_moment
-    return ratio, by_axial, by_moment
+        return wires, face[2], face[3]
+    return ratio, face[0], face[1]
 
 
 @law
@@ -329,17 +391,18 @@ def _cracking(ratio, beta):
 
 
 @rule
-def _share(sections, s, memory, axial, moment):
+def _share(section, limits, axial, moment):
     """Return zeta and its slopes with N and M / depth."""
-    beta = sections.tension_stiffening[s]
-    r_top, top_axial, top_moment = _pull(sections, s, TOP, axial, moment)
-    r_bottom, bottom_axial, bottom_moment = _pull(sections, s, BOTTOM, axial, moment)
+    on_top, on_bottom, top_crush, bottom_crush = limits
+    beta = section.beta
+    r_top, top_axial, top_moment = _pull(on_top, axial, moment)
+    r_bottom, bottom_axial, bottom_moment = _pull(on_bottom, axial, moment)
     top, by_top = _cracking(r_top, beta)
     bottom, by_bottom = _cracking(r_bottom, beta)
-    if memory.cracked[s, TOP] >= top:
-        top, by_top = memory.cracked[s, TOP], 0.0
-    if memory.cracked[s, BOTTOM] >= bottom:
-        bottom, by_bottom = memory.cracked[s, BOTTOM], 0.0
+    if section.top_cracked >= top:
+        top, by_top = section.top_cracked, 0.0
+    if section.bottom_cracked >= bottom:
+        bottom, by_bottom = section.bottom_cracked, 0.0
 
     # zeta and its slopes with r_top and r_bottom
     if r_top <= 0.0 and r_bottom <= 0.0:
@@ -364,11 +427,12 @@ def _share(sections, s, memory, axial, moment):
             to_top += -by_top * part - (bottom - top) * part / r_top
     by_axial = to_top * top_axial + to_bottom * bottom_axial
     by_moment = to_top * top_moment + to_bottom * bottom_moment
-    for face in (TOP, BOTTOM):
-        to_axial, to_moment = sections.crush[s, face, 0], sections.crush[s, face, 1]
-        crushed, growing = _cracking(to_axial * axial + to_moment * moment, beta)
-        if crushed > share:
-            share, by_axial, by_moment = crushed, growing * to_axial, growing * to_moment
+    for to_axial, to_moment in (top_crush, bottom_crush):
+        ratio = to_axial * axial + to_moment * moment
+        if ratio > 1.0:
+            crushed, growing = _cracking(ratio, beta)
+            if crushed > share:
+                share, by_axial, by_moment = crushed, growing * to_axial, growing * to_moment
     return share, by_axial, by_moment
 
 
@@ -376,10 +440,9 @@ def _share(sections, s, memory, axial, moment):
 
 
 @rule
-def _state_two(sections, s, memory, strain, turn):
+def _state_two(section, strain, turn):
     """Return (N, M / depth, and their stiffness k11, k12, k22) of the cracked section."""
-    modulus, crushing = sections.concrete_modulus[s], sections.crushing_strain[s]
-    concrete = modulus * sections.width[s] * sections.depth[s]
+    concrete, crushing = section.concrete, section.crushing
     q0, q1, length, first, second = _pressed(-strain, -turn)
     if abs(turn) * 0.5 - strain > crushing:
         c0, c1, crushed, first_crushed, second_crushed = _pressed(-strain - crushing, -turn)
@@ -390,33 +453,33 @@ def _state_two(sections, s, memory, strain, turn):
         second -= second_crushed
     axial, moment = -concrete * q0, -concrete * q1
     k11, k12, k22 = concrete * length, concrete * first, concrete * second
-    for face in (TOP, BOTTOM):
-        area = sections.bottom_area[s] if face == BOTTOM else sections.top_area[s]
-        if area > 0.0:
-            level = (sections.bottom_level[s] if face == BOTTOM else sections.top_level[s]) / sections.depth[s]
-            there = strain + turn * level
-            stress, slope, _ = _steel(sections, s, memory.plastic[s, face], there)
-            if there < 0.0:  # steel takes the place of concrete
-                if there > -crushing:
-                    stress -= modulus * there
-                    slope -= modulus
-                else:
-                    stress += modulus * crushing
-            axial += area * stress
-            moment += area * stress * level
-            k11 += area * slope
-            k12 += area * slope * level
-            k22 += area * slope * level * level
+    for area, level, plastic in (
+        (section.top_area, section.top_level, section.top_plastic),
+        (section.bottom_area, section.bottom_level, section.bottom_plastic),
+    ):
+        there = strain + turn * level
+        stress, slope, _ = _steel(section, plastic, there)
+        if there < 0.0:  # steel takes the place of concrete
+            if there > -crushing:
+                stress -= section.modulus * there
+                slope -= section.modulus
+            else:
+                stress += section.modulus * crushing
+        axial += area * stress
+        moment += area * stress * level
+        k11 += area * slope
+        k12 += area * slope * level
+        k22 += area * slope * level * level
     return axial, moment, k11, k12, k22
 
 
 @law
-def _steel(sections, s, plastic, strain):
+def _steel(section, plastic, strain):
     """Return stress, slope and plastic flow of a wire that hardens kinematically."""
-    modulus, harder = sections.steel_modulus[s], sections.hardening_modulus[s]
+    modulus, harder = section.steel, section.harder
     stress = modulus * (strain - plastic)
     beyond = stress - harder * plastic
-    excess = abs(beyond) - sections.steel_strength[s]
+    excess = abs(beyond) - section.strength
     if excess <= 0.0:
         return stress, modulus, 0.0
     flow = excess / (modulus + harder)

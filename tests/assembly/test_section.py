@@ -1,0 +1,189 @@
+"""Sections of a reinforced-concrete footing against calculation by hand."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from damagepred.assembly.section import (
+    concrete_sections,
+    cracking_moment,
+    moment_curvature,
+    second_moments,
+)
+from damagepred.errors import InputError
+from damagepred.scene import Footing
+from damagepred.scene.concrete import ReinforcedConcrete
+
+
+def footing(width=0.3, depth=0.3, **concrete):
+    return Footing(width=width, depth=depth, concrete=ReinforcedConcrete(**concrete))
+
+
+def by_hand(width, depth, n, area, d):
+    """Neutral axis and I_cr of a section with one layer of wires."""
+    x = (-n * area + np.sqrt((n * area) ** 2 + 2 * width * n * area * d)) / width
+    return x, width * x**3 / 3 + n * area * (d - x) ** 2
+
+
+class TestSecondMoments:
+    @pytest.mark.parametrize(("mesh", "ratio"), [("3-L8TM", 0.08), ("3-L11TM", 0.14), ("3-L12TM", 0.17)])
+    def test_share_of_the_gross_one(self, mesh, ratio):
+        """FACTS: I_cr / I_g is about 0.08, 0.14, 0.17."""
+        moments = second_moments(footing(bottom=mesh))
+        assert moments.gross == pytest.approx(0.3 * 0.3**3 / 12)
+        assert moments.sagging / moments.gross == pytest.approx(ratio, abs=0.005)
+
+    def test_one_layer_by_hand(self):
+        moments = second_moments(footing(0.4, 0.35, bottom="4-L12TM", top="none", grade="N20"))
+        _, expected = by_hand(0.4, 0.35, 200 / 24.0, 4 * 111.2e-6, 0.35 - 0.04 - 0.0119 / 2)
+        assert moments.sagging == pytest.approx(expected, rel=1e-12)
+
+    def test_pressed_wires_by_hand(self):
+        """So much steel below that the top wires lie in pressed concrete, whose place they take."""
+        concrete = {"bottom": "12-L12TM", "top": "2-L12TM", "cover": 0.01}
+        found = second_moments(footing(**concrete)).sagging
+        n, area, other = 200 / 26.7, 12 * 111.2e-6, 2 * 111.2e-6
+        d, high = 0.3 - 0.01 - 0.0119 / 2, 0.01 + 0.0119 / 2
+        x = max(np.roots([0.15, n * area + (n - 1) * other, -n * area * d - (n - 1) * other * high]))
+        assert x > high
+        expected = 0.1 * x**3 + n * area * (d - x) ** 2 + (n - 1) * other * (x - high) ** 2
+        assert found == pytest.approx(expected, rel=1e-12)
+
+
+class TestCrackingMoment:
+    def test_by_hand(self):
+        """f_ct I / y of the transformed section, which has its centroid at mid-depth."""
+        more, level = (200 / 26.7 - 1) * 3 * 89.9e-6, 0.15 - 0.04 - 0.0107 / 2
+        transformed = 0.3**4 / 12 + 2 * more * level**2
+        assert cracking_moment(footing()) == pytest.approx(3e6 * transformed / 0.15, rel=1e-12)
+        pressed = 3e6 + 20e3 / (0.09 + 2 * more)
+        assert cracking_moment(footing(), -20e3) == pytest.approx(pressed * transformed / 0.15, rel=1e-12)
+
+    def test_branson_counts_concrete_alone(self):
+        assert cracking_moment(footing(law="branson")) == pytest.approx(3e6 * 0.3**3 / 6)
+
+    def test_is_no_more_than_the_wires_hold(self):
+        """Two thin wires in a wide footing: they would break as the concrete cracks."""
+        wide = footing(0.9, 0.4, bottom="2-L8TM", top="none")
+        area, d = 2 * 45.4e-6, 0.4 - 0.04 - 0.0076 / 2
+        x, second = by_hand(0.9, 0.4, 200 / 26.7, area, d)
+        yielding = 500e6 * second / (200 / 26.7 * (d - x))
+        assert yielding < 0.3 * 3e6 * 0.9 * 0.4**2 / 6
+        assert cracking_moment(wide) == pytest.approx(0.9 * yielding, rel=3e-3)
+        assert cracking_moment(wide, hogging=True) < cracking_moment(wide)
+
+    def test_nothing_left_beyond_axial_cracking(self):
+        assert cracking_moment(footing(), 400e3) == 0.0
+
+
+class TestMomentCurvature:
+    @pytest.mark.parametrize("beta", [1.0, 0.5])
+    @pytest.mark.parametrize("times", [1.2, 1.5, 2.0])
+    def test_mean_curvature_by_hand(self, beta, times):
+        """EN 1992-1-1 7.4.3: (1 - zeta) M / EI_1 + zeta M / EI_2 with zeta = 1 - beta (M_cr / M)^2."""
+        beam = footing(tension_stiffening=beta)
+        first = cracking_moment(beam)
+        moment, zeta = times * first, 1 - beta / times**2
+        whole = concrete_sections(np.zeros(1, np.int64), 1.0, beam).bending_stiffness[0]
+        cracked = 26.7e9 * second_moments(beam).sagging
+        curvature = (1 - zeta) * moment / whole + zeta * moment / cracked
+        assert moment_curvature(beam, [curvature])[0] == pytest.approx(moment, rel=1e-9)
+        assert moment_curvature(beam, [-curvature])[0] == pytest.approx(-moment, rel=1e-9)
+
+    def test_yield_by_hand(self):
+        """The wires yield at f_y I_cr / (n (d - x)); after it the curvature runs away."""
+        beam = footing(bottom="3-L8TM", top="none")
+        area, d = 3 * 45.4e-6, 0.3 - 0.04 - 0.0076 / 2
+        x, second = by_hand(0.3, 0.3, 200 / 26.7, area, d)
+        moment = 500e6 * second / (200 / 26.7 * (d - x))
+        zeta = 1 - (cracking_moment(beam) / moment) ** 2
+        whole = concrete_sections(np.zeros(1, np.int64), 1.0, beam).bending_stiffness[0]
+        curvature = (1 - zeta) * moment / whole + zeta * moment / (26.7e9 * second)
+        before, at, after = moment_curvature(beam, np.array([0.99, 1.0, 1.01]) * curvature)
+        # the wires a face has at least change the rest by a thousandth; the centroid is not at mid-depth either
+        assert at == pytest.approx(moment, rel=2e-3)
+        assert after - at < 0.5 * (at - before)
+
+    def test_strength_by_hand(self):
+        """Far beyond yield: hardened wires against concrete at f'c; the lever arm is d - a / 2."""
+        beam = footing(bottom="3-L8TM", top="none", hardening=0.01)
+        curvature = 0.1
+        moment = moment_curvature(beam, np.linspace(0, curvature, 200))[-1]
+        area, d = 3 * 45.4e-6, 0.3 - 0.04 - 0.0076 / 2
+        # share of the cracked state, and what it is bent by
+        zeta = 1 - (cracking_moment(beam) / moment) ** 2
+        bent = curvature / zeta
+        strain = bent * (d - 0.02)
+        pull = area * (500e6 + 0.01 * 200e9 * (strain - 0.0025))
+        assert moment == pytest.approx(pull * (d - pull / 25e6 / 0.3 / 2), rel=0.03)
+
+    def test_unloads_to_the_origin_while_the_wires_are_elastic(self):
+        up = np.linspace(0, 0.006, 30)
+        moments = moment_curvature(footing(), np.concatenate((up, up[::-1])))
+        assert abs(moments[-1]) < 1e-9 * moments.max()
+        # straight: the share that is cracked stays
+        assert moments[-15] == pytest.approx(moments[29] * up[14] / up[29], rel=1e-9)
+
+    def test_keeps_a_curvature_after_yield(self):
+        up = np.linspace(0, 0.03, 60)
+        moments = moment_curvature(footing(), np.concatenate((up, up[::-1])))
+        unloaded = np.interp(0.0, moments[:59:-1], up)
+        assert 0.015 < unloaded < 0.03
+
+    def test_cracks_from_above_are_not_those_from_below(self):
+        """Bent the other way, a section cracked from below is whole."""
+        first = cracking_moment(footing())
+        whole = concrete_sections(np.zeros(1, np.int64), 1.0, footing()).bending_stiffness[0]
+        back = -0.5 * first / whole
+        assert moment_curvature(footing(), [0.004, back])[1] == pytest.approx(whole * back, rel=1e-9)
+
+    @settings(max_examples=40, deadline=None)
+    @given(
+        st.floats(0.2, 0.9),
+        st.floats(0.25, 0.6),
+        st.sampled_from(["2-L8TM", "3-L11TM", "4-L12TM"]),
+        st.sampled_from([None, "none", "2-L8TM"]),
+        st.sampled_from([1.0, 0.5, 0.0]),
+        st.floats(-100e3, 10e3),
+    )
+    def test_grows_and_does_not_jump(self, width, depth, bottom, top, beta, axial):
+        beam = footing(width, depth, bottom=bottom, top=top, tension_stiffening=beta)
+        if top == "none":
+            axial = min(axial, 0.0)
+        path = np.linspace(0, 0.03, 400)
+        moments = moment_curvature(beam, path, axial)
+        steps = np.diff(moments)
+        most = concrete_sections(np.zeros(1, np.int64), 1.0, beam).bending_stiffness[0] * path[1]
+        assert (steps > -1e-9 * most).all()
+        assert (steps < most * (1 + 1e-9)).all()
+
+    @settings(max_examples=20, deadline=None)
+    @given(st.lists(st.floats(-0.02, 0.02), min_size=1, max_size=8), st.floats(-50e3, 20e3))
+    def test_turned_upside_down(self, path, axial):
+        one, other = footing(bottom="3-L12TM", top="3-L8TM"), footing(bottom="3-L8TM", top="3-L12TM")
+        moments = moment_curvature(one, path, axial)
+        assert moment_curvature(other, -np.array(path), axial) == pytest.approx(-moments, rel=1e-6, abs=1e-3)
+
+
+class TestBranson:
+    def test_formula(self):
+        beam = footing(law="branson")
+        first, (gross, cracked, _) = cracking_moment(beam), second_moments(beam)
+        moment = 1.7 * first
+        effective = cracked + (gross - cracked) / 1.7**3
+        curvature = moment / (26.7e9 * effective)
+        moments = moment_curvature(beam, [0.5 * first / (26.7e9 * gross), curvature, 0.3 * curvature, -curvature / 100])
+        assert moments[:2] == pytest.approx([0.5 * first, moment], rel=1e-9)
+        assert moments[2] == pytest.approx(0.3 * moment, rel=1e-9)
+        assert moments[3] == pytest.approx(-26.7e9 * gross * curvature / 100, rel=1e-9)
+
+
+class TestWrongInput:
+    def test_no_concrete(self):
+        with pytest.raises(InputError, match=r"footing.concrete"):
+            moment_curvature(Footing(), [0.0])
+
+    def test_wires_above_mid_depth(self):
+        with pytest.raises(InputError, match=r"cover = 0.2: .*mid-depth.*depth = 0.3 m"):
+            concrete_sections(np.zeros(1, np.int64), 1.0, footing(cover=0.2, top="none"))

@@ -1,0 +1,168 @@
+"""The law of one section: forces, tangent and memory, over random states and histories."""
+
+import numpy as np
+import pytest
+
+from damagepred.assembly.section import SectionMemory, concrete_sections
+from damagepred.kernels import section as law
+from damagepred.scene import Footing
+from damagepred.scene.concrete import ReinforcedConcrete
+
+
+def section(width=0.3, depth=0.3, **concrete):
+    beam = Footing(width=width, depth=depth, concrete=ReinforcedConcrete(**concrete))
+    return concrete_sections(np.zeros(1, np.int64), 0.24, beam)
+
+
+def random_section(rng):
+    return section(
+        rng.uniform(0.2, 0.9),
+        rng.uniform(0.25, 0.6),
+        bottom=rng.choice(["2-L8TM", "3-L11TM", "4-L12TM"]),
+        top=rng.choice([None, "none", "3-L8TM"]),
+        tension_stiffening=rng.choice([1.0, 0.5, 0.0]),
+        hardening=10 ** rng.uniform(-3, -1),
+    )
+
+
+def stiffness(sections):
+    k12 = sections.coupled_stiffness[0]
+    return np.array([[sections.axial_stiffness[0], k12], [k12, sections.bending_stiffness[0]]])
+
+
+def by_layers(sections, plastic, strain, curvature, layers=40000):
+    """N and M of the cracked state: concrete in layers, wires in a line of its own."""
+    width, depth = sections.width[0], sections.depth[0]
+    z = (np.arange(layers) + 0.5) / layers * depth - depth / 2
+
+    def concrete(at):
+        return np.clip(at, -sections.crushing_strain[0], 0.0) * sections.concrete_modulus[0]
+
+    stress = concrete(strain + curvature * z) * width * depth / layers
+    axial, moment = stress.sum(), (stress * z).sum()
+    for area, level, before in (
+        (sections.top_area[0], sections.top_level[0], plastic[0]),
+        (sections.bottom_area[0], sections.bottom_level[0], plastic[1]),
+    ):
+        at = strain + curvature * level
+        # kinematic hardening: between two lines of the hardened slope
+        modulus, harder, limit = sections.steel_modulus[0], sections.hardening_modulus[0], sections.steel_strength[0]
+        slope = modulus * harder / (modulus + harder)
+        bound = limit * modulus / (modulus + harder)
+        wire = np.clip(modulus * (at - before), slope * at - bound, slope * at + bound)
+        axial += area * (wire - concrete(at))
+        moment += area * (wire - concrete(at)) * level
+    return axial, moment
+
+
+def random_strains(rng, depth):
+    size, angle = 10 ** rng.uniform(-5, -2.2), rng.uniform(0, 2 * np.pi)
+    return size * np.cos(angle) * rng.choice([1.0, 0.2]), 2 * size * np.sin(angle) / depth
+
+
+def test_cracked_state_is_that_of_many_layers():
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        sections, memory = random_section(rng), SectionMemory.fresh(1)
+        memory.plastic[0] = rng.normal(0, 0.003, 2) * rng.integers(0, 2)
+        strain, curvature = random_strains(rng, sections.depth[0])
+        values = law._section(sections, 0, memory)
+        axial, moment, *_ = law._state_two(values, strain, curvature * sections.depth[0])
+        expected = by_layers(sections, memory.plastic[0], strain, curvature)
+        scale = sections.axial_stiffness[0] * (abs(strain) + abs(curvature) * sections.depth[0])
+        assert axial == pytest.approx(expected[0], abs=1e-6 * scale)
+        assert moment * sections.depth[0] == pytest.approx(expected[1], abs=1e-6 * scale * sections.depth[0])
+
+
+def test_two_states_add_up_and_the_tangent_is_that_of_the_forces():
+    """Over random histories: the residual of the law, worked out apart, and finite differences."""
+    rng = np.random.default_rng(2)
+    cracked = 0
+    for _ in range(150):
+        sections, memory = random_section(rng), SectionMemory.fresh(1)
+        depth, whole = sections.depth[0], stiffness(sections)
+        scale = np.array([1.0, depth])
+        for _ in range(4):
+            strain, curvature = random_strains(rng, depth)
+            found = np.array(law.section_response(sections, 0, memory, strain, curvature))
+            assert np.isfinite(found).all()
+            values, limits = law._section(sections, 0, memory), law._limits(sections, 0)
+            share, strain2, turn2, axial, moment = law._shared(
+                values, limits, law._start(sections, 0), strain, curvature * depth
+            )
+            size = abs(strain) + abs(curvature) * depth + np.abs(memory.plastic).sum()
+            if share > 0:
+                cracked += 1
+                forces = np.array(by_layers(sections, memory.plastic[0], strain2, turn2 / depth, 4000))
+                assert forces == pytest.approx(found[:2], rel=1e-4, abs=1e-5 * whole[0, 0] * size)
+                one = np.linalg.solve(whole, found[:2])
+                wrong = (1 - share) * one + share * np.array([strain2, turn2 / depth]) - [strain, curvature]
+                assert np.abs(wrong * scale).sum() < 1e-8 * size
+                assert law._share(values, limits, axial, moment)[0] == pytest.approx(share, rel=1e-6)
+            tangent = found[2:].reshape(2, 2) / np.outer(scale, scale)
+            step = 1e-6 * (abs(strain) + abs(curvature) * depth)
+            for column, (by, turn) in enumerate(((step, 0.0), (0.0, step / depth))):
+                more = law.section_response(sections, 0, memory, strain + by, curvature + turn)
+                less = law.section_response(sections, 0, memory, strain - by, curvature - turn)
+                slope = (np.array(more[:2]) - np.array(less[:2])) / (2 * step) / scale
+                assert slope == pytest.approx(tangent[:, column], abs=1e-4 * whole[0, 0])
+            if rng.random() < 0.7:
+                law.section_settle(sections, 0, memory, strain, curvature)
+    assert cracked > 300
+
+
+def test_settling_leaves_the_forces_as_they_are():
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        sections, memory = random_section(rng), SectionMemory.fresh(1)
+        strain, curvature = random_strains(rng, sections.depth[0])
+        before = law.section_response(sections, 0, memory, strain, curvature)
+        law.section_settle(sections, 0, memory, strain, curvature)
+        after = law.section_response(sections, 0, memory, strain, curvature)
+        scale = sections.axial_stiffness[0] * (abs(strain) + abs(curvature) * sections.depth[0])
+        assert after[:2] == pytest.approx(before[:2], abs=1e-8 * scale)
+        assert (memory.cracked >= 0).all()
+        assert (memory.cracked <= 1).all()
+
+
+def test_pull_cracks_it_through_and_the_wires_remain():
+    """N = E_s A_s e2 and e = (1 - zeta) N / EA + zeta e2 with zeta = 1 - (N_cr / N)^2, by hand."""
+    sections, memory = section(width=0.15, bottom="4-L12TM"), SectionMemory.fresh(1)
+    wires = 200e9 * 8 * 111.2e-6
+    whole = 26.7e9 * 0.15 * 0.3 + (200e9 - 26.7e9) * 8 * 111.2e-6
+    first = 3e6 / 26.7e9 * whole
+    axial = 1.6 * first
+    assert axial < 0.9 * 500e6 * 8 * 111.2e-6
+    zeta = 1 - 1 / 1.6**2
+    found = law.section_response(sections, 0, memory, (1 - zeta) * axial / whole + zeta * axial / wires, 0.0)
+    assert found[:2] == pytest.approx((axial, 0.0), rel=1e-9, abs=1e-3)
+    law.section_settle(sections, 0, memory, 0.05, 0.0)
+    assert memory.cracked[0] == pytest.approx(memory.cracked[0, ::-1])
+    assert memory.plastic[0, 0] > 0.04
+
+
+def test_pressed_whole_section_is_linear_until_it_crushes():
+    sections, memory = section(), SectionMemory.fresh(1)
+    memory.cracked[0] = (0.3, 0.8)
+    axial, moment, *_ = law.section_response(sections, 0, memory, -5e-4, 1e-3)
+    expected = stiffness(sections) @ [-5e-4, 1e-3]
+    assert (axial, moment) == pytest.approx(expected, rel=1e-9)
+    # concrete at f'c and wires at yield, and little more
+    most = 25e6 * (0.09 - 6 * 89.9e-6) + 500e6 * 6 * 89.9e-6
+    assert -law.section_response(sections, 0, memory, -3e-3, 0.0)[0] == pytest.approx(most, rel=0.02)
+
+
+def test_symmetric_part_of_the_tangent_is_positive_while_bending_from_no_axial_force():
+    """For beta = 1 from N = 0; where N and M change together it need not be, as cracking is not associated."""
+    sections, memory = section(), SectionMemory.fresh(1)
+    strain = 0.0
+    for curvature in np.linspace(1e-5, 0.03, 300):
+        for _ in range(50):  # N = 0
+            found = law.section_response(sections, 0, memory, strain, curvature)
+            if abs(found[0]) < 1e-3:
+                break
+            strain -= found[0] / found[2]
+        assert abs(found[0]) < 1.0
+        tangent = np.array(found[2:]).reshape(2, 2)
+        assert np.linalg.det(tangent) > 0
+        law.section_settle(sections, 0, memory, strain, curvature)
