@@ -49,6 +49,7 @@ CHAPTERS = (
     "Vibration and time stepping",
     "Dynamics",
     "Zones",
+    "Footing and ground",
     "Footing and fragility",
 )
 """Order of the page; other chapters follow in the order of their tests."""

@@ -1,0 +1,336 @@
+"""The footing as a beam: on jacks and supports, under its own weight, and together with brickwork bonded to it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Kind, wall_model
+from damagepred.scene import BlockMaterial, Joint, Movement, Rig, Solver, Wall
+from tests.verification.conftest import SOLVERS
+from tests.verification.footings import (
+    GRAVITY,
+    PAPER,
+    SLENDER,
+    STOCKY,
+    STRIPS,
+    Strip,
+    level,
+    moments,
+    path_of,
+    reactions,
+)
+from tests.verification.manual import ClosedForm, Verify
+
+CHAPTER = "Footing and ground"
+
+JACKS = ClosedForm(
+    chapter=CHAPTER,
+    title="Footing alone on two supports and three equal jacks",
+    formula="δ = 19 P L³/(384 E I) + P L/(2 κ G A)\nw(L/4) = (27/38) 19 P L³/(384 E I) + 3 P L/(8 κ G A),   κ = 5/6",
+    source="Euler-Bernoulli beam under three equal loads at the quarter points, and its shear by virtual work.",
+    note="The jacks' load P is what the solver finds for a given deflection. What own weight adds is the same in both "
+    "increments compared and falls out. `thin` compares with the beam that does not shear. A segment is rigid: that of "
+    "the half segments over supports and of those that jacks stand between, shear is missing, an error of the order of "
+    "h/L of the shear's share; so values for the stocky footing are taken to size 0 from two sizes.",
+)
+SAG = ClosedForm(
+    chapter=CHAPTER,
+    title="Footing that sags between two supports",
+    formula="P = 0:   δ = 5 w L⁴/(384 E I) + w L²/(8 κ G A)",
+    source="Timoshenko beam on two supports under uniform load: where the path of dishing on jacks ends.",
+    note="Order: of the error over the length of segments, 2 of a slender beam, 1 of one whose error is that of shear.",
+)
+CHAIN = ClosedForm(
+    chapter=CHAPTER,
+    title="Chain of rigid segments",
+    formula="δ = Σ [M m h/(E I) + V v (h/(κ G A) + h³/(12 E I))],   over the sections between segments",
+    source="Virtual work: M, V by the load, m, v by a unit load at mid-length, where they are known by statics.",
+    note="What the chain must give for any number of segments; its limit is the Timoshenko beam. Supports guide the "
+    "underside along the wall with a millionth of their stiffness, and are 0.1 mm wide: that holds the ends of a "
+    "slender footing back by some 0.02 %.",
+)
+ENDS = ClosedForm(
+    chapter=CHAPTER,
+    title="Footing that cantilevers from its jacks",
+    formula="supports at 0:   P = W/3,   δ = W L³/(288 E I) + W L/(24 κ G A)",
+    source="Statics, and the formulas of the two checks before, with opposite signs.",
+    note="Where the path of doming on jacks ends.",
+)
+TRANSFORMED = ClosedForm(
+    chapter=CHAPTER,
+    title="Footing and brickwork bonded to it",
+    formula="E I = Σ [E I_i + E A_i (y_i - y_0)²],  y_0 = Σ E A_i y_i / Σ E A_i;   κ G A = Σ κ_i G A_i\n"
+    "δ = 5 w L⁴/(384 E I) + w L²/(8 κ G A)",
+    source="Transformed section; the parts shear alike.",
+    note="Rigid bricks in stack bond; their perpends have k_n h = E and k_s h = G, their beds let nothing slip. "
+    "Bricks have κ = 1, as joints transfer shear evenly. Taken to size 0 from two sizes.",
+)
+NEWMARK = ClosedForm(
+    chapter=CHAPTER,
+    title="Brickwork on a footing with a bed that slips",
+    formula="δ = 5 w L⁴/(384 E I) + (E I/E I₀ - 1) w/(α⁴ E I) [1/cosh(αL/2) + α²L²/8 - 1] + w L²/(8 κ G A)\n"
+    "α² = k_s t (1/E A₁ + 1/E A₂ + r²/E I₀),   E I₀ = E I₁ + E I₂,   E I = E I₀ + r² E A₁ E A₂/(E A₁ + E A₂)",
+    source="Newmark, Siess and Viest (1951): two beams with a linear connection; r is the distance of their axes.",
+    note="One course of rigid bricks on the footing; the bed between is stiff across and slips along.",
+)
+
+ON_JACKS = ("quasi_static",)
+
+
+@pytest.fixture(params=ON_JACKS)
+def jacking(request: pytest.FixtureRequest) -> Solver:
+    """Each solver that knows jacks."""
+    return SOLVERS[request.param]
+
+
+def jacked(strip: Strip, solver: Solver, kind: str, support: str, pieces: int) -> tuple[float, float, float]:
+    """Return deflections by a unit load of the jacks (m/N): of middle and quarter points, and the one measured."""
+    length = strip.length
+    size = 1e-4 * strip.line_weight * length**4 / strip.bending  # small enough for the supports to be pressed
+    model = strip.on_jacks(kind, size, pieces, support=support, stop_at_zero=False)
+    first, last = path_of(model, solver)
+    rise = level(model, last, np.array([0.0, 0.25, 0.5, 1.0]) * length)
+    rise -= level(model, first, np.array([0.0, 0.25, 0.5, 1.0]) * length)
+    more = last.jack_load - first.jack_load
+    ends = (rise[0] + rise[3]) / 2
+    return (rise[2] - ends) / more, (rise[1] - ends) / more, (last.deflection - first.deflection) / more
+
+
+@pytest.mark.parametrize("support", ["held", "lift_off"])
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+@pytest.mark.parametrize("strip", STRIPS, ids=lambda strip: strip.name)
+def test_equal_jacks_bend_the_footing(verify: Verify, jacking: Solver, strip: Strip, kind: str, support: str) -> None:
+    fine, coarse = (np.array(jacked(strip, jacking, kind, support, pieces)) for pieces in (160, 80))
+    found = 2 * fine - coarse if strip is STOCKY else fine
+    thin, sheared = 19 * strip.length**3 / (384 * strip.bending), strip.length / strip.shear
+    case = f"{kind}, {support}: {strip}"
+    verify(
+        JACKS, case=case, solver=jacking.method, quantity="δ/P, twice, and w(L/4)/P", unit="m/N",
+        computed=found[[0, 2, 1]], exact=[thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared], tolerance=1e-3,
+    )  # fmt: skip
+    if strip is SLENDER:
+        verify(
+            JACKS, case=f"thin; {case}", solver=jacking.method, quantity="384 E I δ/(19 P L³) and w(L/4)/δ",
+            computed=[found[0] / thin, found[1] / found[0]], exact=[1, 27 / 38], tolerance=1e-3,
+        )  # fmt: skip
+
+
+def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, jacking: Solver) -> None:
+    """Level: the deflection by the weight is that which the jacks take back."""
+    for strip in (SLENDER, PAPER):
+        load = 2000.0
+        model = strip.on_jacks("dishing", 1e-3, 96, load=load)
+        first = path_of(model, jacking)[0]
+        w, length, thin, shear = strip.line_weight + load, strip.length, strip.bending, strip.shear
+        sag = 5 * w * length**4 / (384 * thin) + w * length**2 / (8 * shear)
+        by_one = 19 * length**3 / (384 * thin) + length / (2 * shear)
+        verify(
+            JACKS, case=f"level, {load:g} N/m: {strip}", solver=jacking.method, quantity="P", unit="N",
+            computed=first.jack_load, exact=sag / by_one, tolerance=1e-3,
+        )  # fmt: skip
+        assert abs(first.deflection) < 1e-8
+
+
+def sag(strip: Strip, load: float) -> float:
+    """Return the sag of a beam between supports at its ends (m)."""
+    w, length = strip.line_weight + load, strip.length
+    return 5 * w * length**4 / (384 * strip.bending) + w * length**2 / (8 * strip.shear)
+
+
+def sag_of_chain(strip: Strip, load: float, pieces: int) -> float:
+    """Return the sag of a chain of rigid segments, an even number (m)."""
+    w, length, h = strip.line_weight + load, strip.length, strip.length / pieces
+    x = h * np.arange(1, pieces)
+    near = np.minimum(x, length - x)
+    moment, unit_moment = w * near * (length - near) / 2, near / 2
+    # in the middle, where the unit load acts on both segments alike, it shears nothing
+    shear, unit_shear = w * (length / 2 - x), np.sign(np.round(length / 2 - x, 9)) / 2
+    bent = (moment * unit_moment).sum() * h / strip.bending
+    return float(bent + (shear * unit_shear).sum() * (h / strip.shear + h**3 / (12 * strip.bending)))
+
+
+def sagged(strip: Strip, solver: Solver, load: float, pieces: int) -> float:
+    """Return the sag where the jacks of dishing carry nothing any more (m)."""
+    model = strip.on_jacks("dishing", 1.5 * sag(strip, load), pieces, load=load)
+    last = path_of(model, solver, 3)[-1]
+    assert last.ended == "jacks"
+    assert abs(last.jack_load) < 1e-6 * (strip.line_weight + load) * strip.length
+    return -last.deflection
+
+
+@pytest.mark.parametrize(
+    ("strip", "load", "pieces", "tolerance"),
+    [(SLENDER, 0.0, 100, 1e-3), (PAPER, 2250 - PAPER.line_weight, 100, 1e-3), (PAPER, 0.0, 25, 2e-3),
+     (STOCKY, 5e4, 100, 5e-3)],
+)  # fmt: skip
+def test_the_footing_sags_between_supports(
+    verify: Verify, jacking: Solver, strip: Strip, load: float, pieces: int, tolerance: float
+) -> None:
+    verify(
+        SAG, case=f"{load:.0f} N/m, {pieces} segments: {strip}", solver=jacking.method, quantity="δ", unit="m",
+        computed=sagged(strip, jacking, load, pieces), exact=sag(strip, load), tolerance=tolerance,
+    )  # fmt: skip
+
+
+def test_the_papers_footing_sags_by_8_mm(verify: Verify, jacking: Solver) -> None:
+    exact = 5 * 2250 * 6**4 / (384 * 7e9 * 0.3**4 / 12)
+    assert exact == pytest.approx(8.0e-3, rel=5e-3)
+    verify(
+        SAG, case=f"thin, 2250 N/m in all: {PAPER}", solver=jacking.method, quantity="δ", unit="m",
+        computed=sagged(PAPER, jacking, 2250 - PAPER.line_weight, 100), exact=exact, tolerance=1e-2,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("strip", "pieces", "order"), [(SLENDER, (8, 16, 32), 2.0), (STOCKY, (40, 80, 160), 1.0)], ids=["slender", "stocky"]
+)
+def test_shorter_segments_sag_more_like_the_beam(
+    verify: Verify, jacking: Solver, strip: Strip, pieces: tuple[int, ...], order: float
+) -> None:
+    load = strip.line_weight
+    found = np.array([sagged(strip, jacking, load, n) for n in pieces])
+    for n, value in zip(pieces, found, strict=True):
+        verify(
+            CHAIN, case=f"{n} segments: {strip}", solver=jacking.method, quantity="δ", unit="m", computed=value,
+            exact=sag_of_chain(strip, load, n), tolerance=4e-4,
+        )  # fmt: skip
+    errors = np.abs(found - sag(strip, load))
+    verify(
+        SAG, case=f"{pieces[0]} to {pieces[2]} segments: {strip}", solver=jacking.method, quantity="order",
+        computed=np.log(errors[0] / errors[2]) / np.log(4), exact=order, tolerance=0.1,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("support", ["held", "lift_off"])
+@pytest.mark.parametrize(("strip", "load"), [(SLENDER, 0.0), (PAPER, 1500.0)], ids=["slender", "paper's"])
+def test_the_ends_cantilever(verify: Verify, jacking: Solver, strip: Strip, load: float, support: str) -> None:
+    weight, length = (strip.line_weight + load) * strip.length, strip.length
+    exact = weight * length**3 / (288 * strip.bending) + weight * length / (24 * strip.shear)
+    model = strip.on_jacks("doming", 1.3 * exact, 120, load=load, support=support)
+    last = path_of(model, jacking, 3)[-1]
+    assert last.ended == "supports"
+    case = f"{support}, {load:g} N/m: {strip}"
+    verify(
+        ENDS, case=case, solver=jacking.method, quantity="P", unit="N", computed=last.jack_load, exact=weight / 3,
+        tolerance=1e-5,
+    )  # fmt: skip
+    verify(
+        ENDS, case=case, solver=jacking.method, quantity="δ", unit="m", computed=last.deflection, exact=exact,
+        tolerance=2e-3,
+    )  # fmt: skip
+    _, carried = reactions(model, last, Kind.SUPPORT)
+    verify(
+        ENDS, case=case, solver=jacking.method, quantity="all of the supports' load", unit="N", computed=carried.sum(),
+        exact=0.0, scale=weight, tolerance=1e-5,
+    )  # fmt: skip
+    x, bent = moments(model, last)
+    verify(
+        ENDS, case=case, solver=jacking.method, quantity="moment at x = L/4 (without P's peak)", unit="N m",
+        computed=np.interp(0.24 * length, x, bent), exact=-weight / length * (0.24 * length) ** 2 / 2, tolerance=1e-2,
+    )  # fmt: skip
+
+
+# -- with brickwork bonded to it ---------------------------------------------------------------------------------------
+
+BOUND = 1e13
+"""Strength that nothing reaches (Pa)."""
+
+
+def brickwork(
+    strip: Strip, pieces: int, courses: int, course: float, modulus: float, slip: float, load: float
+) -> float:
+    """Return the sag (m) of a footing with courses of rigid bricks on it, where the jacks of dishing carry nothing.
+
+    Parameters
+    ----------
+    strip : Strip
+        The footing.
+    pieces, courses : int
+        Bricks in a course, and courses, in stack bond.
+    course, modulus : float
+        Height of a course (m) and E of the brickwork (Pa), Poisson's ratio 0.2.
+    slip : float
+        k_s of the bed between footing and first course (Pa/m).
+    load : float
+        Along the top of the wall (N/m).
+    """
+    h, thickness = strip.length / pieces, 0.11
+    bound = {"tensile_strength": BOUND, "cohesion": BOUND, "friction": 1.0}
+    perpends = Joint(normal_stiffness=modulus / h, shear_stiffness=modulus / 2.4 / h, **bound)
+    bed = Joint(normal_stiffness=1e14, shear_stiffness=slip, **bound)
+    most = sag(strip, load + GRAVITY * 2000 * thickness * course * courses)
+    scene = strip.scene(
+        Movement(kind="dishing", shape="jacks", central_deflection=1.2 * most), pieces,
+        joint=perpends, block=BlockMaterial(density=2000.0), loads={"roof": load * strip.length},
+        rig=Rig(), solver=Solver(lump_block_elasticity=False),
+    )  # fmt: skip
+    wall = Wall(length=strip.length, height=course * courses, thickness=thickness, block_length=h,
+                block_height=course, bond="stack")  # fmt: skip
+    scene = replace(scene, wall=wall, footing=replace(scene.footing, joint=bed))
+    model = wall_model(scene)
+    if courses > 1:
+        face, law = model.interfaces, model.properties
+        stiff = face.kind == Kind.BED_JOINT
+        model = replace(
+            model,
+            properties=law._replace(
+                normal_stiffness=np.where(stiff, 1e14, law.normal_stiffness),
+                shear_stiffness=np.where(stiff, 1e14, law.shear_stiffness),
+            ),
+        )
+    last = path_of(model, scene.solver, 2)[-1]
+    assert last.ended == "jacks"
+    return -last.deflection
+
+
+@pytest.mark.parametrize("courses", [1, 2, 3])
+@pytest.mark.parametrize("modulus", [9e9, 2e9])
+def test_bonded_brickwork_stiffens_the_footing(verify: Verify, courses: int, modulus: float) -> None:
+    strip, course, thickness, load, pieces = PAPER, 0.075, 0.11, 1e3, (20, 40, 80)
+    heights, areas = [-strip.depth / 2], [strip.width * strip.depth * strip.modulus]
+    own, shear = strip.bending, strip.shear
+    for number in range(courses):
+        heights.append((number + 0.5) * course)
+        areas.append(thickness * course * modulus)
+        own += modulus * thickness * course**3 / 12
+        shear += modulus / 2.4 * thickness * course
+    y, stiffness = np.array(heights), np.array(areas)
+    axis = (y * stiffness).sum() / stiffness.sum()
+    bending = own + (stiffness * (y - axis) ** 2).sum()
+    w = strip.line_weight + load + GRAVITY * 2000 * thickness * course * courses
+    exact = 5 * w * strip.length**4 / (384 * bending) + w * strip.length**2 / (8 * shear)
+    found = np.array([brickwork(strip, n, courses, course, modulus, 1e14, load) for n in pieces])
+    case = f"{courses} courses of {1e3 * course:g} mm, E {modulus / 1e6:g} MPa: {strip}"
+    limit = (4 * found[2] - found[1]) / 3
+    verify(
+        TRANSFORMED, case=case, solver="quasi_static", quantity="δ, to size 0", unit="m", computed=limit, exact=exact,
+        tolerance=5e-4,
+    )  # fmt: skip
+    assert exact < 0.9 * sag(strip, w - strip.line_weight), "the bricks must matter"
+    errors = np.abs(found - limit)
+    verify(
+        TRANSFORMED, case=case, solver="quasi_static", quantity="order", computed=np.log2(errors[0] / errors[1]),
+        exact=2.0, tolerance=0.2,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", [1e8, 1e9, 1e10, 1e12])
+def test_a_bed_that_slips_stiffens_it_less(verify: Verify, slip: float) -> None:
+    strip, course, thickness, load, modulus, pieces = PAPER, 0.15, 0.11, 1e3, 9e9, (40, 80)
+    length = strip.length
+    first, second = strip.width * strip.depth * strip.modulus, thickness * course * modulus
+    apart, shear = (strip.depth + course) / 2, strip.shear + modulus / 2.4 * thickness * course
+    loose = strip.bending + modulus * thickness * course**3 / 12
+    tight = loose + apart**2 * first * second / (first + second)
+    alpha = np.sqrt(slip * thickness * (1 / first + 1 / second + apart**2 / loose))
+    w = strip.line_weight + load + GRAVITY * 2000 * thickness * course
+    z = alpha * length
+    exact = 5 * w * length**4 / (384 * tight) + w * length**2 / (8 * shear)
+    exact += (tight / loose - 1) * w / (alpha**4 * tight) * (1 / np.cosh(z / 2) + z**2 / 8 - 1)
+    coarse, fine = (brickwork(strip, n, 1, course, modulus, slip, load) for n in pieces)
+    case = f"k_s {slip / 1e9:g} N/mm³, α L = {z:.2g}, {1e3 * course:g} mm of E {modulus / 1e6:g} MPa: {strip}"
+    verify(
+        NEWMARK, case=case, solver="quasi_static", quantity="δ, to size 0", unit="m", computed=(4 * fine - coarse) / 3,
+        exact=exact, tolerance=5e-4,
+    )  # fmt: skip
