@@ -170,14 +170,16 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         * np.array(_wires_hold(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
     pull = modulus / concrete.flexural_strength * faces @ flexibility
-    # bending that cracks a face, and the cracked state then: turning about the neutral axis
-    first = depth / np.array(
-        [side * max(side * a, side * b) for side, a, b in zip((-1, 1), pull[:, 1], 1 / wires[:, 1])]
-    )
-    layers = ((bottom_area, depth / 2.0 + low), (top_area, depth / 2.0 + high))
-    mirrored = tuple((area, depth - d) for area, d in layers)
-    curvature = first / modulus / np.array((gross.hogging, gross.sagging))
-    axis = [_neutral_axis(width, steel / modulus, each) - depth / 2.0 for each in (mirrored, layers)]
+
+    def first(face: int) -> tuple[float, float]:
+        """Return strain and curvature x depth of the cracked state, at the moment that cracks a face and N = 0."""
+        side, second = (-1.0, gross.hogging) if face == 0 else (1.0, gross.sagging)
+        layers = ((bottom_area, depth / 2.0 + side * low), (top_area, depth / 2.0 + side * high))
+        axis = _neutral_axis(width, steel / modulus, layers) - depth / 2.0
+        moment = side * depth / max(side * pull[face, 1], side / wires[face, 1])
+        curvature = moment / (modulus * second)
+        return -side * axis * curvature, curvature * depth
+
     values = {
         "law": CRACKED if concrete.law == "cracked" else BRANSON,
         "width": width,
@@ -200,7 +202,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         "pull": pull,
         "wires_pull": 1.0 / wires,
         "crush": -modulus / (HELD * concrete.compressive_strength) * faces @ flexibility,
-        "first_cracked": np.column_stack((curvature * (axis[0], -axis[1]), curvature * depth)),
+        "first_cracked": np.array([first(0), first(1)]),
         "gross_second_moment": gross.gross,
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),

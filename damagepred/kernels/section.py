@@ -71,6 +71,10 @@ class Section(NamedTuple):
 def section_response(sections, s, memory, strain, curvature):
     """Return (N, M, dN/dstrain, dN/dcurvature, dM/dstrain, dM/dcurvature) of section s; the memory stays.
 
+    The slopes are symmetric and positive while cracks do not grow. While they do, they are not symmetric. Their
+    symmetric part stays positive in bending by N <= 0 with beta = 1, but need not where the section is pulled or
+    beta < 1; their determinant stays positive in bending.
+
     Parameters
     ----------
     sections : Sections
@@ -134,8 +138,6 @@ def section_settle(sections, s, memory, strain, curvature):
     cracked[BOTTOM] = max(cracked[BOTTOM], crushed, _cracking(_pull(bottom, axial, moment)[0], section.beta)[0])
     _, _, by_top = _steel(section, section.top_plastic, strain2 + turn2 * section.top_level)
     _, _, by_bottom = _steel(section, section.bottom_plastic, strain2 + turn2 * section.bottom_level)
-    if section.bottom_area == 0.0:
-        by_bottom = 0.0
     if by_top != 0.0 or by_bottom != 0.0:
         memory.plastic[s, TOP] += by_top
         memory.plastic[s, BOTTOM] += by_bottom
