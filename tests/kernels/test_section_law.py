@@ -5,8 +5,35 @@ import pytest
 
 from damagepred.assembly.section import SectionMemory, concrete_sections
 from damagepred.kernels import section as law
+from damagepred.kernels.jit import kernel
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
+
+
+# compiled once and kept, as rules are not
+@kernel
+def response(sections, memory, strain, curvature):
+    return law.section_response(sections, 0, memory, strain, curvature)
+
+
+@kernel
+def settle(sections, memory, strain, curvature):
+    law.section_settle(sections, 0, memory, strain, curvature)
+
+
+@kernel
+def cracked_state(sections, memory, strain, curvature):
+    return law._state_two(law._section(sections, 0, memory), strain, curvature * sections.depth[0])
+
+
+@kernel
+def two_states(sections, memory, strain, curvature):
+    """Return share, strain and curvature of the cracked state, and the share that the forces ask for."""
+    values, limits, depth = law._section(sections, 0, memory), law._limits(sections, 0), sections.depth[0]
+    share, strain2, turn2, axial, moment = law._shared(
+        values, limits, law._start(sections, 0), strain, curvature * depth
+    )
+    return share, strain2, turn2 / depth, law._share(values, limits, axial, moment)[0]
 
 
 def section(width=0.3, depth=0.3, **concrete):
@@ -66,8 +93,7 @@ def test_cracked_state_is_that_of_many_layers():
         sections, memory = random_section(rng), SectionMemory.fresh(1)
         memory.plastic[0] = rng.normal(0, 0.003, 2) * rng.integers(0, 2)
         strain, curvature = random_strains(rng, sections.depth[0])
-        values = law._section(sections, 0, memory)
-        axial, moment, *_ = law._state_two(values, strain, curvature * sections.depth[0])
+        axial, moment, *_ = cracked_state(sections, memory, strain, curvature)
         expected = by_layers(sections, memory.plastic[0], strain, curvature)
         scale = sections.axial_stiffness[0] * (abs(strain) + abs(curvature) * sections.depth[0])
         assert axial == pytest.approx(expected[0], abs=1e-6 * scale)
@@ -84,30 +110,27 @@ def test_two_states_add_up_and_the_tangent_is_that_of_the_forces():
         scale = np.array([1.0, depth])
         for _ in range(4):
             strain, curvature = random_strains(rng, depth)
-            found = np.array(law.section_response(sections, 0, memory, strain, curvature))
+            found = np.array(response(sections, memory, strain, curvature))
             assert np.isfinite(found).all()
-            values, limits = law._section(sections, 0, memory), law._limits(sections, 0)
-            share, strain2, turn2, axial, moment = law._shared(
-                values, limits, law._start(sections, 0), strain, curvature * depth
-            )
+            share, strain2, curvature2, asked = two_states(sections, memory, strain, curvature)
             size = abs(strain) + abs(curvature) * depth + np.abs(memory.plastic).sum()
             if share > 0:
                 cracked += 1
-                forces = np.array(by_layers(sections, memory.plastic[0], strain2, turn2 / depth, 4000))
+                forces = np.array(by_layers(sections, memory.plastic[0], strain2, curvature2, 4000))
                 assert forces == pytest.approx(found[:2], rel=1e-4, abs=1e-5 * whole[0, 0] * size)
                 one = np.linalg.solve(whole, found[:2])
-                wrong = (1 - share) * one + share * np.array([strain2, turn2 / depth]) - [strain, curvature]
+                wrong = (1 - share) * one + share * np.array([strain2, curvature2]) - [strain, curvature]
                 assert np.abs(wrong * scale).sum() < 1e-8 * size
-                assert law._share(values, limits, axial, moment)[0] == pytest.approx(share, rel=1e-6)
+                assert asked == pytest.approx(share, rel=1e-6)
             tangent = found[2:].reshape(2, 2) / np.outer(scale, scale)
             step = 1e-6 * (abs(strain) + abs(curvature) * depth)
             for column, (by, turn) in enumerate(((step, 0.0), (0.0, step / depth))):
-                more = law.section_response(sections, 0, memory, strain + by, curvature + turn)
-                less = law.section_response(sections, 0, memory, strain - by, curvature - turn)
+                more = response(sections, memory, strain + by, curvature + turn)
+                less = response(sections, memory, strain - by, curvature - turn)
                 slope = (np.array(more[:2]) - np.array(less[:2])) / (2 * step) / scale
                 assert slope == pytest.approx(tangent[:, column], abs=1e-4 * whole[0, 0])
             if rng.random() < 0.7:
-                law.section_settle(sections, 0, memory, strain, curvature)
+                settle(sections, memory, strain, curvature)
     assert cracked > 120
 
 
@@ -116,9 +139,9 @@ def test_settling_leaves_the_forces_as_they_are():
     for _ in range(100):
         sections, memory = random_section(rng), SectionMemory.fresh(1)
         strain, curvature = random_strains(rng, sections.depth[0])
-        before = law.section_response(sections, 0, memory, strain, curvature)
-        law.section_settle(sections, 0, memory, strain, curvature)
-        after = law.section_response(sections, 0, memory, strain, curvature)
+        before = response(sections, memory, strain, curvature)
+        settle(sections, memory, strain, curvature)
+        after = response(sections, memory, strain, curvature)
         scale = sections.axial_stiffness[0] * (abs(strain) + abs(curvature) * sections.depth[0])
         assert after[:2] == pytest.approx(before[:2], abs=1e-8 * scale)
         assert (memory.cracked >= 0).all()
@@ -134,9 +157,9 @@ def test_pull_cracks_it_through_and_the_wires_remain():
     axial = 1.6 * first
     assert axial < 0.9 * 500e6 * 8 * 111.2e-6
     zeta = 1 - 1 / 1.6**2
-    found = law.section_response(sections, 0, memory, (1 - zeta) * axial / whole + zeta * axial / wires, 0.0)
+    found = response(sections, memory, (1 - zeta) * axial / whole + zeta * axial / wires, 0.0)
     assert found[:2] == pytest.approx((axial, 0.0), rel=1e-9, abs=1e-3)
-    law.section_settle(sections, 0, memory, 0.05, 0.0)
+    settle(sections, memory, 0.05, 0.0)
     assert memory.cracked[0] == pytest.approx(memory.cracked[0, ::-1])
     assert memory.plastic[0, 0] > 0.04
 
@@ -144,12 +167,12 @@ def test_pull_cracks_it_through_and_the_wires_remain():
 def test_pressed_whole_section_is_linear_until_it_crushes():
     sections, memory = section(), SectionMemory.fresh(1)
     memory.cracked[0] = (0.3, 0.8)
-    axial, moment, *_ = law.section_response(sections, 0, memory, -5e-4, 1e-3)
+    axial, moment, *_ = response(sections, memory, -5e-4, 1e-3)
     expected = stiffness(sections) @ [-5e-4, 1e-3]
     assert (axial, moment) == pytest.approx(expected, rel=1e-9)
     # concrete at f'c and wires at yield, and little more
     most = 25e6 * (0.09 - 6 * 89.9e-6) + 500e6 * 6 * 89.9e-6
-    assert -law.section_response(sections, 0, memory, -3e-3, 0.0)[0] == pytest.approx(most, rel=0.02)
+    assert -response(sections, memory, -3e-3, 0.0)[0] == pytest.approx(most, rel=0.02)
 
 
 @pytest.mark.parametrize(("beta", "axial"), [(1.0, 0.0), (1.0, -50e3), (0.5, 0.0)])
@@ -159,7 +182,7 @@ def test_tangent_of_bending_is_positive(beta, axial):
     strain, depth = 0.0, sections.depth[0]
     for curvature in np.linspace(1e-5, 0.03, 300):
         for _ in range(50):
-            found = law.section_response(sections, 0, memory, strain, curvature)
+            found = response(sections, memory, strain, curvature)
             if abs(found[0] - axial) < 1e-3:
                 break
             strain -= (found[0] - axial) / found[2]
@@ -168,7 +191,7 @@ def test_tangent_of_bending_is_positive(beta, axial):
         assert np.linalg.det(tangent) > 0
         if beta == 1.0:
             assert np.linalg.eigvalsh(tangent + tangent.T)[0] > 0
-        law.section_settle(sections, 0, memory, strain, curvature)
+        settle(sections, memory, strain, curvature)
 
 
 def test_finite_whatever_is_asked():
@@ -177,7 +200,7 @@ def test_finite_whatever_is_asked():
         sections, memory = random_section(rng), SectionMemory.fresh(1)
         for _ in range(4):
             strain, curvature = rng.choice([-1, 0, 1], 2) * 10 ** rng.uniform(-12, 3, 2)
-            assert np.isfinite(law.section_response(sections, 0, memory, strain, curvature)).all()
-            law.section_settle(sections, 0, memory, strain, curvature)
+            assert np.isfinite(response(sections, memory, strain, curvature)).all()
+            settle(sections, memory, strain, curvature)
             assert np.isfinite(memory.plastic).all()
             assert ((memory.cracked >= 0) & (memory.cracked <= 1)).all()
