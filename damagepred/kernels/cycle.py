@@ -1,13 +1,16 @@
 """The cycle of the explicit solver: law of the joints, law of motion, again and again. Nothing is allocated here."""
 
 from damagepred.kernels.contact import contact_forces, gather
+from damagepred.kernels.hydraulics import press
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.motion import move, sum_forces
 from damagepred.kernels.zones import hand_on, place_facets, zone_forces
 
 
 @kernel
-def run_cycles(joints, special, softening, zoned, motion, damping, load_share, progress, progress_step, cycles):
+def run_cycles(
+    joints, special, softening, zoned, pump, motion, damping, load_share, progress, progress_step, cycles
+):  # fmt: skip
     """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
 
     Parameters
@@ -20,6 +23,8 @@ def run_cycles(joints, special, softening, zoned, motion, damping, load_share, p
         None if no bond softens.
     zoned : tuple or None
         Facets and zones of the deformable blocks, see ``damagepred.solvers.zoned``; None if all blocks are rigid.
+    pump : NamedTuple or None
+        Of the jacks under the footing, see ``damagepred.solvers.hydraulics``; None if there are none.
     motion : NamedTuple of arrays
         Dead and live load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with
         where they start and their displacement from there at full movement.
@@ -52,6 +57,8 @@ def run_cycles(joints, special, softening, zoned, motion, damping, load_share, p
             progress_now, force,
         )  # fmt: skip
         if zoned is None:
+            if pump is not None:
+                press(pump, displacement, progress_now, progress_step, force)
             move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, force.size)
         else:
             facets, gridpoints = zoned[0].first_dof, 3 * (joints.first.size - 1)
@@ -59,6 +66,8 @@ def run_cycles(joints, special, softening, zoned, motion, damping, load_share, p
                 force[j] = load_share * motion.load[j] + progress_now * motion.live_load[j]
             zone_forces(zoned[1], displacement, force)
             hand_on(zoned[0], force)
+            if pump is not None:
+                press(pump, displacement, progress_now, progress_step, force)
             # facets follow their gridpoints
             move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, facets)
             move(force, motion.inverse_mass, damping, motion.velocity, displacement, gridpoints, force.size)

@@ -17,6 +17,8 @@ from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
+from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
+from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump, Pumped
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack, remember
 from damagepred.solvers.stages import held_after_load, while_loading
@@ -45,13 +47,15 @@ RAMP_STAGES = 100
 """Straight pieces of which a ramp is made."""
 FALL_FOUND = 1e-3
 """Progress between a wall that stands under a live load and one that falls, at most."""
+NOTHING, CLOSE = 1e-4, 1e-4
+"""Share of all dead load that counts as no load; progress between two points that count as one."""
 ABSURD = 1e3
 """A displacement of that many wall sizes is no movement of a wall any more."""
 ENERGY_MARGIN = 10.0
 """Blocks with so many times the work of the loads as energy did not merely fall."""
 
 
-Standing = tuple[FloatArray, JointMemory, float, float, FloatArray | None]
+Standing = tuple[FloatArray, JointMemory, float, float, FloatArray | None, Pumped | None]
 """A state to come back to: what ``Run.resume`` takes."""
 
 
@@ -69,7 +73,7 @@ class Motion(NamedTuple):
     start: FloatArray
 
 
-def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
+def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None = None) -> FloatArray:
     """Return masses for which a time step of 1 is stable.
 
     Central differences are stable while omega^2 <= 4. Local damping adds up to ``damping`` times the unbalanced
@@ -84,6 +88,8 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
         Local damping.
     safety : float
         Fraction of the largest stable time step to use.
+    pump : Pump, optional
+        Of jacks under the footing.
 
     Returns
     -------
@@ -94,6 +100,8 @@ def scaled_mass(model: Model, damping: float, safety: float) -> FloatArray:
     stiffness = abs(elastic_stiffness(model))
     # what is held counts, too, though it does not swing along: a margin where it is joined
     row_sum = (stiffness @ (1.0 / scale)) / scale
+    if pump is not None:
+        row_sum += pump.row_sum(scale)
     mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
     mass[held_dofs(model)] = np.inf
     # a block without any joint: its weight moves it as if on the mean joint
@@ -114,10 +122,14 @@ class Run:
         self.zones = None if model.mesh is None else ZoneField(model)
         size = model.size
         held = held_dofs(model)
+        self.pump = None if model.jacks is None else Pump(model)
+        mass = scaled_mass(model, settings.damping, settings.time_step_safety, self.pump)
+        if self.pump is not None:
+            self.pump.set_pace(mass)
         self.motion = Motion(
             load=dead_load(model),
             live_load=live_load(model),
-            inverse_mass=1.0 / scaled_mass(model, settings.damping, settings.time_step_safety),
+            inverse_mass=1.0 / mass,
             velocity=np.zeros(size),
             displacement=np.zeros(size),
             force=np.zeros(size),
@@ -133,7 +145,7 @@ class Run:
 
     def start_elastic(self) -> bool:
         """Put the blocks where the dead load takes the intact wall, if no joint gives way there; tell whether."""
-        displacement = elastic_displacement(self.model)
+        displacement = elastic_displacement(self.model) if self.pump is None else self.pump.level
         if displacement is None:
             return False
         law = self.model.properties
@@ -148,6 +160,8 @@ class Run:
             return False
         self.motion.displacement[:] = displacement
         self.load_share = 1.0
+        if self.pump is not None:
+            self.pump.begin_level()
         return True
 
     def resume(
@@ -157,6 +171,7 @@ class Run:
         load_share: float,
         progress: float,
         plastic: FloatArray | None = None,
+        pumped: Pumped | None = None,
     ) -> None:
         """Put the blocks somewhere, with joints that remember something, at rest.
 
@@ -170,10 +185,14 @@ class Run:
             Share of the dead load and of the full movement.
         plastic : array (z, 4), optional
             Plastic strain of the zones.
+        pumped : Pumped, optional
+            Of the pump.
         """
         self.motion.displacement[:] = displacement
         if self.zones is not None and plastic is not None:
             self.zones.remember(plastic)
+        if self.pump is not None and pumped is not None:
+            self.pump.resume(pumped)
         remember(self.joints, memory)
         self.load_share, self.progress = load_share, progress
         self.halt()
@@ -181,7 +200,9 @@ class Run:
     def standing(self) -> Standing:
         """Return what ``resume`` takes to come back to the present state."""
         plastic = None if self.zones is None else self.zones.plastic()
-        return self.motion.displacement.copy(), memory_of(self.joints), self.load_share, self.progress, plastic
+        pumped = None if self.pump is None else self.pump.standing()
+        memory = memory_of(self.joints)
+        return self.motion.displacement.copy(), memory, self.load_share, self.progress, plastic, pumped
 
     def cycle(self, count: int) -> None:
         """Run cycles at standing movement and load."""
@@ -199,6 +220,8 @@ class Run:
             reached = gentle((stage + 1) / stages)
             progress = progress_from + reached * (progress_to - progress_from)
             load = load_from + reached * (load_to - load_from)
+            if self.pump is not None:
+                self.pump.with_dead_load(load - self.load_share)
             self._cycle(count, load, self.progress, (progress - self.progress) / count)
             self.progress, self.load_share = progress, load
             # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
@@ -213,8 +236,8 @@ class Run:
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
         run_cycles(
-            self.joints, self.special, self.softening, self.zones and self.zones.packed, self.motion,
-            self.settings.damping, load_share, progress, step, count,
+            self.joints, self.special, self.softening, self.zones and self.zones.packed, self.pump and self.pump.line,
+            self.motion, self.settings.damping, load_share, progress, step, count,
         )  # fmt: skip
         self.cycles += count
         if self.zones is not None:
@@ -237,7 +260,13 @@ class Run:
         self.halt()
 
     def settle(self, increment: int) -> tuple[float, bool]:
-        """Cycle until forces balance; return the unbalanced ratio and whether a part came loose instead."""
+        """Cycle until forces balance and jacks have made their deflection.
+
+        Returns
+        -------
+        float, bool
+            Unbalanced ratio, and whether a part came loose instead.
+        """
         calm, spent = 0, 0
         while True:
             self.cycle(CHECK_EVERY)
@@ -245,7 +274,8 @@ class Run:
             ratio = self.unbalanced()
             largest = float(ratio.max(initial=0.0))
             loose = self.watch(increment, spent)
-            calm = calm + 1 if largest < self.settings.tolerance_used else 0
+            missing = self.missing_deflection()
+            calm = calm + 1 if largest < self.settings.tolerance_used and missing < DEFLECTION_FOUND else 0
             if calm >= CALM_CHECKS:
                 return largest, False
             if loose:
@@ -254,13 +284,18 @@ class Run:
                 if self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
                     self._diverged(increment, spent, "blocks swing with more energy than the loads can have given them")
                 worst = block_of_dof(self.model, int(ratio.argmax()))
+                short = "" if missing < DEFLECTION_FOUND else f", the deflection is {missing:.2g} m short"
                 raise ConvergenceError(
                     f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
                     f"{largest:.2g} block weights at {describe_block(self.model, worst)}, allowed is "
-                    f"{self.settings.tolerance_used:g}. Raise solver.maximum_cycles or solver.tolerance.",
+                    f"{self.settings.tolerance_used:g}{short}. Raise solver.maximum_cycles or solver.tolerance.",
                     increment=increment,
                     block=worst,
                 )
+
+    def missing_deflection(self) -> float:
+        """Return by how much (m) the deflection differs from that which the jacks are to make; 0 without."""
+        return 0.0 if self.pump is None else abs(self.pump.missing(self.progress, self.motion.displacement))
 
     def watch(self, increment: int, spent: int) -> bool:
         """Tell whether a part has come loose.
@@ -300,12 +335,15 @@ class Run:
     def work_of_loads(self) -> float:
         """Return a bound of the work of dead and live load so far (J)."""
         load = np.abs(self.motion.load) + self.progress * np.abs(self.motion.live_load)
+        if self.pump is not None:
+            load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
         return float((load * np.abs(self.motion.displacement)).sum())
 
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
         memory = memory_of(self.joints)
         fields = fields_of(self.model, memory, self.motion.displacement, self.progress)
+        weights = self.model.deflection
         return Increment(
             number=number,
             progress=self.progress,
@@ -321,6 +359,8 @@ class Run:
             collapsed=collapsed,
             support_force=support_force(self.model, self.motion.force),
             zones=None if self.zones is None else self.zones.picture(self.motion.displacement),
+            deflection=np.nan if weights is None else float(weights @ self.motion.displacement),
+            jack_load=np.nan if self.pump is None else self.pump.load,
         )
 
     def find_fall(self, stood: Standing, number: int) -> tuple[float, float]:
@@ -347,6 +387,49 @@ class Run:
             else:
                 stood = self.standing()
         return stood[3], falls
+
+    def carried(self) -> float:
+        """Return the load (N) at whose end the path ends; see ``damagepred.solvers.carried``."""
+        if self.pump is None:
+            return np.inf
+        fields = fields_of(self.model, memory_of(self.joints), self.motion.displacement, self.progress)
+        return carried(self.model, self.pump.load, fields.normal_stress)
+
+    def end_where_nothing_is_carried(self, stood: Standing, load: float, number: int, ratio: float) -> float:
+        """Find the point between an earlier state and the present where the load that ends the path is just gone.
+
+        Parameters
+        ----------
+        stood : tuple
+            The earlier state.
+        load : float
+            What was carried there (N).
+        number : int
+            Increment.
+        ratio : float
+            Unbalanced ratio of the present state.
+
+        Returns
+        -------
+        float
+            Unbalanced ratio at the end.
+        """
+        search = Vanishing(
+            stood[3], load, self.progress, self.carried(),
+            enough=NOTHING * float(np.abs(self.model.supports.load).sum()), close=CLOSE,
+        )  # fmt: skip
+        for _ in range(MOST_TRIES):
+            if search.found:
+                break
+            at = search.between()
+            self.resume(*stood)
+            self.ramp(at)
+            ratio, fell = self.settle(number)
+            if fell:
+                break
+            if search.note(at, self.carried()):
+                stood = self.standing()
+        return ratio
 
 
 def gentle(share: float) -> float:
@@ -393,19 +476,32 @@ def explicit_path(
     """
     run = Run(while_loading(model), settings)
     sought = bool(model.supports.live_load.any())
+    stops = run.pump is not None and bool(run.pump.jacks.stop)
+    load = np.inf
     for number in range(increments + 1):
-        before, stood = run.cycles, run.standing() if sought else None
+        before, stood = run.cycles, run.standing() if sought or stops else None
         if number > 0 or not (elastic_start and run.start_elastic()):
             run.ramp(number / increments)
         ratio, collapsed = run.settle(number)
+        before_load, load = load, run.carried() if stops else np.inf
+        ended = load <= 0.0 and not collapsed
+        if ended and stood is not None and number > 0:
+            ratio = run.end_where_nothing_is_carried(stood, before_load, number, ratio)
         increment = run.report(number, ratio, run.cycles - before, collapsed)
+        if ended and run.pump is not None:
+            yield replace(increment, ended=run.pump.jacks.stop)
+            return
         if collapsed:
             standing, falls = (number - 1) / increments, number / increments
-            if stood is not None and number > 0:
+            if sought and stood is not None and number > 0:
                 standing, falls = run.find_fall(stood, number)
             yield replace(increment, progress=falls, standing_progress=max(standing, 0.0), cycles=run.cycles - before)
             return
         yield increment
+        if run.pump is not None:
+            run.pump.look_ahead(run.progress)
+            if number == 0:
+                run.pump.control_load()
         if number == 0 and model.supports.after_load.any():
             held = held_after_load(model, run.motion.displacement)
             state = run.standing()

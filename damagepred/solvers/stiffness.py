@@ -80,15 +80,40 @@ def elastic_displacement(model: Model) -> FloatArray | None:
     array (size,) or None
         Of blocks, ground, facets and gridpoints; None if the wall is not held in place by its joints.
     """
-    displacement = np.zeros(model.size)
-    free = np.setdiff1d(np.arange(displacement.size), held_dofs(model))
+    found = elastic_solutions(model, dead_load(model))
+    return None if found is None else follow_up(model, found[0])
+
+
+def elastic_solutions(model: Model, *loads: FloatArray) -> list[FloatArray] | None:
+    """Return where loads take the intact wall, each by itself, with nothing moved.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    *loads : array (size,)
+        On all degrees of freedom (N, N m); what is held takes no part.
+
+    Returns
+    -------
+    list of array (size,) or None
+        0 where the wall is held and where facets and whole blocks follow from gridpoints, see ``follow_up``; None if
+        its joints do not hold it in place.
+    """
+    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
     stiffness = elastic_stiffness(model)[free][:, free].tocsc()
     try:  # symmetric ordering and pivoting: a fifteenth of the time of the default
         factors = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # singular
         return None
-    displacement[free] = factors.solve(dead_load(model)[free])
-    return follow_up(model, displacement) if np.isfinite(displacement).all() else None
+    found = []
+    for load in loads:
+        displacement = np.zeros(model.size)
+        displacement[free] = factors.solve(load[free])
+        if not np.isfinite(displacement).all():
+            return None
+        found.append(displacement)
+    return found
 
 
 def follow_up(model: Model, displacement: FloatArray) -> FloatArray:

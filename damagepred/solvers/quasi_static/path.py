@@ -24,6 +24,7 @@ from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium import bond_loads, contact_stresses, settle
 from damagepred.kernels.footing import settle_sections
 from damagepred.scene import Solver
+from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.footing import as_if_straight, outer_support_loads, section_response_of
 from damagepred.solvers.increment import Increment
@@ -50,8 +51,8 @@ CUTS = 4
 """Times a step is cut to where a bond should break by its linear load; after that it is halved."""
 FALL_FOUND = 1e-4
 """Progress between a wall that stands under a live load and one that falls, at most."""
-NOTHING, MOST_TRIES, CLOSE = 1e-7, 40, 1e-7
-"""Share of all dead load that counts as no load; attempts to find where a load is gone; progress that is one point."""
+NOTHING, CLOSE = 1e-7, 1e-7
+"""Share of all dead load that counts as no load; progress between two points that count as one."""
 SHORTEST = 1e-5
 """Share of a step so short that what breaks within it breaks at its end."""
 
@@ -386,14 +387,9 @@ class Path:
             self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
 
     def carried(self) -> float:
-        """Return the load (N) at whose end the path ends: of a jack, or of the less loaded outer support."""
-        jacks = self.model.jacks
-        if jacks is None or not jacks.stop:
-            return np.inf
-        if jacks.stop == "jacks":
-            return self.state.jack
+        """Return the load (N) at whose end the path ends; see ``damagepred.solvers.carried``."""
         _, sigma, _ = self.stresses(self.state)
-        return float(outer_support_loads(self.model, jacks.ends, sigma).min())
+        return carried(self.model, self.state.jack, sigma)
 
     def keep(self) -> Kept:
         """Return what it takes to come back here."""
@@ -407,21 +403,21 @@ class Path:
 
     def end_where_nothing_is_carried(self, before: Kept, worst: float) -> float:
         """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
-        enough = NOTHING * float(np.abs(self.model.supports.load).sum())
-        beyond, at, over = self.keep(), self.state.progress, self.carried()
-        left = before.carried
+        beyond = self.keep()
+        search = Vanishing(
+            before.state.progress, before.carried, beyond.state.progress, beyond.carried,
+            enough=NOTHING * float(np.abs(self.model.supports.load).sum()), close=CLOSE,
+        )  # fmt: skip
         for _ in range(MOST_TRIES):
-            if abs(over) <= enough or beyond.state.progress - before.state.progress < CLOSE:
+            if search.found:
                 break
-            share = left / (left - over)
-            at = before.state.progress + share * (beyond.state.progress - before.state.progress)
+            at = search.between()
             self.go_back(before)
             worst = self.advance(1.0, at)
-            now = self.carried()
-            if now > enough:
-                before, left, over = self.keep(), now, over / 2  # false position, Illinois
+            if search.note(at, self.carried()):
+                before = self.keep()
             else:
-                beyond, left, over = self.keep(), (left / 2 if now < -enough else left), now
+                beyond = self.keep()
         else:
             self.go_back(beyond)
         return worst
