@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
-from damagepred.solvers.stiffness import outer_support_loads
+from damagepred.solvers.footing import outer_support_loads
 
 FloatArray = NDArray[np.float64]
 
@@ -57,11 +57,13 @@ class Vanishing:
     def __init__(self, progress: float, load: float, gone: float, over: float, *, enough: float, close: float) -> None:
         self.progress, self.load, self.gone, self.over = progress, load, gone, over
         self.enough, self.close = enough, close
+        self.vanished, self.last = abs(over) <= enough, 0.0
+        """Load noted last: twice on the same side, the other side's is taken as half."""
 
     @property
     def found(self) -> bool:
         """Whether the two points are one, or the load at the farther is as good as none."""
-        return abs(self.over) <= self.enough or self.gone - self.progress < self.close
+        return self.vanished or self.gone - self.progress < self.close
 
     def between(self) -> float:
         """Return the progress to look at next."""
@@ -70,9 +72,12 @@ class Vanishing:
     def note(self, progress: float, load: float) -> bool:
         """Take down what is carried at a progress between; tell whether it is something still."""
         if load > self.enough:
-            self.progress, self.load, self.over = progress, load, self.over / 2
+            if self.last > 0.0:
+                self.over /= 2.0
+            self.progress, self.load, self.last = progress, load, load
             return True
-        if load < -self.enough:
-            self.load /= 2
-        self.gone, self.over = progress, load
+        if self.last < 0.0:
+            self.load /= 2.0
+        self.gone, self.over, self.last = progress, load, load
+        self.vanished = abs(load) <= self.enough
         return False

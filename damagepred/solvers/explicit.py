@@ -125,7 +125,7 @@ class Run:
         self.pump = None if model.jacks is None else Pump(model)
         mass = scaled_mass(model, settings.damping, settings.time_step_safety, self.pump)
         if self.pump is not None:
-            self.pump.set_pace(mass)
+            self.pump.set_pace(mass, settings.damping)
         self.motion = Motion(
             load=dead_load(model),
             live_load=live_load(model),

@@ -21,10 +21,12 @@ from damagepred.solvers.stiffness import dead_load, elastic_solutions
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-STIFFER = 20.0
-"""Stiffness of the line over that of the intact wall under the jacks."""
-PACE = 0.1
-"""Rate of the control over the circular frequency at which the intact wall swings under the jacks."""
+STIFFER = 100.0
+"""Stiffness of the line over that of the intact wall under the jacks: the stiffer, the faster the control may be; much
+more, and the segments that are jacked grow heavy."""
+PACE = 0.12
+"""Rate of the control over what damping takes of the swing of the intact wall under the jacks: local damping times its
+circular frequency. From about fifteen times that the control stirs up a swing faster than damping takes it away."""
 DEFLECTION_FOUND = 1e-7
 """Deflection (m) that may be missing at rest."""
 
@@ -119,20 +121,22 @@ class Pump:
         push = np.abs(self.jacks.push) / scale
         return self.stiffness * push * push.sum()
 
-    def set_pace(self, mass: FloatArray) -> None:
+    def set_pace(self, mass: FloatArray, damping: float) -> None:
         """Let the control be slower than the wall swings under the jacks.
 
         Parameters
         ----------
         mass : array (size,)
             Of each degree of freedom, for a time step of 1; infinite where it is held.
+        damping : float
+            Local damping.
         """
         shape = self._by_volume
         free = np.isfinite(mass)
         # Rayleigh's quotient for the shape that the jacks bend the wall into, which a volume of 1 holds in place
         energy = float(self.jacks.push @ shape) * self.stiffness
         frequency = np.sqrt(energy / float(mass[free] @ shape[free] ** 2))
-        self.line = self.line._replace(gain=PACE * frequency * self.volume_per_deflection)
+        self.line = self.line._replace(gain=PACE * damping * frequency * self.volume_per_deflection)
 
     @property
     def load(self) -> float:

@@ -26,7 +26,7 @@ from damagepred.kernels.footing import settle_sections
 from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.explicit import describe_block
-from damagepred.solvers.footing import as_if_straight, outer_support_loads, section_response_of
+from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest

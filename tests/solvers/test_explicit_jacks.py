@@ -1,0 +1,203 @@
+"""Footings on jacks and on the ground in the explicit solver: the quasi-static one's path, without its equations."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import eigsh
+
+from damagepred.assembly import Kind, Model, wall_model
+from damagepred.scene import Dpc, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
+from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.carried import Vanishing
+from damagepred.solvers.explicit import Run, scaled_mass
+from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump
+from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
+
+DATA = Path(__file__).parents[2] / "data"
+WHOLE = Solver(method="explicit", symmetric_half=False)
+
+
+def on_jacks(kind: str = "dishing", deflection: float = 4e-4, increments: int = 4, rig: Rig | None = None) -> Scene:
+    """Return a low wall whose dpc opens under it before the jacks carry nothing."""
+    return Scene(
+        wall=Wall(length=2.4, height=0.6),
+        dpc=Dpc(course=2),
+        footing=Footing(width=0.25, depth=0.15),
+        movement=Movement(kind=kind, shape="jacks", central_deflection=deflection, increments=increments),
+        loads=Loads(roof=2000.0),
+        rig=rig or Rig(),
+        solver=WHOLE,
+    )
+
+
+def path(scene: Scene, **solver: object) -> tuple[Model, list[Increment]]:
+    """Follow a scene with some other settings of the solver."""
+    model = wall_model(scene)
+    settings = replace(scene.solver, **solver)
+    return model, list(solve_path(model, settings, scene.movement.increments))
+
+
+def both(scene: Scene) -> tuple[Model, list[Increment], list[Increment]]:
+    """Return the model of a scene, its explicit and its quasi-static path."""
+    model, explicit = path(scene)
+    return model, explicit, path(scene, method="quasi_static")[1]
+
+
+def dpc_opening(model: Model, increment: Increment) -> float:
+    """Return the largest opening of the dpc (m)."""
+    return float(increment.opening[model.interfaces.kind == Kind.DPC].max())
+
+
+def support_loads(model: Model, increment: Increment) -> float:
+    """Return what all supports carry (N, upwards)."""
+    here = model.interfaces.kind == Kind.SUPPORT
+    return -float((increment.normal_stress[here] * model.interfaces.contact_area[here]).sum())
+
+
+def weight(model: Model) -> float:
+    """Return all of the dead load (N)."""
+    return -float(model.supports.load.reshape(-1, 3)[:, 1].sum())
+
+
+def agree(model: Model, explicit: list[Increment], quasi_static: list[Increment], share: float = 0.01) -> None:
+    """Compare deflection, load of the jacks and opening of the dpc, increment by increment."""
+    assert [i.ended for i in explicit] == [i.ended for i in quasi_static]
+    most = max(abs(i.deflection) for i in quasi_static)
+    loads = [abs(i.jack_load) for i in quasi_static]
+    widest = max(dpc_opening(model, i) for i in quasi_static)
+    for one, other in zip(explicit, quasi_static, strict=True):
+        assert one.deflection == pytest.approx(other.deflection, abs=share * most)
+        assert dpc_opening(model, one) == pytest.approx(
+            dpc_opening(model, other), abs=share * widest + DEFLECTION_FOUND
+        )
+        if np.isfinite(other.jack_load):
+            assert one.jack_load == pytest.approx(other.jack_load, abs=share * max(loads))
+
+
+def test_level_state_of_an_intact_wall_is_found_at_once() -> None:
+    scene = replace(on_jacks(increments=1), dpc=None, joint=Joint(tensile_strength=1e6, cohesion=1e6))
+    model, explicit, quasi_static = both(scene)
+    level = explicit[0]
+    assert level.cycles == 150  # three looks that find it at rest
+    assert level.deflection == pytest.approx(0.0, abs=1e-12)
+    assert level.jack_load == pytest.approx(quasi_static[0].jack_load, rel=1e-6)
+    assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-6)
+
+
+def test_level_state_is_found_too_where_joints_give_way() -> None:
+    scene = on_jacks(increments=1, rig=Rig(stop_at_zero=False))
+    model, settings = wall_model(scene), scene.solver
+    run = Run(model, settings)
+    assert not run.start_elastic()
+    level = next(solve_path(model, settings, 1))
+    exact = next(solve_path(model, replace(settings, method="quasi_static"), 1))
+    assert abs(level.deflection) <= DEFLECTION_FOUND
+    assert level.jack_load == pytest.approx(exact.jack_load, rel=1e-3)
+    assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-3)
+
+
+@pytest.mark.parametrize("half", [False, True])
+@pytest.mark.parametrize(("kind", "deflection", "end"), [("dishing", 4e-4, "jacks"), ("doming", 4e-5, "supports")])
+def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float, end: str, half: bool) -> None:
+    scene = replace(on_jacks(kind, deflection), solver=replace(WHOLE, symmetric_half=half))
+    model, explicit, quasi_static = both(scene)
+    agree(model, explicit, quasi_static)
+    last = explicit[-1]
+    assert last.ended == end
+    assert 0.0 < last.progress < 1.0
+    for increment in explicit[:-1]:
+        sign = -1.0 if kind == "dishing" else 1.0
+        assert increment.deflection == pytest.approx(sign * increment.progress * deflection, abs=DEFLECTION_FOUND)
+
+
+def test_path_goes_on_where_jacks_are_to_pull() -> None:
+    scene = on_jacks(increments=2, rig=Rig(stop_at_zero=False))
+    model, explicit, quasi_static = both(scene)
+    agree(model, explicit, quasi_static)
+    assert explicit[-1].progress == 1.0
+    assert explicit[-1].jack_load < 0.0
+
+
+def test_load_may_be_what_is_given() -> None:
+    scene = on_jacks("doming", rig=Rig(control="load", jack_load=2200.0), increments=2)
+    model, explicit, quasi_static = both(scene)
+    agree(model, explicit, quasi_static)
+    level = explicit[0].jack_load
+    assert [i.jack_load for i in explicit] == pytest.approx([level, 0.5 * (level + 2200.0), 2200.0])
+    assert explicit[-1].deflection > 0.0
+
+
+def test_masses_bound_the_swings_of_wall_and_line() -> None:
+    model = wall_model(on_jacks())
+    pump, damping, safety = Pump(model), 0.8, 0.9
+    mass = scaled_mass(model, damping, safety, pump)
+    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    push = model.jacks.push[free] if model.jacks else np.empty(0)
+    stiffness = elastic_stiffness(model)[free][:, free].toarray() + pump.stiffness * np.outer(push, push)
+    root = 1.0 / np.sqrt(mass[free])
+    highest = float(eigsh(root[:, None] * stiffness * root, k=1, which="LA", return_eigenvectors=False)[0])
+    assert highest <= 4.0 / (1.0 + damping) * safety**2
+    # the jacks' own degrees of freedom would be too light without the line
+    alone = 1.0 / np.sqrt(scaled_mass(model, damping, safety)[free])
+    assert (alone[push != 0.0] > root[push != 0.0]).all()
+
+
+@pytest.mark.parametrize("damping", [0.05, 0.8])
+def test_line_and_control_do_not_stir_up_a_swing(damping: float) -> None:
+    """Blocks that are kicked away from the level state come back to it, even with little damping."""
+    scene = replace(on_jacks(), dpc=None, joint=Joint(tensile_strength=1e9, cohesion=1e9))
+    run = Run(wall_model(scene), replace(WHOLE, damping=damping))
+    assert run.start_elastic()
+    assert run.pump is not None
+    level, load = run.motion.displacement.copy(), run.pump.load
+    # the control goes ten times as fast as it will: a margin for walls that are not intact any more
+    run.pump.line = run.pump.line._replace(gain=10.0 * run.pump.line.gain)
+    run.motion.velocity[1:-3:3] = 1e-6 * np.random.default_rng(1).standard_normal(run.model.n_blocks)
+    energy = run.energy()
+    run.cycle(10000)
+    assert run.energy() < 1e-6 * energy
+    assert run.pump.load == pytest.approx(load, rel=1e-3)
+    # upwards: nothing but a loose guide holds the footing along the wall
+    assert np.abs(run.motion.displacement - level)[1::3].max() < 1e-3 * np.abs(level).max()
+
+
+def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
+    def load(progress: float) -> float:
+        return 10.0 - 100.0 * progress if progress < 0.09 else 1.0 - 2.0 * (progress - 0.09)
+
+    search = Vanishing(0.0, load(0.0), 1.0, load(1.0), enough=1e-6, close=1e-9)
+    tries = 0
+    while not search.found:
+        at = search.between()
+        search.note(at, load(at))
+        tries += 1
+    assert search.gone == pytest.approx(0.59, abs=1e-6)
+    assert tries <= 10
+
+
+def test_mound_that_lifts_off_is_the_quasi_static_one() -> None:
+    scene = replace(
+        on_jacks("doming"),
+        movement=Movement(kind="doming", shape="mound", increments=2),
+        mound=Mound(surface_movement=0.01, suction_depth=3.0, edge_distance=0.8),
+        soil=Soil(shrinking_stiffness=2e7),
+        rig=Rig(),
+    )
+    model, explicit, quasi_static = both(scene)
+    agree(model, explicit, quasi_static, 0.005)
+    lifted = explicit[-1].opening[model.interfaces.kind == Kind.SOIL]
+    assert (lifted > 0.0).any()
+    assert (lifted < 0.0).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "limit"), [("dishing", 3.11e-3), ("doming", None)])
+def test_bryant_wall_on_jacks(kind: str, limit: float | None) -> None:
+    scene = Scene.from_toml(DATA / f"bryant_{kind}.toml")
+    scene = replace(scene, movement=replace(scene.movement, shape="jacks"), solver=Solver(method="explicit"))
+    model, explicit, quasi_static = both(scene)
+    agree(model, explicit, quasi_static)
+    if limit is not None:
+        assert abs(explicit[-1].deflection) == pytest.approx(limit, rel=0.01)
