@@ -316,7 +316,7 @@ def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values |= {f"section_{name}": getattr(found, name) for name in found._fields}
     if model.jacks is not None:
         at, load = support_loads(model, np.array([s.increment.normal_stress for s in steps]))
-        values |= {"support_x": at, "support_load": load}
+        values |= {"support_x": at, "support_load": load, "jack_x": model.jacks.at}
     return values
 
 

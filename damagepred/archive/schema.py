@@ -122,6 +122,7 @@ VARIABLES: dict[str, Variable] = {
     # the footing
     "support_x": Variable(("support",), "m", "place of the support along the wall"),
     "support_load": Variable((*_STEP, "support"), "N", "load that the support carries, upwards positive"),
+    "jack_x": Variable(("jack",), "m", "place of the jack along the wall"),
     "section_x": Variable(_SECTION, "m", "place of the footing's section along the wall"),
     "section_strain": Variable((*_STEP, *_SECTION), "1", "strain of the section at mid-depth, elongation positive"),
     "section_curvature": Variable((*_STEP, *_SECTION), "m-1", "curvature of the footing, sagging positive"),

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE = range(4)
+BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE, SOIL, SUPPORT, FOOTING_SECTION = range(7)
 """Kinds of interface, as the archive's flag values of ``contact_kind``."""
 
 
@@ -26,7 +26,7 @@ class JointMap:
     start, end : array (m, 2)
         Ends of each interface (m).
     kind : array of int8 (m,)
-        0 bed joint, 1 head joint, 2 dpc, 3 footing interface.
+        See ``BED_JOINT`` and the names beside it.
     contact_x, contact_y, contact_length : array (m, q)
         Place of each contact and the length it stands for (m).
     """

@@ -1,6 +1,13 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
 from damagepred.plotting.dpc import draw_dpc_opening
+from damagepred.plotting.footing import (
+    draw_footing_curvature,
+    draw_footing_form,
+    draw_footing_moment,
+    draw_jack_load,
+    footing_sheet,
+)
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
@@ -14,12 +21,17 @@ __all__ = [
     "draw_category_shares",
     "draw_crack_widths",
     "draw_dpc_opening",
+    "draw_footing_curvature",
+    "draw_footing_form",
+    "draw_footing_moment",
     "draw_fragility",
     "draw_history",
+    "draw_jack_load",
     "draw_opening_width_change",
     "draw_stress",
     "draw_wall",
     "draw_zone_states",
+    "footing_sheet",
     "save_fragility_picture",
     "save_study_pictures",
     "save_wall_pictures",

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting.categories import DPC_COLOUR
-from damagepred.plotting.geometry import Faces, Motion, polygons
+from damagepred.plotting.geometry import Faces, Motion, footing_blocks, polygons
+from damagepred.plotting.rig import FOOTING_COLOUR
 from damagepred.plotting.sheet import MM, figure_of, plain_number
 from damagepred.plotting.wall import gaps_of, moved_corners
 
@@ -44,6 +45,8 @@ class Deformed:
         On displacements.
     rigid : array of bool (n,)
         Blocks without zones.
+    footing : array of bool (n,)
+        Of them, segments of a footing, which have no stress of their own to be drawn.
     """
 
     ds: xr.Dataset
@@ -53,6 +56,7 @@ class Deformed:
     block: IntArray
     factor: float
     rigid: NDArray[np.bool_]
+    footing: NDArray[np.bool_]
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
@@ -67,7 +71,7 @@ class Deformed:
         rigid = np.ones(len(motion.x), dtype=np.bool_)
         if "zone_block" in ds.variables:
             rigid[ds["zone_block"].values] = False
-        return cls(ds, increment, motion, points, block, factor, rigid)
+        return cls(ds, increment, motion, points, block, factor, rigid, rigid & footing_blocks(ds))
 
     @property
     def shape(self) -> FloatArray:
@@ -108,9 +112,12 @@ class Deformed:
         return float(np.clip(8.0 * height / width + other, 3.2, 9.0))
 
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
-        """Fill the rigid blocks with a colour, or with one each."""
+        """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey."""
         outlines = polygons(self.shape, self.block)
-        chosen = [outlines[i] for i in np.flatnonzero(self.rigid)]
+        segments = [outlines[i] for i in np.flatnonzero(self.footing)]
+        if segments:
+            ax.add_collection(PolyCollection(segments, facecolors=FOOTING_COLOUR, zorder=2, label="footing"))
+        chosen = [outlines[i] for i in np.flatnonzero(self.rigid & ~self.footing)]
         if chosen:
             blocks = PolyCollection(chosen, edgecolors="none", zorder=2, label="rigid blocks")
             blocks.set_facecolor(colours)

@@ -74,7 +74,7 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     place, opening = ds["contact_x"].values[order], ds["contact_opening"].values[:, order] * MM
     pieces = _pieces(ds, order)
     deflection = ds["central_deflection"].values * MM
-    colours, norm = _colours(), Normalize(0.0, max(float(deflection.max()), 1e-9))
+    colours, norm = path_colours(), Normalize(0.0, max(float(deflection.max()), 1e-9))
     for step in spread_evenly(len(deflection), MOST_LINES):
         for piece in pieces:
             ax.plot(place[piece], opening[step, piece], color=colours(norm(deflection[step])), linewidth=1.4)
@@ -185,6 +185,6 @@ def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str
     return f"by more than {limit} along {spans}{more}"
 
 
-def _colours() -> LinearSegmentedColormap:
+def path_colours() -> LinearSegmentedColormap:
     """Return viridis without its yellow, which does not show on white."""
     return LinearSegmentedColormap.from_list("movement", colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)]))

@@ -8,7 +8,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.damage.joints import DPC, FOOTING_INTERFACE
+from damagepred.damage.joints import (
+    BED_JOINT,
+    DPC,
+    FOOTING_INTERFACE,
+    FOOTING_SECTION,
+    HEAD_JOINT,
+    SOIL,
+    SUPPORT,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -138,8 +146,8 @@ class Faces:
 
     @property
     def is_mortar(self) -> BoolArray:
-        """Which are mortar joints, not the dpc and not the footing's interface, (m,)."""
-        return (self.kind != DPC) & (self.kind != FOOTING_INTERFACE)
+        """Which are mortar joints between bricks, (m,)."""
+        return (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
 
     @property
     def is_footing(self) -> BoolArray:
@@ -195,10 +203,24 @@ def block_at(places: FloatArray, points: FloatArray, block: IntArray) -> IntArra
     return found
 
 
-def ground_profile(ds: xr.Dataset, increment: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def footing_blocks(ds: xr.Dataset) -> BoolArray:
+    """Return which blocks are the footing, (n,): none where the movement is that of the wall's underside."""
+    faces, (points, block) = Faces.of(ds, 0), corners(ds)
+    found = np.zeros(ds.sizes["block"], dtype=np.bool_)
+    below, _ = faces.pick(faces.is_footing).neighbours(points, block)
+    ours = faces.pick(np.isin(faces.kind, (FOOTING_SECTION, SOIL, SUPPORT)))
+    for side in (below, *ours.neighbours(points, block)):
+        found[side[side >= 0]] = True
+    return found
+
+
+def ground_profile(
+    ds: xr.Dataset, increment: int, kind: int = FOOTING_INTERFACE
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
 
-    The ground is where the underside of the wall is, less what the footing's interface has opened.
+    The ground is where the underside of the wall is, less what the footing's interface has opened; of soil, which
+    gives under a footing, it is the surface as it would be without the footing.
 
     Parameters
     ----------
@@ -206,8 +228,10 @@ def ground_profile(ds: xr.Dataset, increment: int) -> tuple[FloatArray, FloatArr
         Of one wall.
     increment : int
         Position of the increment.
+    kind : int
+        FOOTING_INTERFACE for what is right under the wall, SOIL for what is under the footing.
     """
-    footing = np.flatnonzero(ds["contact_kind"].values == FOOTING_INTERFACE)
+    footing = np.flatnonzero(ds["contact_kind"].values == kind)
     if not footing.size:
         return np.empty(0), np.empty(0), np.empty(0)
     place = np.column_stack([ds[f"contact_{axis}"].values[footing] for axis in "xy"])

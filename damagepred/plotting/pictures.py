@@ -14,6 +14,7 @@ from damagepred.damage.joints import DPC
 from damagepred.errors import InputError, StudyError
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.dpc import draw_dpc_opening
+from damagepred.plotting.footing import draw_jack_load, footing_sheet, has_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
@@ -32,8 +33,9 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """Draw one wall.
 
     ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``stress_xx.png``
-    for a static path; of deformable blocks also ``stress_yy.png``, ``stress_xy.png``, ``principal_stress.png`` and,
-    if any zone has yielded, ``zone_states.png``.
+    for a static path; of a footing that finds its own form ``footing.png``, and on jacks ``jack_load.png``; of
+    deformable blocks also ``stress_yy.png``, ``stress_xy.png``, ``principal_stress.png`` and, if any zone has yielded,
+    ``zone_states.png``.
 
     Parameters
     ----------
@@ -58,6 +60,10 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if ds.sizes.get("opening", 0):
         sheets["opening_width.png"] = _opening_width(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
+    if has_footing(ds):
+        sheets["footing.png"] = footing_sheet(ds)
+    if "jack_load" in ds.variables:
+        sheets["jack_load.png"] = figure_of(draw_jack_load(ds))
     return _save_all(sheets | stress_sheets(ds), folder)
 
 

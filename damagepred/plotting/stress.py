@@ -59,7 +59,7 @@ def draw_stress(
     """Draw filled contours of a stress (MPa, tension positive and red) on the deformed wall.
 
     Of deformable blocks it is the stress of their zones, as means at the gridpoints of each block; of rigid ones the
-    mean stress that the forces in their joints make, see ``block_stress``.
+    mean stress that the forces in their joints make, see ``block_stress``. Segments of a footing are left grey.
 
     Parameters
     ----------
@@ -221,13 +221,14 @@ def _levels(fields: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
 
 def _stresses(wall: Deformed) -> tuple[FloatArray, FloatArray]:
     """Return s_xx, s_yy, s_xy (Pa) of the rigid blocks (k, 3) and of all zones (z, 3)."""
-    rigid = block_stress(wall.ds, wall.increment)[wall.rigid] if wall.rigid.any() else np.empty((0, 3))
+    bricks = wall.rigid & ~wall.footing
+    rigid = block_stress(wall.ds, wall.increment)[bricks] if bricks.any() else np.empty((0, 3))
     return rigid, zone_stress(wall.ds, wall.increment) if has_zones(wall.ds) else np.empty((0, 3))
 
 
 def _every(wall: Deformed, rigid: FloatArray, zoned: FloatArray, component: str) -> tuple[FloatArray, FloatArray]:
     """Return all stresses (Pa), and the areas they stand for."""
-    area = np.array([_area(p) for p in polygons(wall.points, wall.block)])[wall.rigid]
+    area = np.array([_area(p) for p in polygons(wall.points, wall.block)])[wall.rigid & ~wall.footing]
     weight = [area, Zones.of(wall.ds).area] if len(zoned) else [area]
     return np.concatenate([one_of(s, component) for s in (rigid, zoned)]), np.concatenate(weight)
 

@@ -15,9 +15,11 @@ from scipy.interpolate import PchipInterpolator
 
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
+from damagepred.damage.joints import SOIL
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, name_of, table_of, width_colours
-from damagepred.plotting.geometry import Faces, Motion, corners, ground_profile, polygons
+from damagepred.plotting.geometry import Faces, Motion, corners, footing_blocks, ground_profile, polygons
+from damagepred.plotting.rig import FOOTING_COLOUR, SOIL_COLOUR, draw_footing_blocks, draw_rig, draw_soil
 from damagepred.plotting.sheet import MM, axes_or_new, figure_of, plain_number, require, set_title
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +29,6 @@ BRICKS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
 """Tones of the bricks: pale, for the cracks to stand out."""
 
 BRICK_EDGE = "#a98f7c"
-FOOTING_COLOUR = "#b9bcc0"
 DATUM = (0, (6, 4))
 """Dashes of the line where the footing was."""
 
@@ -75,16 +76,29 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
         ax = axes_or_new(None, 10.0, _sheet_height(shape))
 
     table = table_of(ds)
-    _draw_ground(ax, ds, increment, factor)
+    footing = footing_blocks(ds)
+    if footing.any():
+        draw_footing_blocks(ax, ds, increment, factor, shape, block, footing)
+        _draw_datum(ax, *ground_profile(ds, increment)[:2])
+        draw_soil(ax, ds, increment, factor)
+        if "jack_load" in ds.variables:
+            draw_rig(ax, ds, increment, factor, footing)
+    else:
+        _draw_ground(ax, ds, increment, factor)
+    bricks, tones = polygons(shape, block), _tones(len(motion.x))
+    own = np.flatnonzero(~footing)
     ax.add_collection(
         PolyCollection(
-            polygons(shape, block), facecolors=_tones(len(motion.x)), edgecolors=BRICK_EDGE, linewidths=0.35,
+            [bricks[i] for i in own], facecolors=[tones[i] for i in own], edgecolors=BRICK_EDGE, linewidths=0.35,
             zorder=2, label="bricks",
         )
     )  # fmt: skip
     faces = Faces.of(ds, increment)
     cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
     _draw_cracks(ax, gaps_of(cracks, motion, points, block, factor), cracks.crack * MM, table)
+    if footing.any():
+        lifted = faces.pick(faces.is_footing & (faces.opening > HAIRLINE))
+        _draw_lifted(ax, gaps_of(lifted, motion, points, block, factor))
     dpc = faces.pick(faces.is_dpc)
     _draw_dpc(ax, dpc, gaps_of(dpc, motion, points, block, factor))
     _finish(ax, ds, increment, factor, faces)
@@ -195,6 +209,13 @@ def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
         _draw_gaps(ax, gaps[is_open], colour, np.full(count, 0.9), "dpc opening", 3)
 
 
+def _draw_lifted(ax: Axes, gaps: FloatArray) -> None:
+    """Draw where the wall is off its footing: gaps (m, 4, 2)."""
+    if len(gaps):
+        colour = np.repeat(to_rgba_array("black"), len(gaps), axis=0)
+        _draw_gaps(ax, gaps, colour, np.full(len(gaps), 0.7), "off the footing", 3)
+
+
 def _draw_gaps(ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray, label: str, zorder: float) -> None:
     """Draw gaps (m, 4, 2) pale inside, with the full colour (m, 4) along both faces in lines (m,) so thick (points)."""
     pale = _pale(colour)
@@ -225,7 +246,13 @@ def _draw_ground(ax: Axes, ds: xr.Dataset, increment: int, factor: float) -> Non
     top = PchipInterpolator(x, height + factor * rise)(along)
     ax.fill_between(along, top, top - depth, facecolor=FOOTING_COLOUR, edgecolor="none", zorder=1, label="footing")
     ax.plot(along, top, color="#55595e", linewidth=1.0, zorder=1)
-    ax.plot(x[[0, -1]], height[[0, -1]], color="black", linewidth=0.7, linestyle=DATUM, zorder=3)
+    _draw_datum(ax, x, height)
+
+
+def _draw_datum(ax: Axes, x: FloatArray, height: FloatArray) -> None:
+    """Draw where the top of the footing was."""
+    if len(x) > 1:
+        ax.plot(x[[0, -1]], height[[0, -1]], color="black", linewidth=0.7, linestyle=DATUM, zorder=3)
 
 
 def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Faces) -> None:
@@ -247,7 +274,8 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
         when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     category = int(ds["damage_category"].values[increment])
     scale = "to scale" if factor == 1.0 else f"drawn {plain_number(factor)} times too large"
-    at_end = increment in (-1, ds.sizes["increment"] - 1) and ds.attrs.get("status", "complete") != "complete"
+    early = "limit" in ds.attrs or ds.attrs.get("status", "complete") != "complete"
+    at_end = early and increment in (-1, ds.sizes["increment"] - 1)
     set_title(
         ax,
         str(ds.attrs.get("title", "wall")),
@@ -283,10 +311,14 @@ def _legend(ds: xr.Dataset, faces: Faces) -> list[Line2D | Patch]:
     if faces.is_footing.any():
         lifted = float(faces.opening[faces.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
-        handles.append(Patch(color=FOOTING_COLOUR, label=f"top of footing{off}"))
+        whole = (faces.kind == SOIL).any() or "jack_load" in ds.variables
+        handles.append(Patch(color=FOOTING_COLOUR, label=f"{'' if whole else 'top of '}footing{off}"))
         handles.append(
             Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label="top of footing before any movement")
         )
+    if (faces.kind == SOIL).any():
+        label = "surface of the ground as it would be without the footing"
+        handles.append(Line2D([], [], color=SOIL_COLOUR, linewidth=1.4, label=label))
     return handles
 
 

@@ -21,7 +21,7 @@ from damagepred.errors import InputError, StudyError
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
 SIZES = {
     "increment": STEPS, "block": BLOCKS, "contact": CONTACTS, "opening": OPENINGS, "vertex": VERTICES, "sample": 1,
-    "zone": 600, "gridpoint": 450, "zone_corner": 3,
+    "section": 24, "support": 2, "jack": 3, "zone": 600, "gridpoint": 450, "zone_corner": 3,
 }  # fmt: skip
 COUNTS = (
     "increment cycles crack_count block_course vertex_block contact_interface contact_joint sample apex_limited "

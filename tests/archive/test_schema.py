@@ -79,15 +79,19 @@ def test_every_variable_says_what_it_is(name: str):
         assert all(re.fullmatch(r"[A-Za-z0-9_\-.+@]+", flag) for flag in variable.flags)  # CF: blank-separated words
         assert int(FLAG_FILL) not in range(len(variable.flags))
     else:
-        UNITS.parse_units(attributes["units"] if attributes["units"] != "1" else "")
+        # UDUNITS writes a power as a number behind the unit
+        UNITS.parse_units(
+            re.sub(r"(?<=[a-z])-(?=\d)", "**-", attributes["units"]) if attributes["units"] != "1" else ""
+        )
 
 
 DIMENSION_BY_NAME = [
     (r"(^|_)(stress|strength|cohesion)(_(xx|yy|xy|zz))?$", "Pa"),
-    (r"(^|_)force_(x|y)$", "N"),
+    (r"(^|_)((axial|shear)_force|force_(x|y)|load)$", "N"),
+    (r"curvature$", "m-1"),
     (r"moment$", "N m"),
     (r"_(x|y)$", None),  # places and displacements, but normals are pure
-    (r"(width|width_max|width_change|length|opening|slip|sill|left|height|deflection|opening_max)$", "m"),
+    (r"(width|width_max|width_change|length|opening|slip|sill|left|height|deflection|movement|opening_max)$", "m"),
     (r"(ratio|friction|count|cycles)$", "1"),
     (r"reaction$", "N"),
     (r"rotation$", "rad"),
@@ -115,7 +119,10 @@ def test_dimensions():
     assert VARIABLES["status"].dims == ("sample",)
     assert VARIABLES["zone_stress_xx"].dims == ("increment", "zone")
     assert VARIABLES["zone_gridpoint"].dims == ("zone", "zone_corner")
-    allowed = {"increment", "block", "contact", "opening", "vertex", "sample", "zone", "gridpoint", "zone_corner"}
+    allowed = {
+        "increment", "block", "contact", "opening", "vertex", "sample", "zone", "gridpoint", "zone_corner", "section",
+        "support", "jack",
+    }  # fmt: skip
     assert {d for v in VARIABLES.values() for d in v.dims} <= allowed
 
 

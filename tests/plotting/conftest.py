@@ -6,7 +6,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.schema import VARIABLES
-from damagepred.scene import BlockMaterial, Damage, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import BlockMaterial, Damage, Dpc, Footing, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 WALL = Wall(length=1.2, height=0.3)
 
@@ -50,6 +50,28 @@ def deformable() -> xr.Dataset:
         solver=Solver(method="explicit", below_dpc="deformable", zone_size=0.04, tolerance=1e-2),
     )
     return damagepred.solve(scene)
+
+
+@pytest.fixture(scope="session")
+def on_jacks() -> xr.Dataset:
+    """A tiny wall on a dpc on a footing on jacks, dishing until they carry nothing."""
+    return damagepred.solve(_on_footing("dishing", "jacks"))
+
+
+@pytest.fixture(scope="session")
+def on_mound() -> xr.Dataset:
+    """The same on a mound that grows under its middle."""
+    return damagepred.solve(_on_footing("doming", "mound"))
+
+
+def _on_footing(kind: str, shape: str) -> Scene:
+    return Scene(
+        title="little wall on a footing",
+        wall=WALL,
+        dpc=Dpc(course=1),
+        footing=Footing(width=0.1, depth=0.05, elastic_modulus=1e9),
+        movement=Movement(kind=kind, shape=shape, central_deflection=0.2e-3, increments=4),  # type: ignore[arg-type]
+    )
 
 
 @pytest.fixture

@@ -1,0 +1,209 @@
+"""The footing as a structure: load of the jacks, form, moment and curvature along it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from damagepred.damage.joints import SOIL
+from damagepred.plotting.dpc import path_colours, spread_evenly
+from damagepred.plotting.geometry import footing_blocks, ground_profile
+from damagepred.plotting.rig import KN, SOIL_COLOUR, footing_rise
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    figure_of,
+    legend_below,
+    new_figure,
+    plain_number,
+    require,
+    set_title,
+)
+
+FloatArray = NDArray[np.float64]
+
+MOST_LINES = 8
+"""Increments drawn at most."""
+JACK_COLOUR, SUPPORT_COLOUR = "#d55e00", "#0072b2"
+_ON_JACKS = "the result of one wall whose footing is on jacks (`movement.shape = 'jacks'`)"
+_ON_A_FOOTING = "the result of one wall on a footing that finds its own form (`movement.shape = 'jacks'` or 'mound')"
+
+
+def has_footing(ds: xr.Dataset) -> bool:
+    """Tell whether the sections of a footing are stored."""
+    return "section_moment" in ds.variables
+
+
+def draw_jack_load(
+    ds: xr.Dataset, ax: Axes | None = None, label: str | None = None, colour: str = JACK_COLOUR, supports: bool = True
+) -> Axes:
+    """Draw the load of each jack, and of the supports, against the central deflection.
+
+    Where the jacks (dishing) or the least loaded support (doming) carry nothing any more, the curve is marked: in a
+    rig that cannot pull, the footing cannot be taken further.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall on jacks, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    label : str, optional
+        Of the curve, to tell several walls on the same axes apart.
+    colour : str
+        Of the jacks' curve.
+    supports : bool
+        Whether the least loaded support is drawn, too.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a wall on jacks.
+    """
+    require(ds, ("jack_load", "support_load", "central_deflection"), _ON_JACKS)
+    first = ax is None or not ax.lines
+    ax = axes_or_new(ax, 8.0, 5.0)
+    if first:
+        ax.axhline(0.0, color="black", linewidth=0.8)
+        ax.set_xlabel("central deflection (mm)")
+        ax.set_ylabel("load, upwards positive (kN)")
+        ax.grid(color="0.9")
+        ax.set_axisbelow(True)
+    x = ds["central_deflection"].values * MM
+    curves = [(ds["jack_load"].values, "each jack", "-", colour)]
+    if supports:
+        least = ds["support_load"].values.min(axis=1)
+        curves.append((least, "least loaded support", "--", colour if label else SUPPORT_COLOUR))
+    for load, what, dashes, shade in curves:
+        name = f"{label}: {what}" if label else what
+        ax.plot(x, load * KN, color=shade, linestyle=dashes, linewidth=1.5, marker=".", markersize=4, label=name)
+    limit = idle_at(ds)
+    if limit is not None:
+        ax.plot([limit * MM], [0.0], marker="o", markersize=7, markerfacecolor="white", markeredgecolor=colour,
+                linestyle="none", zorder=5)  # fmt: skip
+        ax.annotate(f"{plain_number(limit * MM)} mm", (limit * MM, 0.0), (4, 5), textcoords="offset points",
+                    fontsize="small", color=colour)  # fmt: skip
+    if first:
+        set_title(ax, str(ds.attrs.get("title", "wall")), "circle: jacks or a support carry nothing any more")
+    ax.set_xlim(0.0, max(1.1 * float(x.max()), 1e-6, 0.0 if first else ax.get_xlim()[1]))
+    legend_below(ax, ax.get_legend_handles_labels()[0], 3)
+    return ax
+
+
+def idle_at(ds: xr.Dataset) -> float | None:
+    """Return the deflection (m) at which the jacks, or a support, first carry nothing; None if they always do.
+
+    Straight between increments.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall on jacks.
+    """
+    if "limit_deflection" in ds.attrs:
+        return float(ds.attrs["limit_deflection"])
+    x = ds["central_deflection"].values
+    found = [first_zero(x, load) for load in (ds["jack_load"].values, ds["support_load"].values.min(axis=1))]
+    return min((at for at in found if at is not None), default=None)
+
+
+def first_zero(x: FloatArray, y: FloatArray) -> float | None:
+    """Return where y, positive to begin with and straight between, first falls to zero; None if it does not."""
+    below = np.flatnonzero(y <= 1e-9 * np.abs(y).max(initial=0.0))
+    if not below.size or below[0] == 0:
+        return None
+    after = int(below[0])
+    share = y[after - 1] / (y[after - 1] - y[after])
+    return float(x[after - 1] + share * (x[after] - x[after - 1]))
+
+
+def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw how far the footing has gone up along the wall, increment by increment, and the ground's surface at the end.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall whose footing finds its own form.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of such a wall.
+    """
+    require(ds, ("section_moment",), _ON_A_FOOTING)
+    chosen = footing_blocks(ds)
+
+    def form(increment: int) -> tuple[FloatArray, FloatArray]:
+        x, rise = footing_rise(ds, increment, chosen)
+        return x, rise * MM
+
+    ax = _along(ds, ax, "footing gone up (mm)", form)
+    x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, SOIL)
+    if len(x):
+        ax.plot(x, rise * MM, color=SOIL_COLOUR, linestyle="--", linewidth=1.4,
+                label="surface of the ground at the end, but for the footing")  # fmt: skip
+        ax.legend(fontsize="small", frameon=False)
+    return ax
+
+
+def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the moment along the footing, sagging positive, increment by increment; see ``draw_footing_form``."""
+    require(ds, ("section_moment",), _ON_A_FOOTING)
+    values = ds["section_moment"].values * KN
+    return _along(ds, ax, "moment, sagging positive (kNm)", lambda i: (ds["section_x"].values, values[i]))
+
+
+def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the curvature along the footing, sagging positive, increment by increment; see ``draw_footing_form``."""
+    require(ds, ("section_curvature",), _ON_A_FOOTING)
+    values = ds["section_curvature"].values * 1e3
+    return _along(ds, ax, "curvature, sagging positive (1/km)", lambda i: (ds["section_x"].values, values[i]))
+
+
+def footing_sheet(ds: xr.Dataset) -> Figure:
+    """Draw form, moment and curvature of a footing one under the other.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall whose footing finds its own form.
+    """
+    figure = new_figure(9.0, 9.5)
+    axes = figure.subplots(3, 1, sharex=True)
+    for ax, draw in zip(axes, (draw_footing_form, draw_footing_moment, draw_footing_curvature)):
+        draw(ds, ax)
+        ax.set_title("", loc="left")
+    for ax in axes[:-1]:
+        ax.set_xlabel("")
+    set_title(axes[0], str(ds.attrs.get("title", "wall")), "form, moment and curvature of the footing")
+    return figure
+
+
+def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tuple[FloatArray, FloatArray]]) -> Axes:
+    """Draw curves along the wall, some increments in the colour of their movement."""
+    ax = axes_or_new(ax, 9.0, 4.0)
+    moved = ds["surface_movement" if "surface_movement" in ds.variables else "central_deflection"]
+    values = moved.values * MM
+    colours, norm = path_colours(), Normalize(0.0, max(float(values.max()), 1e-9))
+    ax.axhline(0.0, color="black", linewidth=0.8)
+    for step in spread_evenly(len(values), MOST_LINES):
+        x, y = curve(int(step))
+        ax.plot(x, y, color=colours(norm(values[step])), linewidth=1.4)
+    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
+    bar.set_label(f"{str(moved.name).replace('_', ' ')} (mm)")
+    ax.set_xlim(float(ds["vertex_x"].min()), float(ds["vertex_x"].max()))
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel(what)
+    ax.grid(color="0.9")
+    ax.set_axisbelow(True)
+    set_title(ax, str(ds.attrs.get("title", "wall")))
+    return ax

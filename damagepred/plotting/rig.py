@@ -1,0 +1,170 @@
+"""What is under a wall: the footing as a beam of its own, its supports and jacks, the ground it rests on."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from numpy.typing import NDArray
+
+from damagepred.damage.joints import SOIL
+from damagepred.plotting.geometry import Motion, ground_profile, polygons
+from damagepred.plotting.sheet import plain_number
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+FOOTING_COLOUR = "#b9bcc0"
+FOOTING_EDGE = "#85898e"
+SOIL_COLOUR = "#8c6d46"
+RIG_COLOUR = "#22262a"
+KN = 1e-3
+"""Kilonewtons in a newton."""
+
+TRIANGLE, ARROW = 0.018, 0.06
+"""Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
+
+
+def draw_footing_blocks(
+    ax: Axes, ds: xr.Dataset, increment: int, factor: float, shape: FloatArray, block: IntArray, chosen: BoolArray
+) -> None:
+    """Draw the blocks of a footing; those with zones as their gridpoints have moved.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    factor : float
+        On displacements.
+    shape : array (v, 2), block : array of int (v,)
+        Corners of all blocks as drawn (m), and their blocks.
+    chosen : array of bool (n,)
+        Blocks of the footing.
+    """
+    zoned = np.zeros(len(chosen), dtype=np.bool_)
+    if "gridpoint_displacement_x" in ds.variables:
+        zoned[ds["zone_block"].values] = True
+    outlines = polygons(shape, block)
+    rigid = [outlines[i] for i in np.flatnonzero(chosen & ~zoned)]
+    if rigid:
+        ax.add_collection(
+            PolyCollection(rigid, facecolors=FOOTING_COLOUR, edgecolors=FOOTING_EDGE, linewidths=0.35, zorder=2,
+                           label="footing")
+        )  # fmt: skip
+    if (chosen & zoned).any():
+        from damagepred.plotting.zones import Zones, moved_gridpoints
+
+        zones = Zones.of(ds)
+        places = moved_gridpoints(ds, zones, increment, factor)
+        own = chosen[zones.block]
+        ax.add_collection(
+            PolyCollection(list(places[zones.corners[own]]), facecolors=FOOTING_COLOUR, edgecolors=FOOTING_COLOUR,
+                           linewidths=0.3, zorder=2, label="footing")
+        )  # fmt: skip
+        rims = zones.rims()
+        rims = rims[chosen[ds["gridpoint_block"].values[rims[:, 0]]]]
+        ax.add_collection(LineCollection(list(places[rims]), colors=FOOTING_EDGE, linewidths=0.5, zorder=2))
+
+
+def draw_soil(ax: Axes, ds: xr.Dataset, increment: int, factor: float, label: bool = True) -> None:
+    """Draw the surface of the ground as it would be without the footing: where it is in the footing, it presses.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    factor : float
+        On displacements.
+    label : bool
+        Whether the line has a label for a legend.
+    """
+    x, height, rise = ground_profile(ds, increment, SOIL)
+    if len(x):
+        name = "surface of the ground but for the footing" if label else "_soil"
+        ax.plot(x, height + factor * rise, color=SOIL_COLOUR, linewidth=1.4, zorder=3.5, label=name)
+
+
+def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: BoolArray) -> None:
+    """Draw supports as triangles and jacks as arrows, with their loads, under the footing as it has moved.
+
+    A jack that pushes has an arrow up to the footing, one that pulls an arrow down from it, as long as its load is
+    beside the largest of the path; an idle one has none.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    ds : xarray.Dataset
+        Of one wall on jacks.
+    increment : int
+        Position of the increment.
+    factor : float
+        On displacements.
+    chosen : array of bool (n,)
+        Blocks of the footing.
+    """
+    length = float(np.ptp(ds["vertex_x"].values))
+    low = float(ds["vertex_y"].values.min())
+    along, rise = footing_rise(ds, increment, chosen)
+    size = TRIANGLE * length
+    for x, load in zip(ds["support_x"].values, ds["support_load"].values[increment]):
+        y = low + factor * float(np.interp(x, along, rise))
+        ax.fill([x, x - 0.6 * size, x + 0.6 * size], [y, y - size, y - size], facecolor="white", edgecolor=RIG_COLOUR,
+                linewidth=1.0, zorder=4, label="support")  # fmt: skip
+        ax.text(x, y - 1.3 * size, _load(float(load)), ha="center", va="top", fontsize="x-small")
+    loads = ds["jack_load"].values
+    largest = max(float(np.abs(loads).max()), 1e-9)
+    for x in ds["jack_x"].values:
+        y, load = low + factor * float(np.interp(x, along, rise)), float(loads[increment])
+        reach = ARROW * length * abs(load) / largest
+        tail = y - max(reach, 0.3 * size)
+        if abs(load) > 1e-3 * largest:
+            tip, start = ((x, y), (x, tail)) if load > 0 else ((x, tail), (x, y))
+            ax.annotate("", tip, start, zorder=4,
+                        arrowprops={"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        ax.text(x, tail - 0.3 * size, _load(load), ha="center", va="top", fontsize="x-small")
+    # text and annotations do not widen the axes by themselves
+    bottom = low - (ARROW + 2.2 * TRIANGLE) * length
+    left = float(ds["vertex_x"].values.min())
+    ax.update_datalim([(left - 0.03 * length, bottom), (left + 1.03 * length, bottom)])
+
+
+def _load(load: float) -> str:
+    return ("-" if load < -5.0 else "") + f"{plain_number(abs(round(load * KN, 2)))} kN"
+
+
+def footing_rise(ds: xr.Dataset, increment: int, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Return places along a footing (m), left to right, and how far it has gone up there (m).
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    chosen : array of bool (n,)
+        Blocks of the footing.
+    """
+    if "gridpoint_x" in ds.variables and np.isin(np.flatnonzero(chosen), ds["gridpoint_block"].values).any():
+        own = np.flatnonzero(chosen[ds["gridpoint_block"].values])
+        y = ds["gridpoint_y"].values[own]
+        own = own[y < y.min() + 1e-9]
+        order = own[np.argsort(ds["gridpoint_x"].values[own])]
+        return ds["gridpoint_x"].values[order], ds["gridpoint_displacement_y"].values[increment, order]
+    motion = Motion.of(ds, increment)
+    own = np.flatnonzero(chosen)
+    own = own[np.argsort(motion.x[own])]
+    left, right = float(ds["vertex_x"].values.min()), float(ds["vertex_x"].values.max())
+    # a beam of segments is true to their middles; its ends go with the outermost
+    x, block = np.concatenate(([left], motion.x[own], [right])), np.concatenate((own[:1], own, own[-1:]))
+    return x, motion.at(block, np.column_stack((x, motion.y[block])))[:, 1]

@@ -1,0 +1,166 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.collections import PolyCollection
+
+import damagepred
+from damagepred.archive.schema import KINDS
+from damagepred.damage import joints
+from damagepred.damage.joints import SOIL
+from damagepred.errors import InputError
+from damagepred.plotting import (
+    draw_footing_curvature,
+    draw_footing_form,
+    draw_footing_moment,
+    draw_jack_load,
+    draw_stress,
+    draw_wall,
+    footing_sheet,
+    save_wall_pictures,
+)
+from damagepred.plotting.footing import first_zero, idle_at
+from damagepred.plotting.geometry import Faces, footing_blocks, ground_profile
+from damagepred.plotting.rig import footing_rise
+from damagepred.scene import Footing, Mound, Movement, Scene, Solver, Wall
+
+
+def collection(ax, label):
+    return [c for c in ax.collections if c.get_label() == label]
+
+
+def arrows(ax):
+    return [t for t in ax.texts if getattr(t, "arrow_patch", None) is not None]
+
+
+def words(ax):
+    return [t.get_text() for t in ax.texts]
+
+
+def test_kinds_of_interfaces_are_in_step():
+    assert [getattr(joints, name.upper()) for name in KINDS] == list(range(len(KINDS)))
+
+
+def test_the_footing_is_told_from_bricks(on_jacks, on_mound, on_dpc):
+    for ds in (on_jacks, on_mound):
+        assert (footing_blocks(ds) == (ds.block_y.values < 0)).all()
+    assert not footing_blocks(on_dpc).any()
+    below = Faces.of(on_jacks, -1)
+    assert (below.middle_y[below.is_mortar] > 0).all()  # sections and supports are no mortar
+
+
+def test_a_wall_on_jacks_is_drawn_with_segments_supports_and_jacks(on_jacks):
+    ax = draw_wall(on_jacks, increment=1)
+    (segments,) = collection(ax, "footing")
+    (bricks,) = collection(ax, "bricks")
+    assert isinstance(segments, PolyCollection)
+    assert len(segments.get_paths()) == (on_jacks.block_y.values < 0).sum()
+    assert len(bricks.get_paths()) == (on_jacks.block_y.values > 0).sum()
+    load = float(on_jacks.jack_load[1])
+    assert len(arrows(ax)) == on_jacks.sizes["jack"]
+    for arrow in arrows(ax):  # they push up
+        assert (arrow.xy[1] > arrow.xyann[1]) == (load > 0)
+    kilonewtons = [float(t.removesuffix(" kN")) for t in words(ax) if t.endswith(" kN")]
+    drawn = [*on_jacks.support_load.values[1], load, load, load]
+    assert kilonewtons == pytest.approx(np.array(drawn) / 1e3, abs=0.006)
+
+
+def test_idle_jacks_have_no_arrow_and_the_title_says_so(on_jacks):
+    assert on_jacks.attrs["limit"] == "jacks"
+    ax = draw_wall(on_jacks)
+    assert not arrows(ax)
+    assert words(ax).count("0 kN") == 3
+    assert "the jacks carry nothing any more" in ax.get_title(loc="left")
+
+
+def test_a_wall_on_a_mound_is_drawn_with_the_surface_of_the_ground(on_mound):
+    factor = 3.0
+    ax = draw_wall(on_mound, exaggeration=factor)
+    (line,) = [line for line in ax.lines if line.get_label().startswith("surface")]
+    x, height, rise = ground_profile(on_mound, -1, SOIL)
+    depth = Footing(depth=0.05).depth
+    assert height == pytest.approx(np.full(len(x), -depth))
+    np.testing.assert_allclose(line.get_ydata(), height + factor * rise)
+    # that is the mound's own formula
+    own = Mound().profile(x, 1.2, "doming")
+    assert np.ptp(own) > 1e-3
+    np.testing.assert_allclose(rise, own, atol=1e-6)
+    assert not arrows(ax)
+
+
+def test_the_footing_goes_where_the_archive_says(on_jacks):
+    x, rise = footing_rise(on_jacks, -1, footing_blocks(on_jacks))
+    assert (np.diff(x) > 0).all()
+    middle, ends = np.interp(0.6, x, rise), (rise[0] + rise[-1]) / 2
+    assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)
+    ax = draw_footing_form(on_jacks)
+    assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
+
+
+@pytest.mark.parametrize(
+    ("draw", "name", "factor"),
+    [(draw_footing_moment, "section_moment", 1e-3), (draw_footing_curvature, "section_curvature", 1e3)],
+)
+def test_sections_are_drawn_along_the_footing(on_jacks, draw, name, factor):
+    ax = draw(on_jacks)
+    assert ax.lines[-1].get_xdata() == pytest.approx(on_jacks.section_x.values)
+    assert ax.lines[-1].get_ydata() == pytest.approx(factor * on_jacks[name].values[-1])
+    assert "sagging positive" in ax.get_ylabel()
+
+
+def test_load_of_the_jacks_and_where_it_ends(on_jacks):
+    ax = draw_jack_load(on_jacks)
+    jacks, supports = (next(x for x in ax.lines if x.get_label() == n) for n in ("each jack", "least loaded support"))
+    assert jacks.get_xdata() == pytest.approx(1e3 * on_jacks.central_deflection.values)
+    assert jacks.get_ydata() == pytest.approx(1e-3 * on_jacks.jack_load.values)
+    assert supports.get_ydata() == pytest.approx(1e-3 * on_jacks.support_load.values.min(axis=1))
+    limit = on_jacks.attrs["limit_deflection"]
+    assert idle_at(on_jacks) == pytest.approx(limit)
+    assert any(list(x.get_xdata()) == pytest.approx([1e3 * limit]) for x in ax.lines if x.get_marker() == "o")
+    draw_jack_load(on_jacks, ax, "again")
+    assert [x.get_label() for x in ax.lines].count("again: each jack") == 1
+    assert len([x for x in ax.lines if x.get_label().endswith("each jack")]) == 2
+
+
+def test_a_limit_that_was_passed_is_found_between_increments():
+    x = np.array([0.0, 1.0, 2.0, 3.0])
+    assert first_zero(x, np.array([3.0, 1.0, -1.0, -2.0])) == pytest.approx(1.5)
+    assert first_zero(x, np.array([3.0, 1.0, 0.0, -2.0])) == pytest.approx(2.0)
+    assert first_zero(x, np.array([3.0, 1.0, 0.5, 0.2])) is None
+
+
+def test_stresses_leave_the_footing_out(on_jacks):
+    ax = draw_stress(on_jacks)
+    assert len(collection(ax, "footing")[0].get_paths()) == footing_blocks(on_jacks).sum()
+    assert len(collection(ax, "rigid blocks")[0].get_paths()) == (~footing_blocks(on_jacks)).sum()
+
+
+def test_pictures_of_a_footing_are_written(on_jacks, on_mound, tmp_path):
+    always = ["wall.png", "dpc_opening.png", "history.png", "footing.png"]
+    assert [p.name for p in save_wall_pictures(on_jacks, tmp_path / "a")] == [*always, "jack_load.png", "stress_xx.png"]
+    assert [p.name for p in save_wall_pictures(on_mound, tmp_path / "b")] == [*always, "stress_xx.png"]
+    axes = footing_sheet(on_mound).axes
+    assert "surface movement (mm)" in [ax.get_ylabel() for ax in axes]
+
+
+def test_a_footing_of_zones_is_drawn_bent():
+    scene = Scene(
+        wall=Wall(length=0.96, height=0.15),
+        footing=Footing(width=0.1, depth=0.06),
+        movement=Movement(kind="dishing", central_deflection=2e-3, increments=1),
+        solver=Solver(footing="deformable"),
+    )
+    ds = damagepred.solve(scene)
+    ax = draw_wall(ds, exaggeration=10.0)
+    (zones,) = collection(ax, "footing")
+    assert len(zones.get_paths()) == ds.sizes["zone"]
+    x, rise = footing_rise(ds, -1, footing_blocks(ds))
+    assert rise[len(x) // 2] == pytest.approx(-2e-3, rel=0.05)
+    low = min(path.vertices[:, 1].min() for path in zones.get_paths())
+    assert low == pytest.approx(-0.06 - 10.0 * 2e-3, rel=0.02)
+
+
+def test_what_has_no_footing_is_refused(on_dpc):
+    for draw in (draw_jack_load, draw_footing_form, draw_footing_moment, draw_footing_curvature):
+        with pytest.raises(InputError, match="this drawing needs"):
+            draw(on_dpc)
