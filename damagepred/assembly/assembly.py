@@ -57,6 +57,7 @@ class Grounded(NamedTuple):
     x: float | None
     material: int
     kind: Kind
+    width: float = BEARING
 
 
 class Assembly:
@@ -212,7 +213,7 @@ class Assembly:
         self._ground = [Grounded(block, None, material, kind) for block in listed]
         self._ground_profile = displacement
 
-    def bear(self, block: int, x: float, joint: Joint | None = None) -> None:
+    def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING) -> None:
         """Let a block bear on the ground in one point of its underside, on a knife edge.
 
         Parameters
@@ -223,9 +224,11 @@ class Assembly:
             Where, in the middle of the bearing (m).
         joint : Joint, optional
             Between the block and the ground, for the area of the bearing: its width times the block's thickness.
+        width : float
+            Of the bearing (m).
         """
         material = _numbered(self._joint_materials, joint)
-        self._bearings.append(Grounded(self._check(block), float(x), material, Kind.SUPPORT))
+        self._bearings.append(Grounded(self._check(block), float(x), material, Kind.SUPPORT, width))
 
     def support(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
         """Hold a block in the directions that are True."""
@@ -548,7 +551,7 @@ class Assembly:
             start, end = corners[level, 0], after[level, 0]
             if resting.x is not None:  # a bearing, on the edge it is on
                 near = int(np.argmin(np.maximum(start - resting.x, resting.x - end)))
-                level, half = level[near : near + 1], BEARING / 2
+                level, half = level[near : near + 1], resting.width / 2
                 start, end = np.array([resting.x - half]), np.array([resting.x + half])
             found += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
             what += [resting] * len(level)

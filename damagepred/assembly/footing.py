@@ -120,8 +120,9 @@ def add_footing(
         assembly.rest_on_ground(blocks, kind=Kind.SOIL)
     for x in found.supports:
         # where two segments meet, both are carried: else a wall were not its own mirror image
-        for at in under(ends, x):
-            assembly.bear(blocks[at], x)
+        here = under(ends, x)
+        for at in here:
+            assembly.bear(blocks[at], x, width=BEARING / len(here))
     return np.array(blocks, dtype=np.int64)
 
 
@@ -142,7 +143,8 @@ def segment_ends(lowest: Sequence[Brick], length: float, unit: float, longest: f
     for left, right in itertools.pairwise(ends):
         built_on = any(b.left < right - 1e-6 and b.right > left + 1e-6 for b in lowest)
         most = longest or (right - left if built_on else unit)
-        count = max(1, int(np.ceil((right - left) / most * (1 - 1e-9))))
+        # ends are rounded: what is longer by no more than that is not cut
+        count = max(1, int(np.ceil((right - left) / most * (1 - 1e-6))))
         pieces.append(left + (right - left) * (np.arange(count) + 1) / count)
     return np.concatenate(pieces)
 
