@@ -72,10 +72,17 @@ def foundation(scene: Scene) -> Foundation | None:
         width=footing.width,
         depth=footing.depth,
         segment_length=footing.segment_length,
-        zone_size=scene.solver.zone_size_footing or footing.depth / (2 if scene.solver.method == "quasi_static" else 4),
+        zone_size=scene.solver.zone_size_footing or footing.depth / _cells(scene),
         supports=scene.rig.support_places(scene.wall.length) if shape == "jacks" else (),
         on_soil=shape == "mound",
     )
+
+
+def _cells(scene: Scene) -> int:
+    """Return how many cells of zones a footing has over its depth unless it is said: more where they bend it freely."""
+    if not scene.movement.prescribed:
+        return 6
+    return 2 if scene.solver.method == "quasi_static" else 4
 
 
 def add_footing(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damagepred.errors import InputError
-from damagepred.kernels.section import BRANSON, CRACKED, moments_along
+from damagepred.kernels.section import BRANSON, CRACKED, bent_before, moments_along
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
@@ -64,6 +64,8 @@ class Sections(NamedTuple):
         M_cr = f_ct I_g / (depth / 2) (Nm), Branson's.
     exponent : array (s,)
         Branson's (1).
+    earlier_moment : array (s,)
+        By which they have been bent before, either way (Nm).
     """
 
     interface: IntArray
@@ -94,6 +96,7 @@ class Sections(NamedTuple):
     cracked_second_moment: FloatArray
     cracking_moment: FloatArray
     exponent: FloatArray
+    earlier_moment: FloatArray
 
 
 class SectionMemory(NamedTuple):
@@ -110,6 +113,13 @@ class SectionMemory(NamedTuple):
 
     cracked: FloatArray
     plastic: FloatArray
+
+    @classmethod
+    def at_first(cls, sections: Sections) -> SectionMemory:
+        """Return the memory of sections that have seen no more than their earlier moment, either way."""
+        memory = cls.fresh(len(sections.interface))
+        bent_before(sections, memory)
+        return memory
 
     @classmethod
     def fresh(cls, number: int) -> SectionMemory:
@@ -207,6 +217,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
         "exponent": concrete.branson_exponent,
+        "earlier_moment": concrete.earlier_moment,
     }
     columns = {name: np.array(np.broadcast_to(value, (number, *np.shape(value)))) for name, value in values.items()}
     return Sections(
@@ -259,7 +270,7 @@ def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = 
 
 
 def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float = 0.0) -> FloatArray:
-    """Return the moments (Nm, sagging positive) of a fresh section bent by one curvature after the other.
+    """Return the moments (Nm, sagging positive) of a section bent by one curvature after the other.
 
     Parameters
     ----------
@@ -273,7 +284,7 @@ def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float 
     path = np.ascontiguousarray(np.atleast_1d(curvature), dtype=float)
     strains, moments = np.zeros_like(path), np.zeros_like(path)
     sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
-    moments_along(sections, SectionMemory.fresh(1), path, float(axial_force), strains, moments)
+    moments_along(sections, SectionMemory.at_first(sections), path, float(axial_force), strains, moments)
     return moments
 
 

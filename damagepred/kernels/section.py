@@ -196,6 +196,23 @@ def _start(sections, s):
     return first[s, TOP, 0], first[s, TOP, 1], first[s, BOTTOM, 0], first[s, BOTTOM, 1]
 
 
+@kernel
+def bent_before(sections, memory):
+    """Crack sections from both faces as far as their earlier moment did, without axial force."""
+    for s in range(sections.interface.size):
+        moment = sections.earlier_moment[s]
+        if sections.law[s] == BRANSON:
+            memory.cracked[s, TOP] = max(memory.cracked[s, TOP], moment)
+            memory.cracked[s, BOTTOM] = max(memory.cracked[s, BOTTOM], moment)
+            continue
+        scaled = moment / sections.depth[s]
+        beta = sections.tension_stiffening[s]
+        top, bottom, _, _ = _limits(sections, s)
+        cracked = memory.cracked[s]
+        cracked[TOP] = max(cracked[TOP], _cracking(_pull(top, 0.0, -scaled)[0], beta)[0])
+        cracked[BOTTOM] = max(cracked[BOTTOM], _cracking(_pull(bottom, 0.0, scaled)[0], beta)[0])
+
+
 # -- Branson ----------------------------------------------------------------------------------------------------------
 
 

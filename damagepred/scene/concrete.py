@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from damagepred.data_files import data_file
 from damagepred.errors import nearest
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Length, Pressure, Pure
+from damagepred.scene.quantity import Length, Moment, Pressure, Pure
 
 _MESH = re.compile(r"\s*(\d{1,2})\s*[-x]?\s*([A-Za-z]\w*)\s*")
 
@@ -55,6 +55,8 @@ class ReinforcedConcrete:
         Slope of the wires' stress after yield over E_s (1).
     branson_exponent : float
         Exponent of M_cr / M in Branson's formula (1): 3 for a whole beam, 4 for one section.
+    earlier_moment : float
+        Largest moment by which every section has been bent before, up and down (Nm): how far it is cracked already.
     """
 
     law: Literal["cracked", "branson"] = "cracked"
@@ -69,6 +71,7 @@ class ReinforcedConcrete:
     steel_strength: Pressure = Field(default=500e6, gt=0)
     hardening: Pure = Field(default=0.006, ge=1e-4, lt=1)
     branson_exponent: Pure = Field(default=3.0, ge=1, le=6)
+    earlier_moment: Moment = Field(default=0.0, ge=0)
 
     @model_validator(mode="after")
     def _known_names(self) -> ReinforcedConcrete:

@@ -32,7 +32,7 @@ class Solver:
         block for ``quasi_static``, half of it for ``explicit``.
     zone_size_above_dpc, zone_size_below_dpc, zone_size_footing : float or None
         Another size in one part of the wall (m). The footing's is half its depth for ``quasi_static``, a quarter for
-        ``explicit``, unless given here.
+        ``explicit``, and a sixth where it finds its own shape (on jacks, on a mound), unless given here.
     footing : {"none", "beam", "deformable"} or None
         ``none``: the underside of the wall follows the movement. ``beam``: the footing is a chain of segments on jacks
         or on a mound. ``deformable``: it is a beam of zones under the wall, with a mortar bed between. None: ``beam``

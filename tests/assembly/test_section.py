@@ -29,7 +29,7 @@ def by_hand(width, depth, n, area, d):
 class TestSecondMoments:
     @pytest.mark.parametrize(("mesh", "ratio"), [("3-L8TM", 0.08), ("3-L11TM", 0.14), ("3-L12TM", 0.17)])
     def test_share_of_the_gross_one(self, mesh, ratio):
-        """FACTS: I_cr / I_g is about 0.08, 0.14, 0.17."""
+        """I_cr / I_g is about 0.08, 0.14, 0.17."""
         moments = second_moments(footing(bottom=mesh))
         assert moments.gross == pytest.approx(0.3 * 0.3**3 / 12)
         assert moments.sagging / moments.gross == pytest.approx(ratio, abs=0.005)
@@ -187,3 +187,26 @@ class TestWrongInput:
     def test_wires_above_mid_depth(self):
         with pytest.raises(InputError, match=r"cover = 0.2: .*mid-depth.*depth = 0.3 m"):
             concrete_sections(np.zeros(1, np.int64), 1.0, footing(cover=0.2, top="none"))
+
+
+class TestEarlierMoment:
+    @pytest.mark.parametrize("law", ["cracked", "branson"])
+    def test_is_as_if_it_had_been_bent_by_it(self, law):
+        """Unloaded from a moment, and bent by half of it again, it is as soft as a section that is told of it."""
+        loading = np.linspace(0.0, 3e-3, 400)
+        moments = moment_curvature(footing(law=law), loading)
+        reached = moments[-1]
+        assert reached > 1.2 * cracking_moment(footing(law=law))
+        again = moment_curvature(footing(law=law), [*loading, 0.0, 1e-3])[-1]
+        told = moment_curvature(footing(law=law, earlier_moment=float(reached)), [1e-3])[-1]
+        assert told == pytest.approx(again, rel=1e-3)
+        assert told < 0.8 * moment_curvature(footing(law=law), [1e-3])[-1]
+
+    def test_counts_either_way(self):
+        before = footing(earlier_moment=25e3)
+        down, up = (moment_curvature(before, [side * 1e-3])[0] for side in (1.0, -1.0))
+        assert down == pytest.approx(-up, rel=1e-9)
+
+    def test_nothing_below_the_cracking_moment(self):
+        whole, before = (moment_curvature(footing(earlier_moment=m), [5e-4])[0] for m in (0.0, 10e3))
+        assert before == whole

@@ -157,7 +157,7 @@ def test_probability_of_a_curve():
 
 # -- recovery of what is known -----------------------------------------------------------------------------------------
 
-WIDTHS, RATE, BETA = np.array([0.1, 1.0, 5.0, 15.0]), 0.3, 0.5  # FACTS 5, row 13: w = c d LN(0, beta)
+WIDTHS, RATE, BETA = np.array([0.1, 1.0, 5.0, 15.0]), 0.3, 0.5  # w = c d LN(0, beta)
 
 
 def known(random: np.random.Generator, size: int, rate: float = RATE) -> np.ndarray:

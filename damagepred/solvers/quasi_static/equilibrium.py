@@ -78,7 +78,7 @@ class State:
     def rest(cls, model: Model) -> State:
         """Return the wall before any load."""
         zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
-        sections = SectionMemory.fresh(0 if model.sections is None else len(model.sections.interface))
+        sections = SectionMemory.fresh(0) if model.sections is None else SectionMemory.at_first(model.sections)
         return cls(0.0, 0.0, np.zeros(model.size), JointMemory.fresh(model), zones, 0.0, sections)
 
     def copy(self) -> State:
