@@ -16,8 +16,6 @@ from damagepred.solvers import Increment, solve_path
 FloatArray = NDArray[np.float64]
 
 GRAVITY = 9.81
-SMOOTH = 1e-3
-"""Stiffness of the soil along the footing over that across, where the closed form knows no rubbing."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +68,13 @@ class Strip:
 
     def on_soil(
         self, stiffness: float, pieces: int, *, kind: str = "doming", load: float = 0.0, mound: Mound | None = None,
-        rub: float = SMOOTH,
+        friction: float = 0.0,
     ) -> Model:  # fmt: skip
         """Return the model of the footing alone on soil (Pa/m), by default smooth and one that does not move."""
-        soil = Soil(swelling_stiffness=stiffness, shrinking_stiffness=stiffness, shear_stiffness=rub * stiffness)
+        soil = Soil(
+            swelling_stiffness=stiffness, shrinking_stiffness=stiffness,
+            shear_stiffness=stiffness if friction else 1e-3 * stiffness, friction=friction,
+        )  # fmt: skip
         movement = Movement(kind=kind, shape="mound")  # type: ignore[arg-type]
         still = mound or Mound(surface_movement=0.0)
         return footing_alone(self.scene(movement, pieces, soil=soil, mound=still), load)

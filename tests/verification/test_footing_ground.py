@@ -1,0 +1,301 @@
+"""The footing on ground: settlement, the beam on an elastic foundation, and where it lifts off as the ground moves."""
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Kind
+from damagepred.scene import Mound, Solver
+from tests.verification.beam_on_ground import on_springs, timoshenko_on_bed
+from tests.verification.footings import (
+    PAPER,
+    SLENDER,
+    STOCKY,
+    STRIPS,
+    Strip,
+    level,
+    moments,
+    path_of,
+    reactions,
+    with_force,
+)
+from tests.verification.manual import ClosedForm, Verify
+
+CHAPTER = "Footing and ground"
+
+SETTLES = ClosedForm(
+    chapter=CHAPTER,
+    title="Footing on level soil, and on soil that tilts",
+    formula="u = w/(k b);   soil that moves by a + c x:   u = a + c x - w/(k b),  M = 0",
+    source="Equilibrium: uniform load on uniform springs.",
+    note="k: stiffness of the soil per area, b: width of the footing.",
+)
+HETENYI = ClosedForm(
+    chapter=CHAPTER,
+    title="Footing on an elastic foundation",
+    formula="λ = (k b/(4 E I))^(1/4)\\n"
+    "P in the middle:  w(L/2) = Pλ/(2 k b) (cosh λL + cos λL + 2)/(sinh λL + sin λL),\\n"
+    "                  w(0) = 2Pλ/(k b) cosh(λL/2) cos(λL/2)/(sinh λL + sin λL)\\n"
+    "P at one end:     w(0) = 2Pλ/(k b) (sinh λL cosh λL - sin λL cos λL)/(sinh² λL - sin² λL)\\n"
+    "stocky:           E I w'''' - (E I k b/(κ G A)) w'' + k b w = 0",
+    source="Hetényi (1946), Beams on elastic foundation: finite beam with free ends. Of beams that shear, the equation "
+    "solved by its four roots on either side of the load.",
+    note="The footing's weight keeps it down everywhere, and is taken off by its closed form, w/(k b). Hetényi's beam "
+    "does not shear, which makes up to 0.6 % in the middle; the order is of the error against the beam that does.",
+)
+LIFTS = ClosedForm(
+    chapter=CHAPTER,
+    title="Heavy footing on a mound, from which it lifts off",
+    formula="E I w'''' = -q + k b <ground - w>,   with shear, and springs that do not pull",
+    source="Independent finite elements in the test: 600 exact Timoshenko elements (Przemieniecki 1968, 5.6), springs "
+    "at their ends, the set of pressed ones found by iteration.",
+    note="Levels are measured by the ground's movement, moments by the largest one.",
+)
+STEP = ClosedForm(
+    chapter=CHAPTER,
+    title="Heavy footing over a step in rigid ground",
+    formula="δ = q a⁴ r (1 + r)/(48 E I),   b = r a,   r = (1 + √3)/2\\n"
+    "M(edge) = -q a²/4,   R(edge) = q a (3/4 + r/2 + 1/(4 r)),   M = 0 and w' = 0 where it touches, a before and b "
+    "after the edge",
+    source="Derived: Euler-Bernoulli beam, lifting off before the edge that it bends over, and coming to rest on the "
+    "lower level, where deflection, slope and moment are 0.",
+    note="The ground is as stiff as a rock (1e12 Pa/m). Where the footing touches is known to a segment's length.",
+)
+LIFTED = ClosedForm(
+    chapter=CHAPTER,
+    title="Heavy footing lifted at its end from rigid ground",
+    formula="ℓ = (24 E I δ/q)^(1/4),   R = q ℓ/2,   M = q ℓ²/8",
+    source="Derived: Euler-Bernoulli beam, free along ℓ, with deflection, slope and moment 0 where it touches.",
+    note="A ground that rises by δ at the very end only, as stiff as a rock (1e12 Pa/m).",
+)
+
+
+@pytest.mark.parametrize("strip", STRIPS, ids=lambda strip: strip.name)
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+def test_the_footing_settles_and_tilts(verify: Verify, solver: Solver, strip: Strip, kind: str) -> None:
+    stiffness, load = 3e6, 1500.0
+    tilt = Mound(shape="table", surface_movement=0.02, table=((0.0, 0.25), (1.0, 1.0)))
+    pieces = 9 if strip is STOCKY else 25
+    model = strip.on_soil(stiffness, pieces, kind=kind, load=load, mound=tilt, friction=0.5)
+    first, last = path_of(model, solver)
+    w, x = strip.line_weight + load, np.linspace(0.0, strip.length, 11)
+    settled = -w / (stiffness * strip.width)
+    case = f"{kind}, {load:g} N/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
+    verify(
+        SETTLES, case=case, solver=solver.method, quantity="level", unit="m", computed=level(model, first, x),
+        exact=settled, tolerance=1e-5,
+    )  # fmt: skip
+    ground = 0.02 * (0.25 + 0.75 * x / strip.length) * (1 if kind == "doming" else -1)
+    verify(
+        SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="level", unit="m",
+        computed=level(model, last, x), exact=settled + ground, tolerance=1e-4,
+    )  # fmt: skip
+    _, bent = moments(model, last)
+    verify(
+        SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="moment over w L²/8", computed=bent, exact=0.0,
+        scale=w * strip.length**2 / 8, tolerance=1e-4,
+    )  # fmt: skip
+
+
+def settled_by(strip: Strip, solver: Solver, stiffness: float, at: float, force: float, pieces: int) -> np.ndarray:
+    """Return how far both ends and the middle go down under a force, without what weight does (m)."""
+    weight = 2 * force / strip.length + 4 * force * (stiffness * strip.width / strip.bending / 4) ** 0.25
+    model = with_force(strip.on_soil(stiffness, pieces, load=weight), at, force)
+    last = path_of(model, solver)[0]
+    assert (last.normal_stress[model.interfaces.kind == Kind.SOIL] < 0).all()
+    x = np.array([0.0, 0.5, 1.0]) * strip.length
+    return -level(model, last, x) - (strip.line_weight + weight) / (stiffness * strip.width)
+
+
+@pytest.mark.parametrize(("stiffness", "pieces"), [(5e5, 121), (5e6, 121), (2e7, 181)])
+def test_a_slender_footing_on_an_elastic_foundation(
+    verify: Verify, solver: Solver, stiffness: float, pieces: int
+) -> None:
+    strip, force = SLENDER, 5e3
+    length, k = strip.length, stiffness * strip.width
+    rate = (k / (4 * strip.bending)) ** 0.25
+    z = rate * length
+    below = np.sinh(z) + np.sin(z)
+    middle = force * rate / (2 * k) * (np.cosh(z) + np.cos(z) + 2) / below
+    away = 2 * force * rate / k * np.cosh(z / 2) * np.cos(z / 2) / below
+    end = 2 * force * rate / k * (np.sinh(z) * np.cosh(z) - np.sin(z) * np.cos(z)) / (np.sinh(z) ** 2 - np.sin(z) ** 2)
+    case = f"λL = {z:.3g}: {strip}"
+    found = settled_by(strip, solver, stiffness, length / 2, force, pieces)
+    verify(
+        HETENYI, case=f"middle, {case}", solver=solver.method, quantity="w(0), w(L/2), w(L)", unit="m", computed=found,
+        exact=[away, middle, away], tolerance=1e-2,
+    )  # fmt: skip
+    found = settled_by(strip, solver, stiffness, 0.0, force, pieces)
+    verify(
+        HETENYI, case=f"end, {case}", solver=solver.method, quantity="w(0)", unit="m", computed=found[0], exact=end,
+        tolerance=1.5e-2,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("place", [0.0, 0.25, 0.5])
+@pytest.mark.parametrize(("strip", "stiffness"), [(PAPER, 2e7), (STOCKY, 5e8)], ids=["paper's", "stocky"])
+def test_a_stocky_footing_on_an_elastic_foundation(
+    verify: Verify, solver: Solver, strip: Strip, stiffness: float, place: float
+) -> None:
+    force, length, k = 2e4, strip.length, stiffness * strip.width
+    pieces = 21 if solver.method == "explicit" else 61
+    at = (np.floor(place * pieces) + 0.5) / pieces * length if place > 0 else 0.0
+    found = settled_by(strip, solver, stiffness, at, force, pieces)
+    x = np.array([0.0, 0.5, 1.0]) * length
+    exact = timoshenko_on_bed(x, length, strip.bending, strip.shear, k, at, force)
+    z = (k / (4 * strip.bending)) ** 0.25 * length
+    verify(
+        HETENYI, case=f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}", solver=solver.method,
+        quantity="w(0), w(L/2), w(L)", unit="m", computed=found, exact=exact, tolerance=3e-3 * (61 / pieces) ** 2,
+    )  # fmt: skip
+
+
+def test_shorter_segments_rest_more_like_the_beam(verify: Verify) -> None:
+    strip, force, stiffness, length = SLENDER, 5e3, 5e7, SLENDER.length
+    exact = timoshenko_on_bed(
+        np.array([length / 2]), length, strip.bending, strip.shear, stiffness * strip.width, length / 2, force
+    )[0]
+    smooth = Solver(lump_block_elasticity=False)
+    pieces = np.array([31, 61, 121])
+    errors = [settled_by(strip, smooth, stiffness, length / 2, force, n)[1] / exact - 1 for n in pieces]
+    for n, error in zip(pieces, errors, strict=True):
+        verify(
+            HETENYI, case=f"{n} segments, λh = {18.8 / n:.2g}: {strip}", solver="quasi_static", quantity="error of w",
+            computed=error, exact=0.0, scale=1.0, tolerance=200 / n**2,
+        )  # fmt: skip
+    verify(
+        HETENYI, case=f"31 to 121 segments: {strip}", solver="quasi_static", quantity="order",
+        computed=-np.polyfit(np.log(pieces), np.log(np.abs(errors)), 1)[0], exact=2.0, tolerance=0.1,
+    )  # fmt: skip
+
+
+# -- lift-off ---------------------------------------------------------------------------------------------------------
+
+WALSH = Mound(shape="walsh", surface_movement=0.04, edge_distance=1.5)
+MITCHELL = Mound(shape="mitchell", surface_movement=0.05, exponent=2.0)
+TREE = Mound(shape="tree", surface_movement=0.03, reach=4.0)
+PIPE = Mound(shape="pipe", surface_movement=0.02, reach=1.5)
+
+
+@pytest.mark.parametrize(
+    ("strip", "stiffness", "load", "kind", "mound"),
+    [
+        (PAPER, 5e6, 1e4, "doming", MITCHELL),
+        (PAPER, 1e7, 2e3, "dishing", WALSH),
+        (PAPER, 5e6, 5e3, "doming", WALSH),
+        (PAPER, 5e7, 2e3, "dishing", TREE),
+        (PAPER, 2e7, 5e3, "doming", PIPE),
+        (PAPER, 1e8, 1e4, "doming", MITCHELL),
+        (SLENDER, 5e7, 0.0, "dishing", MITCHELL),
+        (STOCKY, 5e6, 3e4, "doming", MITCHELL),
+        (STOCKY, 5e8, 0.0, "dishing", TREE),
+    ],
+    ids=lambda value: str(getattr(value, "name", getattr(value, "shape", value))),
+)
+def test_the_footing_lifts_off(
+    verify: Verify, solver: Solver, strip: Strip, stiffness: float, load: float, kind: str, mound: Mound
+) -> None:
+    pieces = 30 if strip is STOCKY and solver.method == "explicit" else 60
+    model = strip.on_soil(stiffness, pieces, kind=kind, load=load, mound=mound)
+    last = path_of(model, solver, 2)[-1]
+    length = strip.length
+    known = on_springs(
+        length, strip.bending, strip.shear, stiffness * strip.width, strip.line_weight + load,
+        lambda x: mound.profile(x, length, kind),  # type: ignore[arg-type]
+    )  # fmt: skip
+    case = f"{mound.shape}, {kind}, {load / 1e3:g} kN/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
+    x = np.linspace(0.0, length, 13)
+    verify(
+        LIFTS, case=case, solver=solver.method, quantity="level", unit="m", computed=level(model, last, x),
+        exact=np.interp(x, known.x, known.level), scale=mound.largest(kind), tolerance=1e-2,  # type: ignore[arg-type]
+    )  # fmt: skip
+    place, bent = moments(model, last)
+    exact = np.interp(place, known.x, known.moment)
+    verify(
+        LIFTS, case=case, solver=solver.method, quantity="moment", unit="N m", computed=bent, exact=exact,
+        tolerance=2e-2,
+    )  # fmt: skip
+    _, carried = reactions(model, last, Kind.SOIL)
+    off = 1 - (known.pressure > 0).mean()
+    assert off > 0.05, "the footing must lift off"
+    share = model.interfaces.contact_area[model.interfaces.kind == Kind.SOIL].ravel() / (strip.width * length)
+    verify(
+        LIFTS, case=case, solver=solver.method, quantity="share of the length lifted off",
+        computed=share[carried <= 0].sum(), exact=off, scale=1.0, tolerance=1.5 / pieces,
+    )  # fmt: skip
+    verify(
+        LIFTS, case=case, solver=solver.method, quantity="all that the ground carries", unit="N",
+        computed=carried.sum(), exact=(strip.line_weight + load) * length, tolerance=1e-5,
+    )  # fmt: skip
+
+
+LONG = Strip("long", 24.0, 0.4, 0.1, 40e9)
+ROCK = 1e12
+"""Stiffness of ground that yields nothing (Pa/m)."""
+
+
+@pytest.mark.parametrize(("strip", "depth", "at"), [(SLENDER, 5e-3, 0.5), (SLENDER, 2e-3, 0.6), (LONG, 8e-3, 0.45)])
+def test_the_footing_bends_over_a_step(verify: Verify, strip: Strip, depth: float, at: float) -> None:
+    pieces, length, q = 240, strip.length, strip.line_weight
+    mound = Mound(shape="table", surface_movement=depth, table=((0.0, 0.0), (at, 0.0), (at + 1e-7, 1.0), (1.0, 1.0)))
+    model = strip.on_soil(ROCK, pieces, kind="dishing", mound=mound)
+    last = path_of(model, Solver(lump_block_elasticity=False), 4)[-1]
+    r = (1 + np.sqrt(3)) / 2
+    a = (48 * strip.bending * depth / (q * r * (1 + r))) ** 0.25
+    b, edge, h = r * a, at * length, length / pieces
+    assert edge - a > 3 * h
+    assert edge + b < length - 3 * h
+    case = f"{1e3 * depth:g} mm, a = {a:.3g} m, h = {h:.2g} m: {strip}"
+    x, bent = moments(model, last)
+    verify(
+        STEP, case=case, solver="quasi_static", quantity="M(edge)", unit="N m",
+        computed=bent[np.abs(x - edge).argmin()], exact=-q * a**2 / 4, tolerance=1e-2,
+    )  # fmt: skip
+    place, carried = reactions(model, last, Kind.SOIL)
+    verify(
+        STEP, case=case, solver="quasi_static", quantity="R(edge)", unit="N",
+        computed=carried[np.abs(place - edge) < h].sum(), exact=q * a * (3 / 4 + r / 2 + 1 / (4 * r)), tolerance=1e-2,
+    )  # fmt: skip
+    near = (place > edge - 2 * a) & (place < edge + 2 * b) & (np.abs(place - edge) > 1.5 * h) & (carried > 0)
+    before, after = place[near & (place < edge)].max(), place[near & (place > edge)].min()
+    verify(
+        STEP, case=case, solver="quasi_static", quantity="a and b", unit="m", computed=[edge - before, after - edge],
+        exact=[a, b], scale=1.0, tolerance=2.5 * h,
+    )  # fmt: skip
+    known = np.linspace(0.0, a, 7)
+    rise = q / strip.bending * (a * known**3 / 24 - known**4 / 24)
+    verify(
+        STEP, case=case, solver="quasi_static", quantity="rise before the edge over the step",
+        computed=level(model, last, edge - a + known) / depth, exact=rise / depth, scale=1.0, tolerance=5e-3,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("strip", "rise"), [(SLENDER, 0.01), (SLENDER, 0.05), (LONG, 0.1)])
+def test_the_footing_is_lifted_at_its_end(verify: Verify, strip: Strip, rise: float) -> None:
+    pieces, length, q = 240, strip.length, strip.line_weight
+    mound = Mound(shape="table", surface_movement=rise, table=((0.0, 0.0), (1 - 1e-7, 0.0), (1.0, 1.0)))
+    model = strip.on_soil(ROCK, pieces, kind="doming", mound=mound)
+    last = path_of(model, Solver(lump_block_elasticity=False), 4)[-1]
+    free, h = (24 * strip.bending * rise / q) ** 0.25, length / pieces
+    assert free < 0.8 * length
+    case = f"{1e3 * rise:g} mm, ℓ = {free:.3g} m, h = {h:.2g} m: {strip}"
+    place, carried = reactions(model, last, Kind.SOIL)
+    verify(
+        LIFTED, case=case, solver="quasi_static", quantity="R", unit="N",
+        computed=carried[place > length - h / 4].sum(), exact=q * free / 2, tolerance=1e-2,
+    )  # fmt: skip
+    _, bent = moments(model, last)
+    verify(
+        LIFTED, case=case, solver="quasi_static", quantity="M", unit="N m", computed=bent.max(), exact=q * free**2 / 8,
+        tolerance=1e-2,
+    )  # fmt: skip
+    pressed = place[(carried > 0) & (place < length - h)]
+    verify(
+        LIFTED, case=case, solver="quasi_static", quantity="ℓ", unit="m", computed=length - pressed.max(), exact=free,
+        scale=1.0, tolerance=2.5 * h,
+    )  # fmt: skip
+    known = np.linspace(0.0, free, 7)
+    up = q / (24 * strip.bending) * (2 * free * known**3 - known**4)
+    verify(
+        LIFTED, case=case, solver="quasi_static", quantity="level over δ",
+        computed=level(model, last, length - free + known) / rise, exact=up / rise, scale=1.0, tolerance=5e-3,
+    )  # fmt: skip
