@@ -1,6 +1,7 @@
 """The cycle of the explicit solver: law of the joints, law of motion, again and again. Nothing is allocated here."""
 
 from damagepred.kernels.contact import contact_forces, gather
+from damagepred.kernels.footing import section_forces, settle_sections
 from damagepred.kernels.hydraulics import press
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.motion import move, sum_forces
@@ -9,7 +10,7 @@ from damagepred.kernels.zones import hand_on, place_facets, zone_forces
 
 @kernel
 def run_cycles(
-    joints, special, softening, zoned, pump, motion, damping, load_share, progress, progress_step, cycles
+    joints, special, softening, zoned, sections, pump, motion, damping, load_share, progress, progress_step, cycles
 ):  # fmt: skip
     """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
 
@@ -23,6 +24,8 @@ def run_cycles(
         None if no bond softens.
     zoned : tuple or None
         Facets and zones of the deformable blocks, see ``damagepred.solvers.zoned``; None if all blocks are rigid.
+    sections : NamedTuple or None
+        Of a footing that cracks, see ``damagepred.solvers.packed.PackedSections``; None if there are none.
     pump : NamedTuple or None
         Of the jacks under the footing, see ``damagepred.solvers.hydraulics``; None if there are none.
     motion : NamedTuple of arrays
@@ -56,6 +59,13 @@ def run_cycles(
             joints.contributions, joints.first, joints.position, motion.load, load_share, motion.live_load,
             progress_now, force,
         )  # fmt: skip
+        if sections is not None:
+            section_forces(
+                sections.law, sections.memory, sections.interfaces, sections.properties, displacement, force,
+                sections.stiffness,
+            )  # fmt: skip
+            if sections.settle_every > 0 and (cycle + 1) % sections.settle_every == 0:
+                settle_sections(sections.law, sections.memory, sections.interfaces, displacement)
         if zoned is None:
             if pump is not None:
                 press(pump, displacement, progress_now, progress_step, force)

@@ -14,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
+from damagepred.assembly.section import SectionMemory
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
+from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump, Pumped
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack, remember
+from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack, pack_sections, remember
 from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
 from damagepred.solvers.stiffness import (
@@ -43,10 +45,18 @@ CHECK_EVERY = 50
 """Cycles between two looks at the unbalanced force."""
 CALM_CHECKS = 3
 """Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
+IMPATIENT = 20_000
+"""Cycles after which blocks on jacks that still swing are given half the pace of their control."""
 RAMP_STAGES = 100
 """Straight pieces of which a ramp is made."""
 FALL_FOUND = 1e-3
 """Progress between a wall that stands under a live load and one that falls, at most."""
+SETTLE_EVERY = 8
+"""Cycles after which sections of a footing remember what they have been through, which costs as much as their forces.
+
+What they see on the way counts, as it does for joints: without, a section that unloads would go back along its curve
+of loading, which has no energy, and could swing on it. Eight cycles are a short part of any swing that bends a footing.
+"""
 NOTHING, CLOSE = 1e-4, 1e-4
 """Share of all dead load that counts as no load; progress between two points that count as one."""
 ABSURD = 1e3
@@ -55,8 +65,16 @@ ENERGY_MARGIN = 10.0
 """Blocks with so many times the work of the loads as energy did not merely fall."""
 
 
-Standing = tuple[FloatArray, JointMemory, float, float, FloatArray | None, Pumped | None]
-"""A state to come back to: what ``Run.resume`` takes."""
+class Standing(NamedTuple):
+    """A state to come back to: what ``Run.resume`` takes."""
+
+    displacement: FloatArray
+    memory: JointMemory
+    load_share: float
+    progress: float
+    plastic: FloatArray | None
+    pumped: Pumped | None
+    sections: SectionMemory | None
 
 
 class Motion(NamedTuple):
@@ -112,11 +130,21 @@ def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None =
 
 
 class Run:
-    """One path in progress; see ``explicit_path``."""
+    """One path in progress; see ``explicit_path``.
 
-    def __init__(self, model: Model, settings: Solver) -> None:
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Damping, tolerance and limits.
+    settle_every : int
+        Cycles after which sections of a footing that cracks remember what they have been through; 0 is never.
+    """
+
+    def __init__(self, model: Model, settings: Solver, settle_every: int = SETTLE_EVERY) -> None:
         self.model, self.settings = model, settings
-        self.joints = pack(model)
+        self.joints, self.sections = pack(model), pack_sections(model, settle_every)
         self.special = True if needs_all_of_the_law(model) else None
         self.softening = True if needs_softening(model) else None
         self.zones = None if model.mesh is None else ZoneField(model)
@@ -145,6 +173,8 @@ class Run:
 
     def start_elastic(self) -> bool:
         """Put the blocks where the dead load takes the intact wall, if no joint gives way there; tell whether."""
+        if self.sections is not None:  # whose stiffness, even whole, is not that of their interfaces
+            return False
         displacement = elastic_displacement(self.model) if self.pump is None else self.pump.level
         if displacement is None:
             return False
@@ -172,6 +202,7 @@ class Run:
         progress: float,
         plastic: FloatArray | None = None,
         pumped: Pumped | None = None,
+        sections: SectionMemory | None = None,
     ) -> None:
         """Put the blocks somewhere, with joints that remember something, at rest.
 
@@ -187,12 +218,17 @@ class Run:
             Plastic strain of the zones.
         pumped : Pumped, optional
             Of the pump.
+        sections : SectionMemory, optional
+            Of the sections of a footing that cracks.
         """
         self.motion.displacement[:] = displacement
         if self.zones is not None and plastic is not None:
             self.zones.remember(plastic)
         if self.pump is not None and pumped is not None:
             self.pump.resume(pumped)
+        if self.sections is not None and sections is not None:
+            for now, then in zip(self.sections.memory, sections, strict=True):
+                now[:] = then
         remember(self.joints, memory)
         self.load_share, self.progress = load_share, progress
         self.halt()
@@ -201,8 +237,11 @@ class Run:
         """Return what ``resume`` takes to come back to the present state."""
         plastic = None if self.zones is None else self.zones.plastic()
         pumped = None if self.pump is None else self.pump.standing()
-        memory = memory_of(self.joints)
-        return self.motion.displacement.copy(), memory, self.load_share, self.progress, plastic, pumped
+        sections = None if self.sections is None else self.sections.memory.copy()
+        return Standing(
+            self.motion.displacement.copy(), memory_of(self.joints), self.load_share, self.progress, plastic, pumped,
+            sections,
+        )  # fmt: skip
 
     def cycle(self, count: int) -> None:
         """Run cycles at standing movement and load."""
@@ -236,8 +275,8 @@ class Run:
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
         run_cycles(
-            self.joints, self.special, self.softening, self.zones and self.zones.packed, self.pump and self.pump.line,
-            self.motion, self.settings.damping, load_share, progress, step, count,
+            self.joints, self.special, self.softening, self.zones and self.zones.packed, self.sections,
+            self.pump and self.pump.line, self.motion, self.settings.damping, load_share, progress, step, count,
         )  # fmt: skip
         self.cycles += count
         if self.zones is not None:
@@ -280,6 +319,8 @@ class Run:
                 return largest, False
             if loose:
                 return largest, True
+            if self.pump is not None and spent % IMPATIENT == 0 and largest >= self.settings.tolerance_used:
+                self.pump.slow_down()  # a wall that has become soft may swing with the control
             if spent >= self.settings.maximum_cycles:
                 if self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
                     self._diverged(increment, spent, "blocks swing with more energy than the loads can have given them")
@@ -343,6 +384,9 @@ class Run:
         """Take a picture of the present state."""
         memory = memory_of(self.joints)
         fields = fields_of(self.model, memory, self.motion.displacement, self.progress)
+        if self.sections is not None:
+            response = section_response_of(self.model, self.sections.memory, self.motion.displacement)
+            as_if_straight(self.model, response, fields.normal_stress, fields.shear_stress)
         weights = self.model.deflection
         return Increment(
             number=number,
@@ -374,8 +418,8 @@ class Run:
             Increment.
         """
         falls = self.progress
-        while falls - stood[3] > FALL_FOUND:
-            middle = 0.5 * (stood[3] + falls)
+        while falls - stood.progress > FALL_FOUND:
+            middle = 0.5 * (stood.progress + falls)
             self.resume(*stood)
             self.ramp(middle)
             try:
@@ -386,7 +430,7 @@ class Run:
                 falls = middle
             else:
                 stood = self.standing()
-        return stood[3], falls
+        return stood.progress, falls
 
     def carried(self) -> float:
         """Return the load (N) at whose end the path ends; see ``damagepred.solvers.carried``."""
@@ -415,7 +459,7 @@ class Run:
             Unbalanced ratio at the end.
         """
         search = Vanishing(
-            stood[3], load, self.progress, self.carried(),
+            stood.progress, load, self.progress, self.carried(),
             enough=NOTHING * float(np.abs(self.model.supports.load).sum()), close=CLOSE,
         )  # fmt: skip
         for _ in range(MOST_TRIES):

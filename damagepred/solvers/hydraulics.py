@@ -25,8 +25,10 @@ STIFFER = 100.0
 """Stiffness of the line over that of the intact wall under the jacks: the stiffer, the faster the control may be; much
 more, and the segments that are jacked grow heavy."""
 PACE = 0.12
-"""Rate of the control over what damping takes of the swing of the intact wall under the jacks: local damping times its
-circular frequency. From about fifteen times that the control stirs up a swing faster than damping takes it away."""
+"""Rate of the control over what damping takes of the slower swing of the intact wall that has to do with the jacks:
+local damping times its circular frequency. Ten times that and more may stir a swing up faster than damping takes it;
+two to five times, where jacks stand by the supports, far from what they are controlled by.
+"""
 DEFLECTION_FOUND = 1e-7
 """Deflection (m) that may be missing at rest."""
 
@@ -87,10 +89,10 @@ class Pump:
         assert model.deflection is not None
         self.jacks, self.weights = model.jacks, model.deflection
         push = self.jacks.push
-        solved = elastic_solutions(model, dead_load(model), push)
+        solved = elastic_solutions(model, dead_load(model), push, self.weights)
         if solved is None:
             raise ConvergenceError("nothing holds the footing on its supports", increment=0)
-        alone, by_push = solved
+        alone, by_push, by_weight = solved
         bends, gives = float(self.weights @ by_push), float(push @ by_push)
         if not bends > 0.0:
             raise ConvergenceError("the jacks do not move the footing's middle against its ends", increment=0)
@@ -99,6 +101,8 @@ class Pump:
         self.stiffness = STIFFER / gives
         self._by_volume = by_push / (gives + 1.0 / self.stiffness)
         """Displacements for a unit of volume."""
+        self._bent = by_weight - float(push @ by_weight) * self._by_volume
+        """Displacements for a unit force where the deflection is measured, at a standing volume."""
         self.volume_per_deflection = 1.0 / float(self.weights @ self._by_volume)
         self.level_volume = float(push @ self.level) + self.level_load / self.stiffness
         here = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
@@ -131,12 +135,18 @@ class Pump:
         damping : float
             Local damping.
         """
-        shape = self._by_volume
         free = np.isfinite(mass)
-        # Rayleigh's quotient for the shape that the jacks bend the wall into, which a volume of 1 holds in place
-        energy = float(self.jacks.push @ shape) * self.stiffness
-        frequency = np.sqrt(energy / float(mass[free] @ shape[free] ** 2))
+        swings = [
+            # Rayleigh's quotients for the shape that a volume holds the wall in, and for that in which it is bent then
+            float(force @ shape) / float(mass[free] @ shape[free] ** 2)
+            for force, shape in ((self.stiffness * self.jacks.push, self._by_volume), (self.weights, self._bent))
+        ]
+        frequency = np.sqrt(min(swings))
         self.line = self.line._replace(gain=PACE * damping * frequency * self.volume_per_deflection)
+
+    def slow_down(self) -> None:
+        """Control at half the pace."""
+        self.line = self.line._replace(gain=0.5 * self.line.gain)
 
     @property
     def load(self) -> float:

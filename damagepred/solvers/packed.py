@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
+from damagepred.assembly.model import Interfaces, JointProperties
+from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.joint import bond_slope, slip_compliance
 from damagepred.kernels.tiles import LANES, ground_type, tile_type
 from damagepred.solvers.state import JointMemory
@@ -43,6 +45,46 @@ class PackedJoints(NamedTuple):
     lane: NDArray[np.int64]
 
 
+class PackedSections(NamedTuple):
+    """Sections of a footing that cracks, whose law takes the place of that of their contacts.
+
+    Attributes
+    ----------
+    law, memory
+        See ``damagepred.assembly.section``.
+    interfaces, properties
+        Of the whole model.
+    stiffness : array (m, 9)
+        Room that the forces' kernel fills.
+    settle_every : int
+        Cycles after which the sections remember what they have been through; 0 is never.
+    """
+
+    law: Sections
+    memory: SectionMemory
+    interfaces: Interfaces
+    properties: JointProperties
+    stiffness: FloatArray
+    settle_every: int
+
+
+def pack_sections(model: Model, settle_every: int) -> PackedSections | None:
+    """Return the cracking sections of a model's footing, with no memory of anything yet; None if it has none.
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces.
+    settle_every : int
+        Cycles after which they remember what they have been through; 0 is never.
+    """
+    if model.sections is None:
+        return None
+    memory = SectionMemory.fresh(len(model.sections.interface))
+    room = np.zeros((len(model.interfaces.kind), 9))
+    return PackedSections(model.sections, memory, model.interfaces, model.properties, room, settle_every)
+
+
 def pack(model: Model) -> PackedJoints:
     """Return the joints of a model, with no memory of anything yet.
 
@@ -68,6 +110,9 @@ def pack(model: Model) -> PackedJoints:
         "contact_offset", "contact_area",
     ):  # fmt: skip
         put(tiles[name], lane, getattr(face, name))
+    if model.sections is not None:  # these have a law of their own: see ``pack_sections``
+        here = model.sections.interface
+        put(tiles["contact_area"], lane[here], np.zeros((len(here), points)))
     for name in ("normal_stiffness", "shear_stiffness", "dilation", "brittle_shear", "critical_opening"):
         put(tiles[name], lane, getattr(law, name))
     put(tiles["shear_compliance"], lane, 1.0 / law.shear_stiffness)

@@ -94,7 +94,7 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
             load, live, np.zeros(size), np.zeros(size), displacement.copy(), np.zeros(size),
             model.supports.prescribed, model.supports.prescribed_displacement, start,
         )  # fmt: skip
-        run_cycles(joints, special, softening, None, None, motion, 0.8, 0.25, progress, 0.0, 1)
+        run_cycles(joints, special, softening, None, None, None, motion, 0.8, 0.25, progress, 0.0, 1)
         expected = 0.25 * load + progress * live + forces_by_contacts(model, memory, displacement, progress)
         assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()
         np.testing.assert_array_equal(motion.displacement, displacement)

@@ -8,10 +8,14 @@ import pytest
 from scipy.sparse.linalg import eigsh
 
 from damagepred.assembly import Kind, Model, wall_model
-from damagepred.scene import Dpc, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
+from damagepred.errors import InputError
+from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
+from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.carried import Vanishing
+from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.explicit import Run, scaled_mass
+from damagepred.solvers.footing import section_forces
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
 
@@ -152,8 +156,8 @@ def test_line_and_control_do_not_stir_up_a_swing(damping: float) -> None:
     assert run.start_elastic()
     assert run.pump is not None
     level, load = run.motion.displacement.copy(), run.pump.load
-    # the control goes ten times as fast as it will: a margin for walls that are not intact any more
-    run.pump.line = run.pump.line._replace(gain=10.0 * run.pump.line.gain)
+    # the control goes five times as fast as it will: a margin for walls that are not intact any more
+    run.pump.line = run.pump.line._replace(gain=5.0 * run.pump.line.gain)
     run.motion.velocity[1:-3:3] = 1e-6 * np.random.default_rng(1).standard_normal(run.model.n_blocks)
     energy = run.energy()
     run.cycle(10000)
@@ -177,19 +181,86 @@ def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
     assert tries <= 10
 
 
-def test_mound_that_lifts_off_is_the_quasi_static_one() -> None:
-    scene = replace(
+@pytest.mark.parametrize("method", ["explicit", "quasi_static"])
+def test_path_ends_at_once_where_supports_pull_in_the_level_state(method: str) -> None:
+    _, steps = path(on_jacks("doming", rig=Rig(jacks=(0.3, 2.1))), method=method)
+    assert len(steps) == 1
+    assert steps[0].ended == "supports"
+    assert steps[0].progress == 0.0
+
+
+def cracking(law: str = "cracked") -> Scene:
+    """Return a wall whose footing of weak concrete cracks as jacks pull it down."""
+    concrete = ReinforcedConcrete(law=law, bottom="3-L8TM", cover=0.03, tensile_strength=5e5)
+    scene = on_jacks(deflection=6e-4, increments=3, rig=Rig(stop_at_zero=False))
+    return replace(scene, footing=replace(scene.footing, concrete=concrete))
+
+
+@pytest.mark.parametrize("law", ["cracked", "branson"])
+def test_footing_that_cracks_is_the_quasi_static_one(law: str) -> None:
+    model, explicit, quasi_static = both(cracking(law))
+    agree(model, explicit, quasi_static)
+    for one, other in zip(explicit, quasi_static, strict=True):
+        moments = [section_forces(model, i.opening, i.normal_stress, i.shear_stress).moment for i in (one, other)]
+        assert moments[0] == pytest.approx(moments[1], abs=0.01 * np.abs(moments[1]).max())
+    # whole, it would take more to bend
+    whole = list(solve_path(replace(model, sections=None), WHOLE, 3))[-1]
+    assert whole.jack_load < 1.3 * explicit[-1].jack_load < 0.0
+
+
+def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None:
+    model = wall_model(cracking())
+    run = Run(model, WHOLE)
+    run.ramp(0.0)
+    run.settle(0)
+    assert run.sections is not None
+    before = run.standing()
+    run.ramp(1.0)
+    run.settle(1)
+    cracked = run.sections.memory.cracked.copy()
+    assert cracked.max() > 0.3
+    run.ramp(0.0)  # level again: the cracks stay
+    run.settle(2)
+    assert (run.sections.memory.cracked >= cracked).all()
+    run.resume(*before)
+    assert before.sections is not None
+    assert np.array_equal(run.sections.memory.cracked, before.sections.cracked)
+    assert run.sections.memory.cracked.max() < cracked.max()
+
+
+def on_mound() -> Scene:
+    """Return a wall whose ends lift off the mound."""
+    return replace(
         on_jacks("doming"),
         movement=Movement(kind="doming", shape="mound", increments=2),
         mound=Mound(surface_movement=0.01, suction_depth=3.0, edge_distance=0.8),
         soil=Soil(shrinking_stiffness=2e7),
         rig=Rig(),
     )
-    model, explicit, quasi_static = both(scene)
+
+
+def test_mound_that_lifts_off_is_the_quasi_static_one() -> None:
+    model, explicit, quasi_static = both(on_mound())
     agree(model, explicit, quasi_static, 0.005)
     lifted = explicit[-1].opening[model.interfaces.kind == Kind.SOIL]
     assert (lifted > 0.0).any()
     assert (lifted < 0.0).any()
+
+
+def test_run_in_time_follows_the_mound_and_comes_to_rest_on_it() -> None:
+    scene = on_mound()
+    model = wall_model(scene)
+    dynamics = Dynamics(duration=0.5, outputs=2, movement_time=0.4, damping="local", new_contacts=False)
+    at_rest = list(DynamicRun(model, scene.solver, dynamics))[-1]
+    static = list(solve_path(model, Solver(), 2))[-1]
+    assert at_rest.deflection == pytest.approx(static.deflection, rel=0.01)
+    assert dpc_opening(model, at_rest) == pytest.approx(dpc_opening(model, static), rel=0.02)
+
+
+def test_run_in_time_refuses_a_footing_that_cracks() -> None:
+    scene = replace(on_mound(), footing=cracking().footing)
+    with pytest.raises(InputError, match=r"footing\.concrete"):
+        DynamicRun(wall_model(scene), scene.solver, Dynamics())
 
 
 @pytest.mark.slow

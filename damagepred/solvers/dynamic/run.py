@@ -310,8 +310,20 @@ class DynamicRun:
             time=self.time,
             searches=self.searches,
             zones=None if self.grid is None else zone_picture(self.grid, motion.displacement[-1, :2]),
+            deflection=self._deflection(),
             **energy._asdict(),
         )
+
+    def _deflection(self) -> float:
+        """Return the deflection (m, upwards) of a footing that finds its own form, NaN without."""
+        model = self.model
+        if model.deflection is None:
+            return np.nan
+        moved = np.zeros(model.size)
+        moved[: self.motion.displacement.size] = self.motion.displacement.ravel()
+        if self.grid is not None and model.mesh is not None:
+            moved[model.mesh.dof_x], moved[model.mesh.dof_y] = self.grid.displacement.T
+        return float(model.deflection @ moved)
 
     def _acting(self) -> FloatArray:
         """Return what acts on all degrees of freedom (size,) (N, N m), on facets as on their gridpoints."""
@@ -346,6 +358,11 @@ def _imposed(model: Model) -> Imposed:
 
 
 def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
+    if model.sections is not None:
+        raise InputError(
+            "footing.concrete: in a run in time the footing stays elastic and does not crack; leave out "
+            "[footing.concrete] and give footing.elastic_modulus, or leave out [dynamics]."
+        )
     if settings.quadrature == "midpoint" and dynamics.new_contacts:
         raise InputError(
             "solver.quadrature = 'midpoint': leaves the corners of blocks without a contact, so they could pass "

@@ -476,6 +476,8 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
             worst = path.advance(1.0, number / increments)
             if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
                 worst, ended = path.end_where_nothing_is_carried(kept, worst), True
+        if number == 0 and stops and worst < path.tolerance:
+            ended = path.carried() <= 0.0  # nothing is, not even in the level state
         state = path.state
         collapsed = bool(come_loose(model, state.displacement, state.progress).any())
         if worst >= path.tolerance and not collapsed:

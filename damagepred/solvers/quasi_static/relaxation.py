@@ -44,11 +44,13 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
     lasting = law._replace(tensile_strength=holds, brittle_shear=np.zeros_like(law.brittle_shear))
     softens = law.critical_opening > 0
     lasting.tensile_strength[softens] = law.tensile_strength[softens]
-    run = Run(replace(model, properties=lasting, jacks=None), Solver())
+    run = Run(
+        replace(model, properties=lasting, jacks=None), Solver(), settle_every=0
+    )  # nor do sections crack for good
     if model.jacks is not None:
         run.motion.load[:] = start.load * run.motion.load + start.jack * model.jacks.push
     load = start.load if model.jacks is None else 1.0
-    run.resume(start.displacement, start.memory, load, start.progress, start.plastic)
+    run.resume(start.displacement, start.memory, load, start.progress, start.plastic, sections=start.sections)
     cycles = CYCLES
     while run.cycles < AT_MOST:
         run.cycle(cycles)
