@@ -69,7 +69,7 @@ class PackedSections(NamedTuple):
 
 
 def pack_sections(model: Model, settle_every: int) -> PackedSections | None:
-    """Return the cracking sections of a model's footing, with no memory of anything yet; None if it has none.
+    """Return the cracking sections of a model's footing, as they are before any load; None if it has none.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def pack_sections(model: Model, settle_every: int) -> PackedSections | None:
     """
     if model.sections is None:
         return None
-    memory = SectionMemory.fresh(len(model.sections.interface))
+    memory = SectionMemory.at_first(model.sections)
     room = np.zeros((len(model.interfaces.kind), 9))
     return PackedSections(model.sections, memory, model.interfaces, model.properties, room, settle_every)
 

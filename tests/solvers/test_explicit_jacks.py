@@ -208,6 +208,16 @@ def test_footing_that_cracks_is_the_quasi_static_one(law: str) -> None:
     assert whole.jack_load < 1.3 * explicit[-1].jack_load < 0.0
 
 
+def test_footing_may_have_been_bent_before() -> None:
+    scene = cracking()
+    assert scene.footing.concrete is not None
+    bent = replace(scene.footing.concrete, earlier_moment=1000.0)
+    model, explicit, quasi_static = both(replace(scene, footing=replace(scene.footing, concrete=bent)))
+    agree(model, explicit, quasi_static)
+    # cracked already, it is bent the first step with less
+    assert explicit[1].jack_load > path(scene)[1][1].jack_load + 100.0
+
+
 def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None:
     model = wall_model(cracking())
     run = Run(model, WHOLE)
