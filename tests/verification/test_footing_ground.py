@@ -1,12 +1,15 @@
 """The footing on ground: settlement, the beam on an elastic foundation, and where it lifts off as the ground moves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind
-from damagepred.scene import Mound, Solver
+from damagepred.assembly import Kind, wall_model
+from damagepred.scene import BlockMaterial, Dpc, Loads, Mound, Movement, Soil, Solver, Wall
 from tests.verification.beam_on_ground import on_springs, timoshenko_on_bed
 from tests.verification.footings import (
+    GRAVITY,
     PAPER,
     SLENDER,
     STOCKY,
@@ -93,6 +96,32 @@ def test_the_footing_settles_and_tilts(verify: Verify, solver: Solver, strip: St
     verify(
         SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="moment over w L²/8", computed=bent, exact=0.0,
         scale=w * strip.length**2 / 8, tolerance=1e-4,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 5e7])
+def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffness: float) -> None:
+    """Bricks in running bond on segments as long: its weight is even, and so is its pressure."""
+    strip, wall, roof = Strip("short", 2.4, 0.4, 0.3, 10e9), Wall(length=2.4, height=0.6), 3e3
+    scene = strip.scene(
+        Movement(kind="doming", shape="mound"), 10, soil=Soil(shrinking_stiffness=stiffness),
+        mound=Mound(shape="table", surface_movement=0.01, table=((0.0, 0.2), (1.0, 1.0))), loads=Loads(roof=roof),
+    )  # fmt: skip
+    scene = replace(scene, wall=wall, block=BlockMaterial(density=1800.0), dpc=Dpc(course=1))
+    model = wall_model(scene)
+    first, last = path_of(model, solver)
+    weight = strip.line_weight * 2.4 + GRAVITY * 1800 * 0.11 * 2.4 * 0.6 + roof
+    settled = -weight / (stiffness * strip.width * 2.4)
+    case = f"wall of 8 courses, k {stiffness / 1e6:g} N/mm²/m: {strip}"
+    segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
+    verify(
+        SETTLES, case=case, solver=solver.method, quantity="settlement", unit="m",
+        computed=first.displacement[segments, 1], exact=settled, tolerance=allowed,
+    )  # fmt: skip
+    ground = 0.01 * (0.2 + 0.8 * model.blocks.x[segments] / 2.4)
+    verify(
+        SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="level", unit="m",
+        computed=last.displacement[segments, 1], exact=settled + ground, tolerance=allowed,
     )  # fmt: skip
 
 
