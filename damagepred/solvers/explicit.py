@@ -45,8 +45,9 @@ CHECK_EVERY = 50
 """Cycles between two looks at the unbalanced force."""
 CALM_CHECKS = 3
 """Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
-IMPATIENT = 20_000
-"""Cycles after which blocks on jacks that still swing are given half the pace of their control."""
+IMPATIENT, CLOSED = 20_000, 30.0
+"""Blocks on jacks that still swing are given half the pace of their control after so many cycles, but not before it has
+had so many times its own slowness to close what is missing: else it would be halved to nothing."""
 RAMP_STAGES = 100
 """Straight pieces of which a ramp is made."""
 FALL_FOUND = 1e-3
@@ -306,7 +307,7 @@ class Run:
         float, bool
             Unbalanced ratio, and whether a part came loose instead.
         """
-        calm, spent = 0, 0
+        calm, spent, paced = 0, 0, 0
         while True:
             self.cycle(CHECK_EVERY)
             spent += CHECK_EVERY
@@ -319,8 +320,10 @@ class Run:
                 return largest, False
             if loose:
                 return largest, True
-            if self.pump is not None and spent % IMPATIENT == 0 and largest >= self.settings.tolerance_used:
-                self.pump.slow_down()  # a wall that has become soft may swing with the control
+            if self.pump is not None and spent - paced >= max(IMPATIENT, CLOSED * self.pump.slowness):
+                paced = spent
+                if largest >= self.settings.tolerance_used:
+                    self.pump.slow_down()  # a wall that has become soft may swing with the control
             if spent >= self.settings.maximum_cycles:
                 if self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
                     self._diverged(increment, spent, "blocks swing with more energy than the loads can have given them")

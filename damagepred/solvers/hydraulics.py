@@ -144,6 +144,11 @@ class Pump:
         frequency = np.sqrt(min(swings))
         self.line = self.line._replace(gain=PACE * damping * frequency * self.volume_per_deflection)
 
+    @property
+    def slowness(self) -> float:
+        """Cycles in which the control closes all but 1/e of a deflection that is missing; endless without control."""
+        return self.volume_per_deflection / self.line.gain if self.controlled else np.inf
+
     def slow_down(self) -> None:
         """Control at half the pace."""
         self.line = self.line._replace(gain=0.5 * self.line.gain)
