@@ -32,6 +32,7 @@ StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", sh
 class Intensity(StrEnum):
     """Measure of the movement."""
 
+    surface_movement = "surface_movement"
     central_deflection = "central_deflection"
     deflection_ratio = "deflection_ratio"
 
@@ -127,7 +128,9 @@ def fragility(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
     plot: Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")] = None,
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")] = None,
-    intensity: Annotated[Intensity, typer.Option(help="Measure of the movement.")] = Intensity.central_deflection,
+    intensity: Annotated[
+        Intensity | None, typer.Option(help="Measure of the movement; on mounds by default surface_movement.")
+    ] = None,
     confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 200,
 ) -> None:
@@ -137,7 +140,9 @@ def fragility(
     from damagepred.uq.fragility import fit_fragility
 
     check_writable(output, plot, csv)
-    curves = fit_fragility(open_study(folder), intensity=intensity.value, confidence=confidence, bootstrap=bootstrap)
+    curves = fit_fragility(
+        open_study(folder), intensity=intensity and intensity.value, confidence=confidence, bootstrap=bootstrap
+    )
     screen.fragility_table(curves)
     if output is not None:
         write_dataset(curves.assign_attrs(schema_version=1), output)

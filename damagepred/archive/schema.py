@@ -217,6 +217,9 @@ VARIABLES: dict[str, Variable] = {
     # a study
     "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
     "status": Variable(("sample",), None, "how the sample ended", SAMPLE_STATUS),
+    "limit_deflection": Variable(
+        ("sample",), "m", "deflection at which jacks or supports carried nothing any more; NaN if the path went on"
+    ),
     "run_time": Variable(("sample",), "s", "time spent on the sample"),
     "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }

@@ -10,7 +10,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import CATEGORIES
 from damagepred.plotting.categories import COLOURS
-from damagepred.plotting.sheet import MM, axes_or_new, plain_number, require, set_title
+from damagepred.plotting.sheet import MM, axes_or_new, label_movement, plain_number, require, set_title
+from damagepred.scene.site import site_classes
 
 LINES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 """Line style of the curves one after the other, beside their colour."""
@@ -30,7 +31,8 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     curves : xarray.Dataset
         As ``damagepred.fit_fragility`` returns it: ``probability`` with ``_lower`` and ``_upper`` on
         (category, intensity), ``median``, ``dispersion`` and ``fit_status`` on (category,); ``empirical``, if it is
-        there, is drawn as steps. An intensity in metres is shown in mm, one without unit as 1/n.
+        there, is drawn as steps. An intensity in metres is shown in mm, one without unit as 1/n. On an axis of the
+        ground's surface movement the classes of sites are marked.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
@@ -107,11 +109,35 @@ def as_ratio(value: float) -> str:
     return "0" if value <= 0 else f"1/{1 / value:.0f}"
 
 
+def mark_site_classes(ax: Axes) -> None:
+    """Mark the largest surface movement of each class of sites (AS 2870) on an axis of y_s in mm.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its final limits across.
+    """
+    low, high = ax.get_xlim()
+    for site in site_classes():
+        left, right = max(site.above * MM, low), min(site.up_to * MM, high)
+        if left >= right:
+            continue
+        if right < high:
+            ax.axvline(right, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
+        # below the frame's top, where curves that matter seldom are
+        ax.annotate(
+            site.name, ((left + right) / 2.0, 0.985), xycoords=("data", "axes fraction"), ha="center", va="top",
+            fontsize="small", color="0.35",
+        )  # fmt: skip
+
+
 def _label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
-    measure = str(curves.attrs.get("intensity_measure", "")).replace("_", " ")
-    name = measure or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
+    measure = str(curves.attrs.get("intensity_measure", ""))
+    name = measure.replace("_", " ") or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
     if in_metres:
-        ax.set_xlabel(f"{name} (mm)")
+        label_movement(ax, measure or name)
+        if measure == "surface_movement":
+            mark_site_classes(ax)
         return
     ax.set_xlabel(f"{name} (1)")
     largest = ax.get_xlim()[1]

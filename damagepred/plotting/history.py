@@ -9,13 +9,14 @@ from matplotlib.axes import Axes
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import DPC
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, shade_bands, table_of, width_scale
-from damagepred.plotting.sheet import MM, axes_or_new, legend_below, require, set_title
+from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title
+from damagepred.uq.fragility import movement_measure
 
 
 def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw widest crack and widest dpc opening against the central deflection, over the categories of damage.
 
-    Of a run in time they are drawn against the time.
+    On a mound they are drawn against the movement of the ground's surface, of a run in time against the time.
 
     The marks on the crack's line have the colour of the wall's category, which may be higher than the crack's own
     where a group of cracks counts. The axis is linear up to the first category's limit and logarithmic above.
@@ -40,7 +41,8 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = axes_or_new(ax, 8.5, 5.0)
     table = table_of(ds)
     in_time = "time" in ds.variables
-    x = ds["time"].values if in_time else ds["central_deflection"].values * MM
+    measure = movement_measure(ds)
+    x = ds["time"].values if in_time else ds[measure].values * MM
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
     has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == DPC).any())
     base = ds["base_crack_width_max"].values * MM if "base_crack_width_max" in ds.variables else np.zeros_like(x)
@@ -70,7 +72,10 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     width_scale(ax, drawn, table)
     ax.set_xlim(0.0, max(float(x.max()) * 1.02, 1e-6))
     shade_bands(ax, table)
-    ax.set_xlabel("time (s)" if in_time else "central deflection (mm)")
+    if in_time:
+        ax.set_xlabel("time (s)")
+    else:
+        label_movement(ax, measure)
     ax.set_ylabel("width (mm)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(

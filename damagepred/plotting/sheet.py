@@ -104,6 +104,20 @@ def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
     )  # fmt: skip
 
 
+def label_movement(ax: Axes, measure: str) -> None:
+    """Name the horizontal axis after a measure of the movement in mm.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    measure : str
+        Name of the variable.
+    """
+    symbol = " $y_s$" if measure == "surface_movement" else ""
+    ax.set_xlabel(f"{measure.replace('_', ' ')}{symbol} (mm)")
+
+
 def say_nothing_to_draw(ax: Axes, reason: str) -> None:
     """Write into empty axes why they are empty."""
     ax.set_xticks([])

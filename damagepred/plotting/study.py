@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, name_of, shade_bands, table_of, width_scale
-from damagepred.plotting.sheet import MM, axes_or_new, legend_below, require, set_title
+from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title
+from damagepred.uq.fragility import movement_measure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -34,12 +35,12 @@ _STUDY = "a study as `damagepred.open_study` returns it"
 
 
 class Paths(NamedTuple):
-    """Paths of all walls of a study at common deflections; s walls, d deflections.
+    """Paths of all walls of a study at common movements; s walls, d movements.
 
     Attributes
     ----------
-    deflection : array (d,)
-        Central deflection (m), rising.
+    movement : array (d,)
+        Central deflection, or movement of the ground's surface on a mound (m), rising.
     width : array (s, d)
         Widest crack (m); infinite once the wall's path has ended early, in collapse or in a category after which the
         study follows no wall; NaN where the wall was not followed as far for another reason.
@@ -47,40 +48,41 @@ class Paths(NamedTuple):
         Highest category reached so far, -1 where the wall was not followed as far.
     """
 
-    deflection: FloatArray
+    movement: FloatArray
     width: FloatArray
     category: IntArray
 
 
 def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
-    """Bring the paths of all walls to common deflections.
+    """Bring the paths of all walls to common movements.
 
     Parameters
     ----------
     ds : xarray.Dataset
         A study.
     points : int
-        Number of deflections, unless all walls share the same increments: then those are taken.
+        Number of movements, unless all walls share the same increments: then those are taken.
 
     Raises
     ------
     InputError
         If no wall of the study has been solved.
     """
-    deflection, width = ds["central_deflection"].values, ds["crack_width_max"].values
+    movement, width = ds[movement_measure(ds)].values, ds["crack_width_max"].values
     category, status = ds["damage_category"].values, ds["status"].values
-    if deflection.ndim == 1:
-        deflection = np.broadcast_to(deflection, width.shape)
-    known = np.isfinite(deflection) & (category >= 0)
+    if movement.ndim == 1:
+        movement = np.broadcast_to(movement, width.shape)
+    known = np.isfinite(movement) & (category >= 0)
+    movement = np.fmax.accumulate(movement, axis=1)  # a footing that finds its own form may rise again
     solved = known & np.isfinite(width)
     if not solved.any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
-    grid, highest = _grid(deflection[known], deflection.shape[1], points), highest_of(ds)
+    grid, highest = _grid(movement[known], movement.shape[1], points), highest_of(ds)
     shape = (len(width), len(grid))
     paths = Paths(grid, np.full(shape, np.nan), np.full(shape, NOT_KNOWN))
     slack = 1e-9 * grid[-1]
     for sample in np.flatnonzero(solved.any(axis=1)):
-        x, solved_x = deflection[sample, known[sample]], deflection[sample, solved[sample]]
+        x, solved_x = movement[sample, known[sample]], movement[sample, solved[sample]]
         worst = np.maximum.accumulate(category[sample, known[sample]].astype(np.int64))
         last = np.searchsorted(x, grid + slack, side="right") - 1
         # a category beyond the last width: the rest was left out on purpose, it is not unknown
@@ -93,9 +95,9 @@ def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
     return paths
 
 
-def _grid(deflection: FloatArray, increments: int, points: int) -> FloatArray:
-    largest = float(deflection.max())
-    shared = np.unique(np.round(deflection, 12))
+def _grid(movement: FloatArray, increments: int, points: int) -> FloatArray:
+    largest = float(movement.max())
+    shared = np.unique(np.round(movement, 12))
     if len(shared) <= increments:
         return shared
     return np.linspace(0.0, largest, points)
@@ -107,7 +109,7 @@ def highest_of(ds: xr.Dataset) -> int:
 
 
 def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the widest crack of every wall against the central deflection, with quantiles over the walls.
+    """Draw the widest crack of every wall against the movement, with quantiles over the walls.
 
     Walls whose path ended early, in collapse or in the last category of interest, count as wider than all others from
     there on; walls that were not followed as far for another reason do not count there. Quantiles are drawn as far as
@@ -129,7 +131,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     paths = common_paths(ds)
     ax = axes_or_new(ax, 9.0, 5.5)
     table = table_of(ds)
-    x, width = paths.deflection * MM, paths.width * MM
+    x, width = paths.movement * MM, paths.width * MM
     shown = np.where(np.isfinite(width), width, np.nan)
     strength = float(np.clip(12.0 / len(width), 0.04, 0.5))
     lines = [np.column_stack((x, row)) for row in shown]
@@ -143,7 +145,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     width_scale(ax, shown, table)
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
     shade_bands(ax, table)
-    ax.set_xlabel("central deflection (mm)")
+    label_movement(ax, movement_measure(ds))
     ax.set_ylabel("widest crack of the wall (mm)")
     legend_below(ax, handles)
     set_title(ax, str(ds.attrs.get("title", "study")), f"{count_walls(ds)}; categories of damage by {table.name}")
@@ -173,7 +175,7 @@ def quantile(width: FloatArray, share: float) -> FloatArray:
 
 
 def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw which share of the walls has reached which category, against the central deflection.
+    """Draw which share of the walls has reached which category, against the movement.
 
     A wall stays in the highest category it has reached. Walls that failed, are missing, or were not followed as far
     are shown as not known.
@@ -193,7 +195,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     require(ds, _NEEDED, _STUDY)
     paths = common_paths(ds)
     ax = axes_or_new(ax, 9.0, 5.5)
-    x, highest = paths.deflection * MM, highest_of(ds)
+    x, highest = paths.movement * MM, highest_of(ds)
     shares = np.array([(paths.category == c).mean(axis=0) for c in [*range(highest + 1), NOT_KNOWN]])
     labels = [f"{c} {name_of(ds, c)}" for c in range(highest + 1)]
     bottom = np.zeros_like(x)
@@ -214,7 +216,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         )
     ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
     ax.set_ylim(0.0, 1.0)
-    ax.set_xlabel("central deflection (mm)")
+    label_movement(ax, movement_measure(ds))
     ax.set_ylabel("share of the walls (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(ax, str(ds.attrs.get("title", "study")), f"{count_walls(ds)}; highest category reached so far")

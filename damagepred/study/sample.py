@@ -152,22 +152,29 @@ def _part(sample: int, status: int, seconds: float, model: Model, steps: list[St
     """Make the dataset of one sample; increments after the end of its path are NaN.
 
     The category is the exception: a path that ended because the wall fell or passed the last category of interest
-    keeps that category for the movement beyond.
+    keeps that category for the movement beyond. A path that ended because the jacks or supports carry nothing any more
+    has come to the limit of the rig: beyond it nothing is known, and there is no movement.
     """
     values = path_values(model, steps)
     beyond = increments + 1 - len(steps)
+    last = steps[-1].increment
     filled: dict[str, np.ndarray] = {}
     for name, column in values.items():
         if column.dtype == np.int8:
-            rest = FLAG_FILL if status == FAILED else column[-1]
+            rest = FLAG_FILL if status == FAILED or last.ended else column[-1]
         else:
             rest = np.nan if column.dtype.kind == "f" else -1
         tail = np.full((beyond, *column.shape[1:]), rest, dtype=column.dtype)
         filled[name] = np.concatenate((column, tail))[None]
-    # the movement itself is known also where it was not solved
+    # a given movement is known also where it was not solved; a footing's own deflection is not
     progress = np.arange(increments + 1) / increments
-    filled["central_deflection"] = (progress * model.central_deflection)[None]
-    filled["deflection_ratio"] = (progress * model.central_deflection / model.span)[None]
+    if model.deflection is None:
+        filled["central_deflection"] = (progress * model.central_deflection)[None]
+        filled["deflection_ratio"] = (progress * model.central_deflection / model.span)[None]
+    if model.surface_movement is not None:
+        filled["surface_movement"] = (progress * model.surface_movement)[None]
+    if model.jacks is not None:
+        filled["limit_deflection"] = np.array([abs(last.deflection) if last.ended else np.nan])
     filled |= {
         "sample": np.array([sample]),
         "increment": np.arange(increments + 1),

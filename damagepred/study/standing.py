@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
@@ -64,17 +65,30 @@ def standing(path: str | Path) -> Standing:
         lines.append(
             f"{duration(each)} a wall" + (f", about {duration(each * remaining)} of work left" if remaining else "")
         )
+    lines += _limits(ds)
     for sample, record in list(folder.failed().items())[:5]:
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
     columns = ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
     return Standing(total, total - remaining, failed, remaining, lines, columns, _rows(ds, failed))
 
 
-def _rows(ds: object, failed: int) -> list[list[str]]:
-    import xarray as xr
+def _limits(ds: xr.Dataset) -> list[str]:
+    """Say how many walls on jacks came to the end of what their rig can do."""
+    if "limit_deflection" not in ds:
+        return []
+    at = 1e3 * ds["limit_deflection"].values
+    at = at[np.isfinite(at)]
+    if not at.size:
+        return []
+    return [
+        f"{at.size} walls ended before the full movement, at {at.min():.3g} to {at.max():.3g} mm, where the jacks or "
+        "supports carry nothing any more; fits take what they had not reached there as not yet reached (censored)"
+    ]
+
+
+def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
     from scipy.stats import binomtest
 
-    assert isinstance(ds, xr.Dataset)
     if "damage_category" not in ds:
         return []
     good = ~np.isin(ds["status"].values, (MISSING, FAILED))

@@ -381,6 +381,18 @@ def _interruptible() -> Iterator[_Stop]:
             signal.signal(number, handler)
 
 
+def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
+    """Return a small wall whose footing finds its own form, and is bent until it cracks."""
+    return replace(
+        small,
+        movement=replace(scene.movement, central_deflection=20e-3, increments=2),
+        mound=replace(scene.mound, surface_movement=0.1),
+        rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
+        soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
+        solver=scene.solver,
+    )
+
+
 def warm_up(scene: Scene) -> None:
     """Compile the kernels once, here, so that workers only load them.
 
@@ -397,12 +409,15 @@ def warm_up(scene: Scene) -> None:
         dpc=replace(scene.dpc, course=1) if scene.dpc else None,
         movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
         loads=Loads(),
+        solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
         dynamics=None,
     )
     # a wall that gives way moves by the explicit scheme, whatever the solver
-    runs = [(small, replace(scene.solver, method="explicit", tolerance=0.1))]
+    runs = [(small, replace(small.solver, method="explicit", tolerance=0.1))]
     if scene.solver.method == "quasi_static":
-        runs += [(small, scene.solver), (replace(small, dpc=None), scene.solver)]
+        runs += [(small, small.solver), (replace(small, dpc=None), small.solver)]
+        if not scene.movement.prescribed:
+            runs.append((_small_on_the_ground(small, scene), scene.solver))
     if scene.dynamics is not None:
         brief = replace(scene.dynamics, duration=1e-3, outputs=1)
         runs.append((replace(small, dynamics=brief), scene.solver))

@@ -27,6 +27,9 @@ COMPLETE, COLLAPSED, FAILED = 0, 1, 2
 FEWEST = 3
 """Walls that must have reached a category before a curve is fitted to it."""
 
+MEASURES = ("surface_movement", "central_deflection", "deflection_ratio")
+"""What curves can be drawn against: y_s of a mound, deflection of the footing, and that over its length."""
+
 _SMALLEST, _LARGEST = 1e-4, 20.0
 """Bounds of the dispersion."""
 
@@ -71,8 +74,24 @@ class Fit(NamedTuple):
             return special.ndtr(np.log(np.asarray(intensity) / self.median) / self.dispersion)
 
 
+def movement_measure(ds: xr.Dataset) -> str:
+    """Return the name of what a study or a wall is moved by: ``surface_movement`` on a mound, else the deflection.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    """
+    on_ground = "surface_movement" in ds.variables and bool(np.isfinite(ds["surface_movement"].values).any())
+    return "surface_movement" if on_ground else "central_deflection"
+
+
 def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
     """Read each wall's capacity for a category from a study.
+
+    A footing that finds its own form may rise again while the ground goes on: then its intensity is the largest
+    deflection so far. Where a path ended before the full movement, because the jacks or supports carried nothing any
+    more, category and deflection are not known beyond: such a wall is censored at that limit.
 
     Parameters
     ----------
@@ -86,7 +105,8 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
     status = ds["status"].values
     known = np.isin(status, (COMPLETE, COLLAPSED, FAILED))
     reached = ds["damage_category"].values[known]
-    movement = np.asarray(ds[intensity].values, dtype=np.float64)[known]
+    movement = np.fmax.accumulate(np.asarray(ds[intensity].values, dtype=np.float64)[known], axis=1)
+    movement[~np.isfinite(np.asarray(ds[intensity].values, dtype=np.float64)[known])] = np.nan
     status = status[known]
     hit = reached >= category
     ever = hit.any(axis=1)
@@ -210,7 +230,7 @@ def _log_between(a: FloatArray, b: FloatArray) -> FloatArray:
 def fit_fragility(
     ds: xr.Dataset,
     *,
-    intensity: str = "central_deflection",
+    intensity: str | None = None,
     categories: Sequence[int] | None = None,
     confidence: float = 0.9,
     bootstrap: int = 200,
@@ -224,8 +244,9 @@ def fit_fragility(
     ds : xarray.Dataset
         As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), ``status`` on
         (sample,).
-    intensity : {"central_deflection", "deflection_ratio"}
-        Measure of the movement.
+    intensity : {"surface_movement", "central_deflection", "deflection_ratio"}, optional
+        Measure of the movement; by default the movement of the ground's surface where the study has mounds, otherwise
+        the central deflection.
     categories : sequence of int, optional
         By default all that the damage table has, from 1.
     confidence : float
@@ -251,9 +272,10 @@ def fit_fragility(
     """
     if "status" in ds and not np.isin(ds["status"].values, (COMPLETE, COLLAPSED)).any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
-    for name in ("damage_category", "status", intensity):
+    for name in ("damage_category", "status"):
         if name not in ds:
             raise InputError(f"the dataset has no variable '{name}'; fragility needs a study as open_study returns it.")
+    intensity = _intensity(ds, intensity)
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
@@ -294,6 +316,18 @@ def fit_fragility(
     for variable in result.data_vars.values():
         _describe(variable, units)
     return result
+
+
+def _intensity(ds: xr.Dataset, asked: str | None) -> str:
+    """Return the measure of the movement that a fit reads, the study's own if none is asked for."""
+    name = asked or movement_measure(ds)
+    if name in ds and np.isfinite(np.asarray(ds[name].values, dtype=np.float64)).any():
+        return name
+    known = [m for m in MEASURES if m in ds and np.isfinite(ds[m].values).any()]
+    raise InputError(
+        f"intensity: the dataset has no variable '{name}' with values; "
+        + (f"it has {', '.join(known)}." if known else "fragility needs a study as open_study returns it.")
+    )
 
 
 def _describe(variable: xr.DataArray, units: str) -> None:

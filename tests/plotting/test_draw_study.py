@@ -18,13 +18,13 @@ def band(ax, label):
 
 def test_paths_tell_collapsed_failed_and_missing_apart(study):
     paths = common_paths(study)
-    assert paths.deflection == pytest.approx(np.linspace(0.0, 40e-3, 5))
+    assert paths.movement == pytest.approx(np.linspace(0.0, 40e-3, 5))
     assert np.isinf(paths.width[0, 2:]).all()
     assert (paths.category[0, 2:] == 4).all()
     assert np.isnan(paths.width[1, 3:]).all()
     assert (paths.category[1, 3:] == -1).all()
     assert (paths.category[2] == -1).all()
-    assert paths.width[7] == pytest.approx(0.4 * paths.deflection)
+    assert paths.width[7] == pytest.approx(0.4 * paths.movement)
 
 
 def test_paths_that_were_ended_on_purpose_count_as_the_widest(study):
@@ -37,8 +37,8 @@ def test_paths_that_were_ended_on_purpose_count_as_the_widest(study):
 def test_paths_with_their_own_increments_meet_on_a_common_grid(study):
     study["central_deflection"] = study.central_deflection * (1.0 + 0.1 * study.sample)
     paths = common_paths(study, points=18)
-    assert len(paths.deflection) == 18
-    followed = paths.deflection <= float(study.central_deflection[3].max())
+    assert len(paths.movement) == 18
+    followed = paths.movement <= float(study.central_deflection[3].max())
     assert np.isfinite(paths.width[3, followed]).all()
     assert np.isnan(paths.width[3, ~followed]).all()
     assert (np.diff(paths.category[7]) >= 0).all()
@@ -68,7 +68,7 @@ def test_shares_add_up_and_show_what_is_not_known(study):
     paths = common_paths(study)
     unknown = band(ax, "failed, not run, or not followed as far")
     slight = band(ax, "2 slight")
-    for i, x in enumerate(paths.deflection * 1e3):
+    for i, x in enumerate(paths.movement * 1e3):
         assert unknown[round(x, 6)] == pytest.approx((paths.category[:, i] == -1).mean())
         assert slight[round(x, 6)] == pytest.approx((paths.category[:, i] == 2).mean())
     assert ax.get_ylim() == (0.0, 1.0)

@@ -1,0 +1,166 @@
+"""Probability of damage to a house wall on reactive clay: class of site by class of site, footing by footing.
+
+    python studies/soil_movement/run.py [--samples 32] [--workers 2] [--footings veneer full_masonry]
+        [--movements 20 40 60 75 100 150] [--output studies/soil_movement/results]
+
+Every footing, way of movement and y_s is a study of its own, with the same sampled walls, in a folder that damagepred
+reads (status, replay, plot). The same call goes on where an interrupted one stopped; a larger --samples adds walls.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import pandas as pd
+from stripes import shares, stripes
+
+from damagepred import fit_fragility, open_study
+from damagepred.archive.files import write_whole
+from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.fragility import draw_fragility
+from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.scene.site import site_class, standard_footing
+from damagepred.study import Study
+from damagepred.study.settings import StudySettings
+from damagepred.study.workers import one_thread_each, prepare_worker
+
+HERE = Path(__file__).resolve().parent
+FOOTINGS = {"light": "clad_frame", "veneer": "masonry_veneer", "full_masonry": "full_masonry"}
+KINDS = ("doming", "dishing")
+STEP = 10.0
+"""Increments of the movement (mm)."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--samples", type=int, default=32, help="walls to sample, a power of two at best")
+    parser.add_argument("--workers", type=int, default=2, help="processes")
+    parser.add_argument("--footings", nargs="+", choices=list(FOOTINGS), default=["veneer", "full_masonry"])
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
+    parser.add_argument(
+        "--movements", nargs="+", type=float, default=[20, 40, 60, 75, 100, 150], help="y_s (mm), each with its mound"
+    )
+    parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for archives, tables, pictures")
+    options = parser.parse_args()
+    cases = [(f, k) for f in options.footings for k in options.kinds]
+    with workers(options.workers) as executor:
+        for footing, kind in cases:
+            for millimetres in options.movements:
+                study = Study(settings(footing, kind, millimetres))
+                folder = place(options.output, footing, kind, millimetres)
+                summary = study.run(folder, options.samples, executor=executor)
+                print(
+                    f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True
+                )
+                if summary.interrupted:
+                    return 130
+    return 3 * report(options.output, cases, options.movements)
+
+
+def settings(footing: str, kind: str, millimetres: float) -> StudySettings:
+    """Return the study of house.toml with another footing, way of movement, and y_s (mm)."""
+    base = StudySettings.from_toml(HERE / "house.toml")
+    known = standard_footing("M", FOOTINGS[footing])
+    scene, concrete = base.scene, base.scene.footing.concrete
+    assert concrete is not None
+    size = f"{known.depth * 1e3:.0f} x {known.width * 1e3:.0f}, {known.mesh}"
+    return replace(
+        base,
+        study=replace(base.study, title=f"house wall, {kind}, y_s = {millimetres:g} mm, footing {size}"),
+        scene=replace(
+            scene,
+            footing=replace(
+                scene.footing, depth=known.depth, width=known.width, concrete=replace(concrete, bottom=known.mesh)
+            ),
+            movement=replace(scene.movement, kind=kind, increments=max(2, round(millimetres / STEP))),
+            mound=replace(scene.mound, surface_movement=millimetres * 1e-3),
+        ),
+    )
+
+
+def place(output: Path, footing: str, kind: str, millimetres: float) -> Path:
+    """Return the folder of one study."""
+    return output / f"{footing}_{kind}_{millimetres:g}mm.dp"
+
+
+@contextmanager
+def workers(count: int) -> Iterator[ProcessPoolExecutor]:
+    """Start processes that serve all studies, one thread each."""
+    with (
+        one_thread_each(),
+        ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=prepare_worker) as executor,
+    ):
+        yield executor
+
+
+def report(output: Path, cases: list[tuple[str, str]], movements: list[float]) -> bool:
+    """Write tables and curves; say which walls failed, and return whether any did."""
+    rows, fits, curves, failed = [], [], {}, False
+    for footing, kind in cases:
+        studies = {}
+        for millimetres in movements:
+            ys, folder = millimetres * 1e-3, place(output, footing, kind, millimetres)
+            case = {"footing": footing, "movement": kind, "y_s (mm)": 1e3 * ys, "site class": site_class(ys).name}
+            ds = studies[ys] = open_study(folder)
+            rows += [case | row for row in shares(ds)]
+            for sample in ds["sample"].values[ds["status"].values == 2]:
+                failed = True
+                print(f"failed: damagepred replay {folder} {sample}")
+        found = fit_fragility(stripes(studies))
+        found.attrs["title"] = f"{kind}, footing {settings(footing, kind, 40.0).title.split('footing ')[1]}"
+        curves[footing, kind] = found
+        frame = found[["probability", "probability_lower", "probability_upper"]].to_dataframe().reset_index()
+        fits.append(frame.assign(footing=footing, movement=kind))
+    shared = pd.DataFrame(rows)
+    save_table(shared, output / "probabilities.csv")
+    save_table(pd.concat(fits), output / "curves.csv")
+    medians = [
+        found[[n for n in found.data_vars if found[n].dims == ("category",)]].to_dataframe().reset_index()
+        .assign(footing=footing, movement=kind) for (footing, kind), found in curves.items()
+    ]  # fmt: skip
+    save_table(pd.concat(medians), output / "medians.csv")
+    draw(curves, shared, output / "fragility.png")
+    print(shared.pivot_table(index=["footing", "movement", "category"], columns="y_s (mm)", values="share").to_string())
+    return failed
+
+
+def save_table(frame: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV."""
+    write_whole(path, lambda p: frame.to_csv(p, index=False, float_format="%.6g"))
+
+
+def draw(curves: dict[tuple[str, str], object], shared: pd.DataFrame, path: Path) -> None:
+    """Draw the curves of all cases: a row for each footing, and the shares at each y_s with their intervals."""
+    footings = list(dict.fromkeys(footing for footing, _ in curves))
+    kinds = list(dict.fromkeys(kind for _, kind in curves))
+    figure = new_figure(7.0 * len(kinds), 6.0 * len(footings))
+    panels = figure.subplots(len(footings), len(kinds), squeeze=False)
+    for (footing, kind), found in curves.items():
+        ax = panels[footings.index(footing)][kinds.index(kind)]
+        draw_fragility(found.drop_vars("empirical"), ax)
+        own = shared[(shared["footing"] == footing) & (shared["movement"] == kind)]
+        for category, part in own.groupby("category"):
+            # a bar for what has happened; of what has not, the table has the upper bound
+            part = part.assign(upper=part["upper"].where(part["reached"] > 0, part["share"]))
+            x, share = part["y_s (mm)"] + 0.6 * (category - 2.5), part["share"]
+            ax.errorbar(
+                x, share, yerr=[share - part["lower"], part["upper"] - share], fmt="o", markersize=3.5, linewidth=1.0,
+                color=COLOURS[int(category)], zorder=5, clip_on=False,
+            )  # fmt: skip
+        title = str(found.attrs["title"])
+        set_title(
+            ax, title[:1].upper() + title[1:],
+            f"{found.attrs['samples']} walls; band and bars: 90 % confidence; dots: share of the walls at this y_s",
+        )  # fmt: skip
+    write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,101 @@
+"""studies/soil_movement: settings from the tables, the reading of many runs as one, and a wall of it."""
+
+import importlib
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.study.settings import StudySettings
+from damagepred.uq.fragility import capacities, fit_fragility
+from damagepred.uq.variable import Variable
+
+ROOT = Path(__file__).resolve().parents[2]
+STUDY = ROOT / "studies" / "soil_movement"
+COMPLETE, FAILED = 0, 2
+
+
+def module(name: str) -> ModuleType:
+    sys.path.insert(0, str(STUDY))
+    try:
+        sys.modules.pop(name, None)
+        return importlib.import_module(name)
+    finally:
+        sys.path.remove(str(STUDY))
+        sys.modules.pop(name, None)
+
+
+def test_scatter_is_that_of_the_tables() -> None:
+    tables: dict[str, dict] = {}
+    for name in ("masonry", "ground"):
+        tables |= tomllib.loads((ROOT / "data" / "statistics" / f"{name}.toml").read_text())
+    settings = StudySettings.from_toml(STUDY / "house.toml")
+    marginals = settings.design().marginals
+    keys = ("distribution", "mean", "cov", "lower", "upper")
+    for place in settings.variables:
+        given = Variable(**{k: v for k, v in tables[place].items() if k in keys}).frozen(place, "1")
+        for share in (0.05, 0.5, 0.95):
+            assert marginals[place].ppf(share) == pytest.approx(given.ppf(share), rel=1e-9), place
+
+
+def test_footings_are_the_standard_ones_and_increments_do_not_grow() -> None:
+    run = module("run")
+    seen = set()
+    for footing in run.FOOTINGS:
+        scene = run.settings(footing, "dishing", 75.0).scene
+        seen.add((scene.footing.depth, scene.footing.width, scene.footing.concrete.bottom))
+        assert scene.mound.surface_movement == pytest.approx(0.075)
+        assert scene.mound.surface_movement / scene.movement.increments <= 0.0101
+        assert scene.movement.kind == "dishing"
+    assert seen == {(0.4, 0.3, "3-L11TM"), (0.5, 0.3, "3-L12TM"), (0.9, 0.4, "4-L12TM")}
+
+
+def study(paths: list[list[int]], status: list[int]) -> xr.Dataset:
+    category = np.array(paths, dtype=np.int8)
+    both = ("sample", "increment")
+    return xr.Dataset(
+        {"damage_category": (both, category), "status": ("sample", np.array(status, dtype=np.int8))},
+        coords={"surface_movement": (both, np.zeros(category.shape), {"units": "m"}), "sample": np.arange(len(paths))},
+    )
+
+
+def test_many_runs_are_read_as_one() -> None:
+    stripes = module("stripes")
+    studies = {
+        0.06: study([[0, 2, 2], [0, 0, 0], [0, 1, -1]], [COMPLETE, COMPLETE, FAILED]),
+        0.02: study([[0, 0, 1], [0, 0, 0], [0, 0, 0]], [COMPLETE, COMPLETE, COMPLETE]),
+    }
+    ds = stripes.stripes(studies)
+    assert ds["damage_category"].values.tolist() == [[0, 1, 2], [0, 0, 0], [0, 0, 1]]
+    assert ds["surface_movement"].values[0].tolist() == [0.0, 0.02, 0.06]
+    first, second = capacities(ds, 1, "surface_movement"), capacities(ds, 2, "surface_movement")
+    assert first.lower.tolist() == [0.0, 0.06, 0.02]
+    assert first.upper.tolist() == [0.02, np.inf, 0.06]
+    assert first.failed.tolist() == [False, False, False]  # it had reached category 1 before it failed
+    assert second.failed.tolist() == [False, False, True]
+    assert fit_fragility(ds, bootstrap=0).attrs["intensity_measure"] == "surface_movement"
+
+
+def test_shares_leave_out_what_is_not_known_and_bound_what_never_happened() -> None:
+    stripes = module("stripes")
+    rows = stripes.shares(study([[0, 2], [0, 0], [0, 1], [0, 0]], [COMPLETE, COMPLETE, FAILED, COMPLETE]))
+    assert [(r["reached"], r["walls"]) for r in rows] == [(2, 4), (1, 3), (0, 3), (0, 3)]
+    assert all(r["lower"] <= r["share"] <= r["upper"] for r in rows)
+    # Wilson's bound for none of three at 90 %: z^2 / (n + z^2), z = 1.645
+    assert rows[2]["upper"] == pytest.approx(1.6449**2 / (3 + 1.6449**2), rel=1e-4)
+    assert {r["failed"] for r in rows} == {1}
+
+
+def test_a_heavier_footing_bends_less() -> None:
+    run = module("run")
+    bent = {}
+    for footing in ("light", "full_masonry"):
+        wall = damagepred.solve(run.settings(footing, "doming", 40.0).scene)
+        assert wall.attrs["status"] == "complete"
+        bent[footing] = float(np.ptp(wall["central_deflection"].values))
+    assert 0 < 1.3 * bent["full_masonry"] < bent["light"]
