@@ -116,10 +116,12 @@ class Deformed:
         outlines = polygons(self.shape, self.block)
         segments = [outlines[i] for i in np.flatnonzero(self.footing)]
         if segments:
-            ax.add_collection(PolyCollection(segments, facecolors=FOOTING_COLOUR, zorder=2, label="footing"))
+            ax.add_collection(
+                PolyCollection(segments, facecolors=FOOTING_COLOUR, zorder=2, label="footing", snap=False)
+            )
         chosen = [outlines[i] for i in np.flatnonzero(self.rigid & ~self.footing)]
         if chosen:
-            blocks = PolyCollection(chosen, edgecolors="none", zorder=2, label="rigid blocks")
+            blocks = PolyCollection(chosen, edgecolors="none", zorder=2, label="rigid blocks", snap=False)
             blocks.set_facecolor(colours)
             ax.add_collection(blocks)
 

@@ -54,7 +54,8 @@ def draw_footing_blocks(
     rigid = [outlines[i] for i in np.flatnonzero(chosen & ~zoned)]
     if rigid:
         ax.add_collection(
-            PolyCollection(rigid, facecolors=FOOTING_COLOUR, edgecolors=FOOTING_EDGE, linewidths=0.35, zorder=2,
+            PolyCollection(rigid, facecolors=FOOTING_COLOUR, edgecolors=FOOTING_EDGE, linewidths=0.35,
+                           zorder=2, snap=False,
                            label="footing")
         )  # fmt: skip
     if (chosen & zoned).any():
@@ -65,6 +66,7 @@ def draw_footing_blocks(
         own = chosen[zones.block]
         ax.add_collection(
             PolyCollection(list(places[zones.corners[own]]), facecolors=FOOTING_COLOUR, edgecolors=FOOTING_COLOUR,
+                           snap=False,
                            linewidths=0.3, zorder=2, label="footing")
         )  # fmt: skip
         rims = zones.rims()

@@ -90,7 +90,7 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
     ax.add_collection(
         PolyCollection(
             [bricks[i] for i in own], facecolors=[tones[i] for i in own], edgecolors=BRICK_EDGE, linewidths=0.35,
-            zorder=2, label="bricks",
+            zorder=2, label="bricks", snap=False,  # an upright brick among turned ones must not jump to whole pixels
         )
     )  # fmt: skip
     faces = Faces.of(ds, increment)
