@@ -51,8 +51,8 @@ def main() -> int:
     options = parser.parse_args()
     cases = [(f, k) for f in options.footings for k in options.kinds]
     with workers(options.workers) as executor:
-        for footing, kind in cases:
-            for millimetres in options.movements:
+        for millimetres in options.movements:  # the dear ones last
+            for footing, kind in cases:
                 study = Study(settings(footing, kind, millimetres))
                 folder = place(options.output, footing, kind, millimetres)
                 summary = study.run(folder, options.samples, executor=executor)
