@@ -126,6 +126,9 @@ def wall_table(ds: xr.Dataset) -> None:
         "dpc opening\nmm",
         f"dpc open\n> {threshold:g} mm, m",
     ]
+    on_ground = "surface_movement" in ds
+    if on_ground:
+        columns.insert(0, "surface\nmovement\nmm")
     columns += [f"opening {i + 1}\nmm wider" for i in range(ds.sizes["opening"])]
     rows = []
     for i in range(ds.sizes["increment"]):
@@ -136,6 +139,8 @@ def wall_table(ds: xr.Dataset) -> None:
             row[0] = f"{float(at['time']):.3f}"
         row.insert(2, _category(int(at["damage_category"]), names))
         row.append(f"{float(at['dpc_separation_length']):.2f}")
+        if on_ground:
+            row.insert(0, f"{1e3 * float(at['surface_movement']):.3g}")
         rows.append(row + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values])
     table(ds.attrs["title"], columns, rows)
     for line in (*zones_in_words(ds), *wall_quality(ds)):
@@ -209,7 +214,8 @@ def fragility_table(curves: xr.Dataset) -> None:
              _with_band(c, "median", scale, ".1f" if in_mm else ".3g"), _with_band(c, "dispersion", 1.0, ".2f"),
              count, str(c["fit_status"].values)]
         )  # fmt: skip
-    table(str(curves.attrs["title"]), columns, rows)
+    measure = str(curves.attrs["intensity_measure"]).replace("_", " ")
+    table(f"{curves.attrs['title']}, against the {measure}", columns, rows)
     if curves.attrs["samples_failed"]:
         say(f"{curves.attrs['samples_failed']} failed walls are left out of the fit; with all of them counted as "
             f"undamaged, or as damaged where they failed, the medians would be ({unit}):")  # fmt: skip

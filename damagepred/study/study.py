@@ -385,8 +385,8 @@ def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
     """Return a small wall whose footing finds its own form, and is bent until it cracks."""
     return replace(
         small,
-        movement=replace(scene.movement, central_deflection=20e-3, increments=2),
-        mound=replace(scene.mound, surface_movement=0.1),
+        movement=replace(scene.movement, central_deflection=5e-3, increments=1),
+        mound=replace(scene.mound, surface_movement=0.02),
         rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
         soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
         solver=scene.solver,
@@ -415,7 +415,9 @@ def warm_up(scene: Scene) -> None:
     # a wall that gives way moves by the explicit scheme, whatever the solver
     runs = [(small, replace(small.solver, method="explicit", tolerance=0.1))]
     if scene.solver.method == "quasi_static":
-        runs += [(small, small.solver), (replace(small, dpc=None), small.solver)]
+        runs.append((small, small.solver))
+        if scene.dpc is not None:
+            runs.append((replace(small, dpc=None), small.solver))
         if not scene.movement.prescribed:
             runs.append((_small_on_the_ground(small, scene), scene.solver))
     if scene.dynamics is not None:

@@ -71,11 +71,13 @@ def settings(footing: str, kind: str, millimetres: float) -> StudySettings:
     scene, concrete = base.scene, base.scene.footing.concrete
     assert concrete is not None
     size = f"{known.depth * 1e3:.0f} x {known.width * 1e3:.0f}, {known.mesh}"
+    title = f"house wall, {kind}, y_s = {millimetres:g} mm, footing {size}"
     return replace(
         base,
-        study=replace(base.study, title=f"house wall, {kind}, y_s = {millimetres:g} mm, footing {size}"),
+        study=replace(base.study, title=title),
         scene=replace(
             scene,
+            title=title,
             footing=replace(
                 scene.footing, depth=known.depth, width=known.width, concrete=replace(concrete, bottom=known.mesh)
             ),
@@ -127,6 +129,7 @@ def report(output: Path, cases: list[tuple[str, str]], movements: list[float]) -
     ]  # fmt: skip
     save_table(pd.concat(medians), output / "medians.csv")
     draw(curves, shared, output / "fragility.png")
+    print("Share of the walls in the category or worse:")
     print(shared.pivot_table(index=["footing", "movement", "category"], columns="y_s (mm)", values="share").to_string())
     return failed
 

@@ -1,5 +1,6 @@
 """Studies of walls whose footing finds its own form: on a mound, and on jacks that come to the limit of their rig."""
 
+import sys
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damagepred.cli import main
 from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.study import common_paths, draw_category_shares
@@ -108,6 +110,19 @@ def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound
         assert bounds.lower[wall] == ds["surface_movement"].values[wall, reached[0] - 1]
     # read against the deflection, the same walls make another curve
     assert fit_fragility(ds, intensity="central_deflection", bootstrap=0)["intensity"][-1] < curves["intensity"][-1]
+
+
+def test_the_command_names_what_its_curves_are_against(
+    mound: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for options, words in (
+        ([], "against the surface movement"),
+        (["--intensity", "central_deflection"], "against the central deflection"),
+    ):
+        monkeypatch.setattr(sys, "argv", ["damagepred", "fragility", str(mound), "--bootstrap", "0", *options])
+        with pytest.raises(SystemExit, match="0"):
+            main()
+        assert words in " ".join(capfd.readouterr().out.split())
 
 
 def test_a_study_without_mounds_has_no_movement_of_a_surface(jacks: Path) -> None:

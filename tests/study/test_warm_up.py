@@ -36,3 +36,30 @@ def test_solving_a_wall_compiles_nothing_more(data_folder: Path, name: str) -> N
     script = [sys.executable, "-c", SCRIPT, str(data_folder / f"{name}.toml")]
     found = subprocess.run(script, capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+CRACKED_FOOTING_ON_A_MOUND = """
+[wall]
+length = 2.4
+height = 0.6
+[dpc]
+course = 2
+[footing]
+width = 0.2
+depth = 0.15
+[footing.concrete]
+[movement]
+kind = "doming"
+shape = "mound"
+[mound]
+surface_movement = 0.05
+[soil]
+shrinking_stiffness = 2e7
+"""
+
+
+def test_a_footing_on_a_mound_compiles_nothing_more(tmp_path: Path) -> None:
+    file = tmp_path / "mound.toml"
+    file.write_text(CRACKED_FOOTING_ON_A_MOUND)
+    found = subprocess.run([sys.executable, "-c", SCRIPT, str(file)], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
