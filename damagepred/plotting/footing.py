@@ -88,7 +88,8 @@ def draw_jack_load(
     if limit is not None:
         ax.plot([limit * MM], [0.0], marker="o", markersize=7, markerfacecolor="white", markeredgecolor=colour,
                 linestyle="none", zorder=5)  # fmt: skip
-        ax.annotate(f"{plain_number(limit * MM)} mm", (limit * MM, 0.0), (4, 5), textcoords="offset points",
+        above = 5 + 11 * len(ax.texts)  # several walls may end close together
+        ax.annotate(f"{plain_number(limit * MM)} mm", (limit * MM, 0.0), (4, above), textcoords="offset points",
                     fontsize="small", color=colour)  # fmt: skip
     if first:
         set_title(ax, str(ds.attrs.get("title", "wall")), "circle: jacks or a support carry nothing any more")

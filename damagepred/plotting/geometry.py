@@ -112,6 +112,8 @@ class Faces:
         Widest opening of a contact (m), 0 if none is open.
     crack : array (m,)
         Widest opening of a cracked contact (m), 0 if none is.
+    slip : array (m,)
+        Largest plastic slip of a contact that is closed (m), either way, 0 if none slips.
     """
 
     start: FloatArray
@@ -120,6 +122,7 @@ class Faces:
     kind: IntArray
     opening: FloatArray
     crack: FloatArray
+    slip: FloatArray
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Faces:
@@ -132,12 +135,15 @@ class Faces:
         middle = np.column_stack([np.bincount(face, length * along) / whole for along in place.T])
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values[first] for axis in "xy"])
         half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
-        opening, crack = np.zeros(len(first)), np.zeros(len(first))
+        opening, crack, slip = (np.zeros(len(first)) for _ in range(3))
         cracked = step["contact_state"].values == 1
         np.maximum.at(opening, face, step["contact_opening"].values)
         np.maximum.at(crack, face, np.where(cracked, step["contact_opening"].values, 0.0))
+        if "contact_slip" in ds.variables:
+            closed = step["contact_opening"].values <= 0.0
+            np.maximum.at(slip, face, np.where(closed, np.abs(step["contact_slip"].values), 0.0))
         kind = np.asarray(ds["contact_kind"].values[first], dtype=np.int64)
-        return cls(middle - half, middle + half, normal, kind, opening, crack)
+        return cls(middle - half, middle + half, normal, kind, opening, crack, slip)
 
     @property
     def middle_y(self) -> FloatArray:

@@ -29,6 +29,7 @@ BRICKS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
 """Tones of the bricks: pale, for the cracks to stand out."""
 
 BRICK_EDGE = "#a98f7c"
+SLIP_COLOUR = "#cc79a7"
 DATUM = (0, (6, 4))
 """Dashes of the line where the footing was."""
 
@@ -44,7 +45,9 @@ _NEEDED = (
 )  # fmt: skip
 
 
-def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None) -> Axes:
+def draw_wall(
+    ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None, slips: bool = False
+) -> Axes:
     """Draw a wall as it has moved, with its cracks coloured by width.
 
     Parameters
@@ -58,11 +61,14 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
     exaggeration : float, optional
         Factor on all displacements; by default a round number that shows the largest as about 4.5 % of the
         wall's length.
+    slips : bool
+        Whether joints are marked that have slipped and are closed.
 
     Returns
     -------
     Axes
-        With collections labelled ``bricks``, ``cracks`` and, if there is one and it is open, ``dpc opening``.
+        With collections labelled ``bricks``, ``cracks`` and, if there is one and it is open, ``dpc opening``; ``slips``
+        if these are wanted and there are any.
 
     Raises
     ------
@@ -101,6 +107,9 @@ def draw_wall(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exagg
         _draw_lifted(ax, gaps_of(lifted, motion, points, block, factor))
     dpc = faces.pick(faces.is_dpc)
     _draw_dpc(ax, dpc, gaps_of(dpc, motion, points, block, factor))
+    if slips:
+        slipped = faces.pick((faces.is_mortar | faces.is_dpc) & (faces.slip > HAIRLINE))
+        _draw_slips(ax, gaps_of(slipped, motion, points, block, factor))
     _finish(ax, ds, increment, factor, faces)
     return ax
 
@@ -207,6 +216,14 @@ def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
         count = int(is_open.sum())
         colour = np.repeat(to_rgba_array(DPC_COLOUR), count, axis=0)
         _draw_gaps(ax, gaps[is_open], colour, np.full(count, 0.9), "dpc opening", 3)
+
+
+def _draw_slips(ax: Axes, gaps: FloatArray) -> None:
+    """Mark joints (m, 4, 2) that have slipped and are closed."""
+    if len(gaps):
+        middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
+        lines = LineCollection(list(middle), colors=SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
+        ax.add_collection(lines)
 
 
 def _draw_lifted(ax: Axes, gaps: FloatArray) -> None:

@@ -164,3 +164,13 @@ def test_what_has_no_footing_is_refused(on_dpc):
     for draw in (draw_jack_load, draw_footing_form, draw_footing_moment, draw_footing_curvature):
         with pytest.raises(InputError, match="this drawing needs"):
             draw(on_dpc)
+
+
+def test_slipped_joints_are_marked_if_asked_for(on_jacks):
+    slipped = on_jacks.copy(deep=True)
+    closed = (slipped.contact_kind.values == joints.DPC) & (slipped.contact_opening.values[-1] <= 0)
+    assert closed.any()
+    slipped["contact_slip"].values[-1] = np.where(closed, 1e-3, 0.0)
+    (marks,) = collection(draw_wall(slipped, slips=True), "slips")
+    assert len(marks.get_segments()) == len(np.unique(slipped.contact_interface.values[closed]))
+    assert not collection(draw_wall(slipped), "slips")

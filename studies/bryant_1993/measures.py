@@ -1,0 +1,174 @@
+"""What is measured on a solved wall, as the test was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.damage.cracks import HAIRLINE
+from damagepred.damage.joints import BED_JOINT, DPC, HEAD_JOINT
+from damagepred.plotting.dpc import contacts_along, open_stretches
+from damagepred.plotting.stress import block_stress, one_of
+
+FloatArray = NDArray[np.float64]
+
+THRESHOLDS = (0.1e-3, 0.5e-3, 1.0e-3, 1.3e-3)
+"""Openings (m) from which a dpc counts as separated: how wide a gap was seen in the test is not reported."""
+AROUND = 0.6
+"""How far around a window its stress is looked at (m)."""
+
+
+def at(ds: xr.Dataset, deflection: float) -> int:
+    """Return the position of the increment at a deflection (m), or of the last one if the path ends before."""
+    moved = ds["central_deflection"].values
+    return int(np.argmin(np.abs(moved - deflection)))
+
+
+@dataclass(frozen=True)
+class Dpc:
+    """The dpc at one increment, along the wall.
+
+    Attributes
+    ----------
+    x, opening, stress, slip, reach : array (c,)
+        Place (m), opening (m), normal stress (Pa), plastic slip (m) and length of each contact (m).
+    left, right : float
+        Ends of the wall (m).
+    """
+
+    x: FloatArray
+    opening: FloatArray
+    stress: FloatArray
+    slip: FloatArray
+    reach: FloatArray
+    left: float
+    right: float
+
+    @classmethod
+    def of(cls, ds: xr.Dataset, increment: int) -> Dpc:
+        """Read it."""
+        order = contacts_along(ds)
+        along = (ds[f"contact_{name}"].values[increment, order] for name in ("opening", "normal_stress", "slip"))
+        x = ds["vertex_x"].values
+        return cls(
+            ds["contact_x"].values[order], *along, ds["contact_length"].values[order], float(x.min()), float(x.max())
+        )
+
+    def stretches(self, threshold: float) -> list[tuple[float, float]]:
+        """Return where it is open by more than a threshold (m)."""
+        return open_stretches(self.x, self.opening, threshold)
+
+    def separated(self, threshold: float) -> float:
+        """Return along how much of the wall (m) it is open by more than a threshold (m)."""
+        return sum(b - a for a, b in self.stretches(threshold))
+
+    def closed_at_ends(self, threshold: float) -> tuple[float, float]:
+        """Return how far from either end it is not open by more than a threshold (m): half the wall if nowhere."""
+        found = self.stretches(threshold)
+        if not found:
+            return (self.right - self.left) / 2, (self.right - self.left) / 2
+        return found[0][0] - self.left, self.right - found[-1][1]
+
+    def opening_at(self, distance: float) -> float:
+        """Return the opening so far from the ends (m), the mean of both."""
+        places = (self.left + distance, self.right - distance)
+        return float(np.mean([np.interp(x, self.x, self.opening) for x in places]))
+
+    @property
+    def end_gaps(self) -> tuple[float, float]:
+        """Opening at both ends (m), none if closed."""
+        return max(float(self.opening[0]), 0.0), max(float(self.opening[-1]), 0.0)
+
+    @property
+    def bearing(self) -> float:
+        """Along how much of the wall it carries (m)."""
+        return float(self.reach[self.stress < 0].sum())
+
+    @property
+    def sliding(self) -> float:
+        """Largest plastic slip where it carries (m)."""
+        return float(np.abs(self.slip[self.stress < 0]).max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line through points.
+
+    Attributes
+    ----------
+    slope, start : float
+        y = start + slope x.
+    r2 : float
+        Share of the variance of y that it explains.
+    """
+
+    slope: float
+    start: float
+    r2: float
+
+
+def line_through(x: FloatArray, y: FloatArray) -> Line:
+    """Return the straight line with the least squares of what it leaves."""
+    slope, start = np.polyfit(x, y, 1)
+    left = y - (start + slope * x)
+    return Line(float(slope), float(start), 1.0 - float((left**2).sum() / ((y - y.mean()) ** 2).sum()))
+
+
+def width_against_separation(ds: xr.Dataset) -> Line:
+    """Return how the window's width (m) follows the widest opening of the dpc (m), once that is visible."""
+    gap, change = ds["dpc_opening_max"].values, ds["opening_width_change"].values[:, 0]
+    visible = gap > HAIRLINE
+    return line_through(gap[visible], change[visible]) if visible.sum() > 2 else Line(np.nan, np.nan, np.nan)
+
+
+def separation_at(ds: xr.Dataset, change: float) -> float | None:
+    """Return the widest opening of the dpc (m) at which the window's width has first changed by so much (m)."""
+    gap, found = ds["dpc_opening_max"].values, np.abs(ds["opening_width_change"].values[:, 0])
+    past = np.flatnonzero(found >= abs(change))
+    if not past.size or past[0] == 0:
+        return None
+    i = int(past[0])
+    share = (abs(change) - found[i - 1]) / (found[i] - found[i - 1])
+    return float(gap[i - 1] + share * (gap[i] - gap[i - 1]))
+
+
+@dataclass(frozen=True)
+class AroundWindow:
+    """Tension around a window at one increment.
+
+    Attributes
+    ----------
+    horizontal, principal : float
+        Largest mean stress of a brick along the wall, and its largest principal stress (Pa).
+    cracked_under_sill : int
+        Upright joints between dpc and sill whose bond has broken.
+    """
+
+    horizontal: float
+    principal: float
+    cracked_under_sill: int
+
+    @classmethod
+    def of(cls, ds: xr.Dataset, increment: int) -> AroundWindow:
+        """Look at the bricks above the dpc within ``AROUND`` of the window, and at the joints under its sill."""
+        left, sill = float(ds["opening_left"][0]), float(ds["opening_sill"][0])
+        width, height = float(ds["opening_width"][0]), float(ds["opening_height"][0])
+        x, y = ds["block_x"].values, ds["block_y"].values
+        level = float(ds["contact_y"].values[ds["contact_kind"].values == DPC].max())
+        near = (x > left - AROUND) & (x < left + width + AROUND) & (y > max(level, sill - AROUND))
+        near &= y < sill + height + AROUND
+        stress = block_stress(ds, increment)[near]
+        cx, cy, kind = (ds[f"contact_{name}"].values for name in ("x", "y", "kind"))
+        under = (kind == HEAD_JOINT) & (cx > left) & (cx < left + width) & (cy > level) & (cy < sill)
+        broken = ds["contact_interface"].values[under & (ds["contact_state"].values[increment] == 1)]
+        return cls(float(one_of(stress, "xx").max()), float(one_of(stress, "largest").max()), len(np.unique(broken)))
+
+
+def cracked_above_dpc(ds: xr.Dataset, increment: int) -> int:
+    """Return how many mortar joints above the dpc have broken."""
+    kind, y = ds["contact_kind"].values, ds["contact_y"].values
+    mortar = ((kind == BED_JOINT) | (kind == HEAD_JOINT)) & (y > y[kind == DPC].max())
+    return len(np.unique(ds["contact_interface"].values[mortar & (ds["contact_state"].values[increment] == 1)]))
