@@ -220,6 +220,9 @@ VARIABLES: dict[str, Variable] = {
     "limit_deflection": Variable(
         ("sample",), "m", "deflection at which jacks or supports carried nothing any more; NaN if the path went on"
     ),
+    "weight": Variable(
+        ("sample",), "1", "weight of the sample: density of the stated distributions over that it was drawn from"
+    ),
     "run_time": Variable(("sample",), "s", "time spent on the sample"),
     "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }

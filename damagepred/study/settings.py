@@ -9,15 +9,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
 from damagepred.scene import Scene
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Count
+from damagepred.scene.quantity import Count, Pure
 from damagepred.scene.reading import build, plain, read_toml
-from damagepred.uq.design import Design
+from damagepred.uq.design import Design, Sampler
+from damagepred.uq.importance import Proposal, check
+from damagepred.uq.table import WEIGHT, read_table
 from damagepred.uq.variable import Variable
 
 
@@ -44,8 +48,18 @@ class Sampling:
         Number of walls, unless the command says otherwise.
     seed : int
         Of all random streams.
-    sampler : {"sobol", "lhs", "random"}
+    sampler : {"sobol", "lhs", "random", "table"}
         For the values that hold for a whole wall. Only a Latin hypercube cannot be extended.
+    replicates : int
+        Sobol points from so many independent scrambles that take turns. From 4 on the error of an estimate is read from
+        how far their means differ; with fewer it is taken as if the points were random, which errs to the safe side.
+    table, table_columns : str or None, tuple of str
+        CSV file with the samples for ``sampler = "table"`` (see ``damagepred.uq.table.read_table``), by its place
+        beside the study file, and the places it gives; the latter are read from it.
+    importance : dict of str to Proposal
+        Where variables are drawn instead, by place; every sample then has a ``weight``.
+    nominal_share : float
+        With ``importance``, share of walls drawn as the distributions say; it keeps weights below one over it.
     store_fields : bool
         Whether the design file also records every joint's values. They follow from the seed; the record is for the
         archive.
@@ -57,7 +71,12 @@ class Sampling:
     title: str | None = None
     samples: Count = Field(default=100, ge=1)
     seed: Count = Field(default=1, ge=0, lt=2**63)
-    sampler: Literal["sobol", "lhs", "random"] = "sobol"
+    sampler: Literal["sobol", "lhs", "random", "table"] = "sobol"
+    replicates: Count = Field(default=1, ge=1, le=1024)
+    table: str | None = None
+    table_columns: tuple[str, ...] = ()
+    importance: dict[str, Proposal] = Field(default_factory=dict)
+    nominal_share: Pure = Field(default=0.0, ge=0, lt=1)
     store_fields: bool = True
     stop_at_category: Stop = None
 
@@ -101,7 +120,7 @@ class StudySettings:
             described_scene: Any = Scene.from_toml(file.parent / scene)
         else:
             described_scene = Scene.from_dict(scene, source=f"{file} [scene]")
-        settings = build(cls, {**tables, "scene": described_scene}, str(file))
+        settings = build(cls, {**tables, "scene": described_scene}, str(file))._with_table(file.parent)
         settings.check(str(file))
         return settings
 
@@ -114,9 +133,28 @@ class StudySettings:
         InputError
             If a key or value is not acceptable.
         """
-        settings = build(cls, tables, source)
+        settings = build(cls, tables, source)._with_table(Path())
         settings.check(source)
         return settings
+
+    def _with_table(self, beside: Path) -> StudySettings:
+        """Return the settings with the table's whole path and its columns."""
+        how = self.study
+        if (how.table is None) != (how.sampler != "table"):
+            raise InputError('study.table: goes with sampler = "table", which needs it.')
+        if how.table is None or how.table_columns:
+            return self
+        file = str((beside / how.table).resolve())
+        table = read_table(file, Scene.unit_of, self.scene.number_places())
+        for place, values in table.items():
+            for value in {values.min(), values.max()} if place != WEIGHT else ():
+                try:
+                    self.scene.with_values({place: float(value)})
+                except InputError as error:
+                    reason = str(error).removeprefix("sampled scene: ")
+                    raise InputError(f"{file}: a value the scene cannot take: {reason}") from None
+        columns = tuple(table)
+        return dataclasses.replace(self, study=dataclasses.replace(how, table=file, table_columns=columns))
 
     def check(self, source: str) -> None:
         """Check what only all tables together can tell.
@@ -161,7 +199,19 @@ class StudySettings:
                 raise InputError(
                     f'{source}: [correlation] "{a}" with "{b}" = {value:g}: must be between two variables, -1 to 1.'
                 )
+        self._check_sampling(source)
         self._check_range(source)
+
+    def _check_sampling(self, source: str) -> None:
+        how = self.study
+        wall = [place for place, v in self.variables.items() if v.field is None]
+        if how.replicates > 1 and how.sampler != "sobol":
+            raise InputError(f"{source}: study.replicates = {how.replicates}: is for sampler = 'sobol' alone.")
+        if how.importance and how.sampler == "table":
+            raise InputError(f"{source}: [study.importance]: a table's samples are as they are; give it no importance.")
+        if how.nominal_share and not how.importance:
+            raise InputError(f"{source}: study.nominal_share = {how.nominal_share:g}: goes with [study.importance].")
+        check(wall, how.importance)
 
     def _check_range(self, source: str) -> None:
         """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""
@@ -198,7 +248,16 @@ class StudySettings:
         """Return the distributions made ready to draw from."""
         pairs = {frozenset((a, b)): value for a, b, value in self._pairs()}
         units = {place: Scene.unit_of(place) for place in self.variables}
-        return Design.make(self.variables, units, pairs, self.study.sampler, self.study.seed)
+        how = self.study
+
+        def table() -> dict[str, NDArray[np.float64]]:
+            return read_table(str(how.table), Scene.unit_of, self.scene.number_places())
+
+        sampler = Sampler(
+            how.sampler, how.replicates, how.importance, how.nominal_share, how.table_columns,
+            table if how.sampler == "table" else None,
+        )  # fmt: skip
+        return Design.make(self.variables, units, pairs, sampler, how.seed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return nested dicts of plain values, in SI where the scene is."""

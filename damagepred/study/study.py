@@ -260,13 +260,15 @@ class Study:
         frozen = read_frozen(folder.study_text())
         was, now = frozen.to_dict(), self.settings.to_dict()
         for content in (was, now):
-            content["study"].pop("samples")
+            for key in ("samples", "table"):  # the design tells whether a table's samples are the same
+                content["study"].pop(key, None)
         if differences := differing_keys(was, now):
             raise StudyError(
                 f"{folder.path}: holds a different study; nothing was changed. These keys differ:\n  "
                 + "\n  ".join(differences)
                 + "\nRun into another folder with -o, or set the keys back."
             )
+        self._check_table(folder)
         manifest = folder.manifest()
         drawn = int(manifest["samples"])
         if asked > drawn or not folder.design_file.is_file():
@@ -279,6 +281,19 @@ class Study:
             self._write_design(folder, drawn)
             folder.write_manifest({**manifest, "samples": drawn})
         return drawn
+
+    def _check_table(self, folder: StudyFolder) -> None:
+        """Refuse to go on where the user's table has other samples than those that were drawn from it."""
+        if self.settings.study.sampler != "table" or not folder.design_file.is_file():
+            return
+        design = folder.design()
+        for place, values in self.design.wall_values(design.sizes["sample"]).items():
+            if (other := np.flatnonzero(values != design[place].values)).size:
+                raise StudyError(
+                    f"{folder.path}: holds other samples than the table; nothing was changed. The first difference is "
+                    f"{place} of sample {other[0]} (was {design[place].values[other[0]]:g}, is {values[other[0]]:g}). "
+                    "Rows may be added at the table's end, but not changed."
+                )
 
     def _manifest(self, samples: int) -> dict[str, Any]:
         return {
@@ -309,6 +324,8 @@ class Study:
         """
         values = self.design.wall_values(samples)
         columns: dict[str, Any] = {"sample": np.arange(samples), **values}
+        if (weight := self.design.weights(samples)) is not None:
+            columns["weight"] = weight
         if self.settings.study.store_fields and self.design.joint and not self._geometry_varies():
             sequence = joint_sequence(self.settings.scene)
             drawn = [self.design.joint_values(i, sequence) for i in range(samples)]
@@ -319,7 +336,7 @@ class Study:
                 Scene.unit_of(place).replace("**", ""),
                 f"sampled input {place}" + (" of each joint" if place in self.design.joint else ""),
             )
-            for place in self.design.marginals
+            for place in (*self.design.wall, *self.design.joint)
         }
         settings = self.settings
         ds = dataset(
@@ -328,6 +345,7 @@ class Study:
                 "title": settings.title,
                 "seed": settings.study.seed,
                 "sampler": settings.study.sampler,
+                "replicates": settings.study.replicates,
                 "study": settings.to_toml(),
                 "scene": settings.scene.to_toml(),
                 "damage_table": damage_table(settings.scene.damage).name,
@@ -337,9 +355,10 @@ class Study:
             },
             extra=extra,
         )
-        for place in self.design.marginals:
+        for place in (*self.design.wall, *self.design.joint):
             if place in ds:
-                ds[place].attrs.update(role="input", distribution=settings.variables[place].distribution)
+                stated = settings.variables.get(place)
+                ds[place].attrs.update(role="input", distribution=stated.distribution if stated else "table")
         return ds
 
     def _geometry_varies(self) -> bool:

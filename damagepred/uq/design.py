@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,41 @@ from numpy.typing import NDArray
 from damagepred.errors import InputError
 from damagepred.uq.correlation import cholesky, from_normal
 from damagepred.uq.fields import course_noise, innovation_factor, lag_correlation
+from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.samplers import Stream, generator, unit_points
+from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """How the values that hold for a whole wall are drawn.
+
+    Attributes
+    ----------
+    kind : {"sobol", "lhs", "random", "table"}
+        See ``damagepred.uq.samplers.unit_points``; "table": the user brings them.
+    replicates : int
+        Independent scrambles of Sobol points that take turns.
+    proposals : mapping of str to Proposal
+        Where variables are drawn instead, by place (importance sampling).
+    nominal_share : float
+        Share of walls drawn as stated all the same.
+    columns : tuple of str
+        Places in the user's table.
+    read_table : callable or None
+        Returns the table: place -> array (samples,).
+    """
+
+    kind: str = "sobol"
+    replicates: int = 1
+    proposals: Mapping[str, Proposal] = field(default_factory=dict)
+    nominal_share: float = 0.0
+    columns: tuple[str, ...] = ()
+    read_table: Callable[[], Mapping[str, FloatArray]] | None = None
 
 
 @dataclass(frozen=True)
@@ -27,8 +57,8 @@ class Design:
     ----------
     seed : int
         Of all streams.
-    sampler : str
-        See ``damagepred.uq.samplers.unit_points``.
+    sampler : Sampler
+        How values are drawn that hold for a whole wall.
     marginals : mapping of str to frozen distribution
         By place.
     wall, joint : tuple of str
@@ -42,7 +72,7 @@ class Design:
     """
 
     seed: int
-    sampler: str
+    sampler: Sampler
     marginals: Mapping[str, Any]
     wall: tuple[str, ...]
     joint: tuple[str, ...]
@@ -57,7 +87,7 @@ class Design:
         variables: Mapping[str, Variable],
         units: Mapping[str, str],
         correlation: Mapping[frozenset[str], float],
-        sampler: str,
+        sampler: Sampler | str,
         seed: int,
     ) -> Design:
         """Check the variables and prepare to draw.
@@ -70,8 +100,8 @@ class Design:
             SI unit of each place.
         correlation : mapping of pairs to float
             Correlation of variables.
-        sampler : str
-            Kind of sampling of the values a wall.
+        sampler : Sampler or str
+            How to sample the values a wall, or the kind alone.
         seed : int
             Of all streams.
 
@@ -80,8 +110,12 @@ class Design:
         InputError
             If a distribution or a correlation is not possible.
         """
+        if isinstance(sampler, str):
+            sampler = Sampler(sampler)
         marginals = {place: v.frozen(place, units[place]) for place, v in variables.items()}
         wall = tuple(place for place, v in variables.items() if v.field is None)
+        if sampler.kind == "table":
+            wall = _table_places(sampler.columns, wall)
         joint = tuple(place for place, v in variables.items() if v.field is not None)
         for pair in correlation:
             if len(pair & set(wall)) == 1:
@@ -103,11 +137,36 @@ class Design:
         )  # fmt: skip
 
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
-        """Return the values that hold for a whole wall: place -> array (samples,)."""
+        """Return the values that hold for a whole wall: place -> array (samples,).
+
+        Raises
+        ------
+        InputError
+            If the user's table has fewer samples.
+        """
+        if self.sampler.kind == "table":
+            rows = _rows(self.sampler, samples)
+            return {place: rows[place] for place in self.wall}
+        normal = self.draw(samples).normal
+        return {place: from_normal(self.marginals[place], normal[:, k]) for k, place in enumerate(self.wall)}
+
+    def weights(self, samples: int) -> FloatArray | None:
+        """Return the weight of each sample, array (samples,), or None where all are drawn as stated."""
+        if WEIGHT in self.sampler.columns:
+            return _rows(self.sampler, samples)[WEIGHT]
+        return self.draw(samples).weight if self.sampler.proposals else None
+
+    def draw(self, samples: int) -> Drawn:
+        """Return the standard normals under the values of the walls, and the walls' weights."""
         from scipy.special import ndtri
 
-        normal = ndtri(unit_points(self.sampler, len(self.wall), samples, self.seed)) @ self.wall_factor.T
-        return {place: from_normal(self.marginals[place], normal[:, k]) for k, place in enumerate(self.wall)}
+        how, size = self.sampler, len(self.wall)
+        mixed = bool(how.proposals) and how.nominal_share > 0
+        unit = unit_points(how.kind, size + mixed, samples, self.seed, how.replicates)
+        return draw(
+            ndtri(unit[:, :size]), self.wall_factor, self.wall, how.proposals, how.nominal_share,
+            unit[:, size] if mixed else None,
+        )  # fmt: skip
 
     def joint_values(self, sample: int, sequence: IntArray) -> dict[str, FloatArray]:
         """Return the values that vary from joint to joint in one sample: place -> array (joints,).
@@ -122,10 +181,42 @@ class Design:
         if not self.joint:
             return {}
         random = generator(self.seed, Stream.FIELD, sample)
-        independent = random.standard_normal((len(self.joint), len(sequence)))
+        return self.joint_values_from(random.standard_normal((len(self.joint), len(sequence))), sequence)
+
+    def joint_values_from(self, independent: FloatArray, sequence: IntArray) -> dict[str, FloatArray]:
+        """Return the values that vary from joint to joint, from independent standard normals.
+
+        Parameters
+        ----------
+        independent : array (fields, joints)
+            Standard normals.
+        sequence : array of int (joints,)
+            Which joints are neighbours; see ``course_noise``.
+        """
         first = np.diff(sequence, prepend=sequence[0] - 1) != 0
         new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
         return {
             place: from_normal(self.marginals[place], course_noise(new[k], sequence, self.lag[place]))
             for k, place in enumerate(self.joint)
         }
+
+
+def _table_places(columns: tuple[str, ...], wall: tuple[str, ...]) -> tuple[str, ...]:
+    for place in wall:
+        raise InputError(
+            f'[variables."{place}"]: '
+            + (
+                "is a column of the table, too; leave one of them out."
+                if place in columns
+                else "the table has no such column; add it, or give the variable a field, for a value a joint."
+            )
+        )
+    return tuple(place for place in columns if place != WEIGHT)
+
+
+def _rows(sampler: Sampler, samples: int) -> dict[str, FloatArray]:
+    table = sampler.read_table() if sampler.read_table is not None else {}
+    held = len(next(iter(table.values()), ()))
+    if samples > held:
+        raise InputError(f"samples = {samples}: the table has {held}; add rows to it, or ask for fewer with -n.")
+    return {place: np.asarray(table[place][:samples]) for place in sampler.columns}

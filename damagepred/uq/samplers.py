@@ -19,6 +19,7 @@ class Stream(IntEnum):
     FIELD = 1
     SCRAMBLE = 2
     BOOTSTRAP = 3
+    SUBSET = 4
 
 
 def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
@@ -26,7 +27,7 @@ def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))
 
 
-def unit_points(sampler: str, dimensions: int, samples: int, seed: int) -> FloatArray:
+def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicates: int = 1) -> FloatArray:
     """Return points in the open unit cube.
 
     Parameters
@@ -35,23 +36,35 @@ def unit_points(sampler: str, dimensions: int, samples: int, seed: int) -> Float
         Scrambled Sobol and random points extend: more samples keep the first ones. A Latin hypercube does not.
     dimensions, samples, seed : int
         Size and seed.
+    replicates : int
+        Sobol points from so many scrambles, each independent of the others, that take turns: sample i is the next point
+        of scramble i modulo ``replicates``. How far their means differ tells the error of the whole.
 
     Returns
     -------
     array (samples, dimensions)
     """
+    if sampler not in ("sobol", "lhs", "random"):
+        raise InputError(f"study.sampler = {sampler!r}: must be 'sobol', 'lhs' or 'random'.")
     if dimensions == 0:
         return np.empty((samples, 0))
     if sampler == "random":
         return np.array([generator(seed, Stream.WALL, i).random(dimensions) for i in range(samples)])
+    if sampler == "lhs":
+        from scipy.stats import qmc
+
+        cube = qmc.LatinHypercube(dimensions, rng=generator(seed, Stream.SCRAMBLE, 0))
+        return np.asarray(cube.random(samples))
+    points = np.empty((samples, dimensions))
+    for scramble in range(min(replicates, samples)):
+        turn = points[scramble::replicates]
+        turn[:] = _sobol(dimensions, len(turn), generator(seed, Stream.SCRAMBLE, scramble))
+    return np.clip(points, 2.0**-53, 1.0 - 2.0**-53)
+
+
+def _sobol(dimensions: int, samples: int, scramble: np.random.Generator) -> FloatArray:
     from scipy.stats import qmc
 
-    scramble = generator(seed, Stream.SCRAMBLE, 0)
-    if sampler == "lhs":
-        return np.asarray(qmc.LatinHypercube(dimensions, rng=scramble).random(samples))
-    if sampler == "sobol":
-        # a power of two at a time is what the sequence is made for; the first points stay the same
-        whole = 1 << max(samples - 1, 1).bit_length()
-        points = qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples]
-        return np.clip(points, 2.0**-53, 1.0 - 2.0**-53)
-    raise InputError(f"study.sampler = {sampler!r}: must be 'sobol', 'lhs' or 'random'.")
+    # a power of two at a time is what the sequence is made for; the first points stay the same
+    whole = 1 << max(samples - 1, 1).bit_length()
+    return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples])

@@ -49,9 +49,9 @@ def test_streams_are_those_the_design_promises():
     """SeedSequence(seed, spawn_key=(stream, i)): an archive of today must be replayed by a package of tomorrow."""
     expected = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(0, 4)))).random(3)
     np.testing.assert_array_equal(unit_points("random", 3, 6, 7)[4], expected)
-    assert [int(s) for s in Stream] == [0, 1, 2, 3]
+    assert [int(s) for s in Stream] == [0, 1, 2, 3, 4]
     drawn = [generator(7, s, i).random() for s in Stream for i in range(20)]
-    assert len(set(drawn)) == 80
+    assert len(set(drawn)) == 100
 
 
 def test_sobol_points_are_spread_more_evenly_than_random_ones():
@@ -81,6 +81,17 @@ def test_no_dimensions_no_points():
 def test_unknown_sampler():
     with pytest.raises(InputError, match=r"study.sampler = 'sobl': must be 'sobol', 'lhs' or 'random'"):
         unit_points("sobl", 2, 5, 1)
+
+
+def test_replicates_are_sobol_points_of_their_own_and_extend():
+    points = unit_points("sobol", 3, 64, 7, replicates=4)
+    np.testing.assert_array_equal(points[0::4], unit_points("sobol", 3, 16, 7))
+    np.testing.assert_array_equal(unit_points("sobol", 3, 50, 7, replicates=4), points[:50])
+    np.testing.assert_array_equal(unit_points("sobol", 3, 2, 7, replicates=4), points[:2])
+    for r in range(4):
+        for column in points[r::4].T:
+            assert sorted((column * 16).astype(int)) == list(range(16))
+    assert len(np.unique(points)) == points.size
 
 
 # -- the design of a study --------------------------------------------------------------------------------------------

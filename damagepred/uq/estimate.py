@@ -1,0 +1,178 @@
+"""What samples say of a probability or a mean, and how surely.
+
+Three kinds of samples need three kinds of error:
+
+- random ones, weighted or not: from the scatter of the samples;
+- Sobol points from several independent scrambles (replicates): from the scatter of the replicates' means, by Student's
+  distribution. The scatter of the samples themselves overstates it, for the points are spread evenly on purpose;
+- one scramble or a Latin hypercube: as if the samples were random. That errs to the safe side, and no better is known.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+FloatArray = NDArray[np.float64]
+
+ENOUGH_REPLICATES = 4
+"""From so many on, their scatter is read."""
+
+
+class Estimate(NamedTuple):
+    """A number found by sampling.
+
+    Attributes
+    ----------
+    value : float
+        Best estimate.
+    error : float
+        Standard error.
+    lower, upper : float
+        Ends of the confidence interval.
+    confidence : float
+        Its level.
+    samples : int
+        Samples that count.
+    effective_samples : float
+        Equally weighted samples that would know as much of what all samples have in common (Kish): (sum w)^2 / sum w^2.
+    """
+
+    value: float
+    error: float
+    lower: float
+    upper: float
+    confidence: float
+    samples: int
+    effective_samples: float
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of the confidence interval."""
+        return 0.5 * (self.upper - self.lower)
+
+
+def effective_samples(weight: FloatArray) -> float:
+    """Return Kish's effective number of samples of weights (samples,)."""
+    squares = float((weight**2).sum())
+    return float(weight.sum()) ** 2 / squares if squares > 0 else 0.0
+
+
+def normal_factor(confidence: float) -> float:
+    """Return how many standard errors an interval of this level reaches to either side."""
+    return float(special.ndtri(0.5 + 0.5 * confidence))
+
+
+def student_factor(confidence: float, freedom: float) -> float:
+    """Return the same for an error known from so many degrees of freedom."""
+    return float(special.stdtrit(max(freedom, 1.0), 0.5 + 0.5 * confidence))
+
+
+def wilson(share: float, count: float, factor: float) -> tuple[float, float]:
+    """Return Wilson's interval of a probability.
+
+    Parameters
+    ----------
+    share : float
+        Share of hits.
+    count : float
+        Samples; need not be whole.
+    factor : float
+        Standard errors to either side.
+    """
+    spread = factor**2 / count
+    middle = (share + spread / 2) / (1 + spread)
+    half = factor / (1 + spread) * np.sqrt(max(share * (1 - share), 0.0) / count + spread / (4 * count))
+    return max(float(middle - half), 0.0), min(float(middle + half), 1.0)
+
+
+def mean(
+    values: FloatArray,
+    *,
+    weight: FloatArray | None = None,
+    replicate: NDArray[np.int64] | None = None,
+    confidence: float = 0.9,
+) -> Estimate:
+    """Estimate a mean.
+
+    Parameters
+    ----------
+    values : array (samples,)
+        One number a sample.
+    weight : array (samples,), optional
+        Of importance sampling: the estimate is the mean of weight times value, which is unbiased.
+    replicate : array of int (samples,), optional
+        Which independent scramble each sample belongs to.
+    confidence : float
+        Of the interval.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    heavy = np.ones_like(values) if weight is None else np.asarray(weight, dtype=np.float64)
+    value, error, freedom = _mean_and_error(heavy * values, replicate)
+    factor = student_factor(confidence, freedom)
+    return Estimate(
+        value, error, value - factor * error, value + factor * error, confidence, len(values), effective_samples(heavy)
+    )
+
+
+def probability(
+    hit: NDArray[np.bool_] | FloatArray,
+    *,
+    weight: FloatArray | None = None,
+    replicate: NDArray[np.int64] | None = None,
+    confidence: float = 0.9,
+) -> Estimate:
+    """Estimate a probability.
+
+    The interval is Wilson's, for the number of equally weighted random samples that would have the same standard error.
+
+    Parameters
+    ----------
+    hit : array (samples,)
+        Whether, or with which probability, it happened.
+    weight : array (samples,), optional
+        Of importance sampling: the estimate is the mean of weight times hit, which is unbiased.
+    replicate : array of int (samples,), optional
+        Which independent scramble each sample belongs to.
+    confidence : float
+        Of the interval.
+    """
+    hit = np.asarray(hit, dtype=np.float64)
+    count = len(hit)
+    heavy = np.ones(count) if weight is None else np.asarray(weight, dtype=np.float64)
+    kish = effective_samples(heavy)
+    if count == 0 or kish == 0:
+        return Estimate(np.nan, np.nan, 0.0, 1.0, confidence, count, kish)
+    value, error, freedom = _mean_and_error(heavy * hit, replicate)
+    if not (0 < value < 1) or error == 0:
+        # nothing seen to differ: no scatter to read an error from
+        share = min(max(value, 0.0), 1.0)
+        lower, upper = wilson(share, min(kish, count), normal_factor(confidence))
+        return Estimate(value, error, min(lower, value), max(upper, value), confidence, count, kish)
+    if weight is not None:
+        # weights scatter: the error is only as well known as the hits that carry it are many
+        freedom = min(freedom, effective_samples(heavy[hit > 0]) - 1)
+    # no error is smaller than what half a sample makes
+    spread = max(error, 0.5 / count)
+    factor = normal_factor(confidence) if weight is None and replicate is None else student_factor(confidence, freedom)
+    lower, upper = wilson(value, value * (1 - value) / spread**2, factor)
+    return Estimate(value, error, lower, upper, confidence, count, kish)
+
+
+def _mean_and_error(values: FloatArray, replicate: NDArray[np.int64] | None) -> tuple[float, float, float]:
+    """Return mean, its standard error and the degrees of freedom of that."""
+    count = len(values)
+    if replicate is not None:
+        labels, which = np.unique(replicate, return_inverse=True)
+        if len(labels) >= ENOUGH_REPLICATES:
+            share = np.bincount(which) / count
+            means = np.bincount(which, weights=values) / (share * count)
+            value = float(share @ means)
+            groups = len(labels)
+            return value, float(np.sqrt((share**2 @ (means - value) ** 2) * groups / (groups - 1))), groups - 1
+    if count < 2:
+        return float(values.mean()) if count else np.nan, np.inf, 1.0
+    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(count)), count - 1.0
