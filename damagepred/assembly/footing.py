@@ -2,10 +2,10 @@
 
 The beam is a chain of rigid segments, one under each brick of the first course unless they are to be shorter. Between
 two segments an upright interface has the flexibility of the beam from the middle of one to the middle of the other.
-About the middle of a piece of Timoshenko beam of length h that is diagonal: h / (E A) axially, h / (kappa G A) +
-h^3 / (12 E I) across, h / (E I) in bending. So the chain has no error of its own where loads act
-on segments' middles, and in bending one of the order of (h / L)^2 where they are spread or act elsewhere. Segments do not
-shear between a support or a jack and their middles: of what shear adds to the deflection, h / L is missing.
+About the middle of a piece of Timoshenko beam of length h that is diagonal: h / (E A) axially, h / (kappa G A) + h^3
+/ (12 E I) across, h / (E I) in bending. So the chain has no error of its own where loads act on segments' middles,
+and in bending one of the order of (h / L)^2 where they are spread or act elsewhere. Segments do not shear between a
+support or a jack and their middles: of what shear adds to the deflection, h / L is missing.
 """
 
 from __future__ import annotations
