@@ -155,10 +155,11 @@ def probability(
     if weight is not None:
         # weights scatter: the error is only as well known as the hits that carry it are many
         freedom = min(freedom, effective_samples(heavy[hit > 0]) - 1)
-    # no error is smaller than what half a sample makes
-    spread = max(error, 0.5 / count)
+    # of whole samples no error is smaller than what half of one makes
+    spread = max(error, 0.5 / count) if weight is None else error
     factor = normal_factor(confidence) if weight is None and replicate is None else student_factor(confidence, freedom)
-    lower, upper = wilson(value, value * (1 - value) / spread**2, factor)
+    alike = value * (1 - value) / spread**2 + (weight is None and replicate is None)
+    lower, upper = wilson(value, alike, factor)
     return Estimate(value, error, lower, upper, confidence, count, kish)
 
 
