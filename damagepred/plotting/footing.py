@@ -87,8 +87,9 @@ def draw_jack_load(
     limit = idle_at(ds)
     if limit is not None:
         ax.plot([limit * MM], [0.0], marker="o", markersize=7, markerfacecolor="white", markeredgecolor=colour,
-                linestyle="none", zorder=5)  # fmt: skip
-        above = 5 + 11 * len(ax.texts)  # several walls may end close together
+                linestyle="none", zorder=5, label="_limit")  # fmt: skip
+        marks = np.array([np.asarray(line.get_xdata())[0] for line in ax.lines if line.get_label() == "_limit"])
+        above = 11 * int((np.abs(marks - limit * MM) < 0.08 * x.max()).sum()) - 6  # its own among them
         ax.annotate(f"{plain_number(limit * MM)} mm", (limit * MM, 0.0), (4, above), textcoords="offset points",
                     fontsize="small", color=colour)  # fmt: skip
     if first:

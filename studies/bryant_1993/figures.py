@@ -67,7 +67,15 @@ def jack_load(solved: Solved) -> Figure:
     ax = figure.add_subplot()
     dishing = "dishing" in solved.case.name
     for way in ("elastic", "cracked", "bent"):
-        draw_jack_load(solved.whole[way], ax, LABELS[way].removeprefix("jacks, "), COLOURS[way], supports=not dishing)
+        # the path that ends at the limit knows it best
+        exact = {k: v for k, v in solved.limit[way].attrs.items() if k == "limit_deflection"}
+        draw_jack_load(
+            solved.whole[way].assign_attrs(exact),
+            ax,
+            LABELS[way].removeprefix("jacks, "),
+            COLOURS[way],
+            supports=not dishing,
+        )
     handles = ax.get_legend_handles_labels()[0]
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, frameon=False)
     limit = solved.case.test.get("central_deflection")
