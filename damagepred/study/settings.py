@@ -120,7 +120,11 @@ class StudySettings:
             described_scene: Any = Scene.from_toml(file.parent / scene)
         else:
             described_scene = Scene.from_dict(scene, source=f"{file} [scene]")
-        settings = build(cls, {**tables, "scene": described_scene}, str(file))._with_table(file.parent)
+        settings = (
+            build(cls, {**tables, "scene": described_scene}, str(file))
+            ._with_table(file.parent)
+            .with_measured_values(file.parent)
+        )
         settings.check(str(file))
         return settings
 
@@ -133,7 +137,7 @@ class StudySettings:
         InputError
             If a key or value is not acceptable.
         """
-        settings = build(cls, tables, source)._with_table(Path())
+        settings = build(cls, tables, source)._with_table(Path()).with_measured_values(Path())
         settings.check(source)
         return settings
 
@@ -156,8 +160,29 @@ class StudySettings:
         columns = tuple(table)
         return dataclasses.replace(self, study=dataclasses.replace(how, table=file, table_columns=columns))
 
+    def with_measured_values(self, folder: Path) -> StudySettings:
+        """Return the settings with the values themselves where variables name a file that holds them.
+
+        Parameters
+        ----------
+        folder : Path
+            Where files are looked for.
+
+        Raises
+        ------
+        InputError
+            If one cannot be read.
+        """
+        read = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in self.variables.items()}
+        return self if read == self.variables else dataclasses.replace(self, variables=read)
+
     def check(self, source: str) -> None:
         """Check what only all tables together can tell.
+
+        Parameters
+        ----------
+        source : str
+            Where the settings came from, for messages.
 
         Raises
         ------

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import optimize, special
+from numpy.typing import ArrayLike, NDArray
+from scipy import optimize
 
 from damagepred.errors import InputError
+from damagepred.uq.marginals import Marginal, breaks, from_normal
 
 FloatArray = NDArray[np.float64]
 
-_NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
-_WEIGHTS = _WEIGHTS / _WEIGHTS.sum()
+_TERMS = 300
+"""Terms of the series in the correlation of the normals."""
+
+_REACH = 12.0
+"""Standard normals beyond do not count."""
 
 
-def gaussian_correlation(first: Any, second: Any, correlation: float) -> float:
+def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) -> float:
     """Return the correlation of the standard normals that gives two variables their stated correlation.
 
     Parameters
     ----------
-    first, second : frozen scipy.stats distribution
-        Marginals.
+    first, second : Marginal
+        Frozen scipy.stats distributions, tables or mixtures.
     correlation : float
         Wanted correlation of the variables, between -1 and 1.
 
@@ -31,44 +34,108 @@ def gaussian_correlation(first: Any, second: Any, correlation: float) -> float:
     ------
     ValueError
         If the marginals cannot have this correlation; the message gives the range they can.
-
-    Notes
-    -----
-    Nataf's integral equation, by Gauss-Hermite quadrature (40 x 40 points) and Brent's method.
     """
     if correlation == 0.0:
         return 0.0
-    x = _standardised(first, _NODES)
-
-    def reached(rho: float) -> float:
-        z = rho * _NODES[:, None] + np.sqrt(max(1.0 - rho**2, 0.0)) * _NODES[None, :]
-        return float(_WEIGHTS @ (x[:, None] * _standardised(second, z)) @ _WEIGHTS)
-
-    low, high = reached(-1.0), reached(1.0)
-    if not low < correlation < high:
-        if np.isclose(correlation, high, rtol=0, atol=1e-6) or np.isclose(correlation, low, rtol=0, atol=1e-6):
+    reached = NatafCurve(first, second)
+    if not reached.low < correlation < reached.high:
+        if min(abs(correlation - reached.high), abs(correlation - reached.low)) <= 1e-6:
             return float(np.sign(correlation))
-        raise ValueError(f"these two distributions can only be correlated between {low:.3f} and {high:.3f}")
-    return float(optimize.brentq(lambda rho: reached(rho) - correlation, -1.0, 1.0, xtol=1e-10))
+        raise ValueError(
+            f"these two distributions can only be correlated between {reached.low:.3f} and {reached.high:.3f}"
+        )
+    return float(optimize.brentq(lambda rho: float(reached(rho)) - correlation, -1.0, 1.0, xtol=1e-12))
 
 
-def _standardised(marginal: Any, z: FloatArray) -> FloatArray:
-    return np.asarray((from_normal(marginal, z) - marginal.mean()) / marginal.std())
+class NatafCurve:
+    """Correlation of two variables as a function of that of the standard normals behind them.
+
+    Parameters
+    ----------
+    first, second : Marginal
+        Their distributions.
+
+    Attributes
+    ----------
+    low, high : float
+        Correlations that the variables can have: those of their fully dependent normals.
+
+    Raises
+    ------
+    ValueError
+        If a distribution has no finite standard deviation.
+
+    Notes
+    -----
+    Nataf's integral as Mehler's series: with a_k and b_k the coefficients of the variables in normalised Hermite
+    polynomials of their normals, the correlation is the sum of a_k b_k rho^k, monotone in rho. It holds for variables
+    that take single values, too; they make the coefficients fall off slowly, so what 300 terms leave is added as one
+    term that makes both ends exact.
+    """
+
+    def __init__(self, first: Marginal, second: Marginal) -> None:
+        z, weight = _nodes(np.union1d(breaks(first), breaks(second)))
+        x = _standardised(first, z)
+        y = x if second is first else _standardised(second, z)
+        self.high = float(np.sum(weight * x * y))
+        mirrored, mirror_weight = _nodes(np.union1d(breaks(first), -breaks(second)))
+        self.low = float(np.sum(mirror_weight * _standardised(first, mirrored) * _standardised(second, -mirrored)))
+        terms = _coefficients(z, weight * x)
+        self._terms = terms * (terms if second is first else _coefficients(z, weight * y))
+        sign = (-1.0) ** np.arange(1, _TERMS + 1)
+        self._rest = self.high - self._terms.sum(), self.low - (sign * self._terms).sum()
+
+    def __call__(self, rho: ArrayLike) -> FloatArray:
+        """Return the correlation of the variables.
+
+        Parameters
+        ----------
+        rho : array
+            Of the normals, -1 to 1.
+        """
+        at = np.asarray(rho, dtype=np.float64)
+        rest = np.where(at >= 0, *self._rest) * np.abs(at) ** (_TERMS + 1)
+        return np.polynomial.polynomial.polyval(at, np.append(0.0, self._terms)) + rest
 
 
-def from_normal(marginal: Any, z: FloatArray) -> FloatArray:
-    """Turn standard normals into values of a marginal, without losing the upper tail to rounding."""
-    return np.where(z < 0, marginal.ppf(special.ndtr(z)), marginal.isf(special.ndtr(-z)))
+def _nodes(extra: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return points and weights for integrals over a standard normal: Gauss-Legendre in panels between breaks."""
+    edges = np.union1d(np.linspace(-_REACH, _REACH, 241), extra[np.abs(extra) < _REACH])
+    point, weight = np.polynomial.legendre.leggauss(8)
+    half = 0.5 * np.diff(edges)[:, None]
+    z = (edges[:-1, None] + half * (1.0 + point)).ravel()
+    return z, (half * weight).ravel() * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
 
 
-def cholesky(names: Sequence[str], marginals: Mapping[str, Any], wanted: Mapping[frozenset[str], float]) -> FloatArray:
+def _coefficients(z: FloatArray, weighted: FloatArray) -> FloatArray:
+    """Return the coefficients of order 1, 2, ... in normalised Hermite polynomials: array (terms,)."""
+    before, now = np.zeros_like(z), np.ones_like(z)
+    found = np.empty(_TERMS)
+    for k in range(_TERMS):
+        before, now = now, (z * now - np.sqrt(k) * before) / np.sqrt(k + 1.0)
+        found[k] = now @ weighted
+    return found
+
+
+def _standardised(marginal: Marginal, z: FloatArray) -> FloatArray:
+    mean, std = float(marginal.mean()), float(marginal.std())
+    if not (np.isfinite(mean) and np.isfinite(std)):
+        raise ValueError("a distribution without a finite standard deviation has no correlation")
+    if std == 0.0:
+        raise ValueError("a distribution that is one single value has no correlation")
+    return (from_normal(marginal, z) - mean) / std
+
+
+def cholesky(
+    names: Sequence[str], marginals: Mapping[str, Marginal], wanted: Mapping[frozenset[str], float]
+) -> FloatArray:
     """Return the lower factor that turns independent standard normals into correlated ones.
 
     Parameters
     ----------
     names : sequence of str
         Variables in order, k of them.
-    marginals : mapping of str to frozen distribution
+    marginals : mapping of str to Marginal
         Their distributions.
     wanted : mapping of pairs to float
         Correlation of the variables, pair by pair; pairs not given are uncorrelated.

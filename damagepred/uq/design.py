@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError
-from damagepred.uq.correlation import cholesky, from_normal
+from damagepred.uq.correlation import cholesky
 from damagepred.uq.fields import course_noise, innovation_factor, lag_correlation
 from damagepred.uq.importance import Drawn, Proposal, draw
+from damagepred.uq.marginals import from_normal
 from damagepred.uq.samplers import Stream, generator, unit_points
 from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
@@ -124,6 +125,9 @@ class Design:
                     f'[correlation] "{a}" with "{b}": one has a value a wall, the other one a joint; give both a field '
                     "or neither."
                 )
+        for place in joint:
+            if (f := variables[place].field) is not None and not f.by_course:
+                raise InputError(f'[variables."{place}"] field: only course_correlation is sampled so far.')
         lag = {
             place: lag_correlation(marginals[place], field.course_correlation)
             for place in joint

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Literal
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from damagepred.errors import InputError
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Pure, to_si
+from damagepred.scene.quantity import Length, Pure, to_si
+from damagepred.uq import families
+from damagepred.uq.columns import read_column
+from damagepred.uq.marginals import Mixture, Table
 
 
 def _no_bool(value: Any) -> Any:
@@ -20,38 +25,93 @@ def _no_bool(value: Any) -> Any:
 
 
 Number = Annotated[float | str, BeforeValidator(_no_bool)]
-Family = Literal["lognormal", "normal", "truncated_normal", "uniform"]
+Family = Literal[
+    "lognormal", "normal", "truncated_normal", "uniform", "weibull", "beta", "gamma", "discrete", "empirical", "scipy",
+    "mixture",
+]  # fmt: skip
+
+_OF_THE_UNIT = ("mean", "std", "median", "lower", "upper", "scale")
+_PURE = ("cov", "dispersion", "shape", "alpha", "beta")
+_OF_TABLES = ("values", "weights", "file", "column", "unit")
+_OF_SCIPY = ("name", "parameters")
+
+T = TypeVar("T", bound="Distribution")
 
 
 @described
 class JointField:
     """One value for each joint instead of one for the wall (``field = { ... }``).
 
+    Beds, perpends and the dpc are independent of each other. The correlations are those of the variable itself.
+
     Attributes
     ----------
     course_correlation : float
-        Correlation of the value with that of the next unit's joint in the same course; courses are independent.
+        Correlation of the value with that of the next unit's joint in the same course; courses are independent. With
+        ``over = "wall"`` the same correlation at the distance of a unit's length in any direction.
+    correlation_length : float or None
+        Instead: the correlation falls with the distance d of two joints as exp(-d / correlation_length) (m).
+    vertical_length : float or None
+        Correlation length upwards, if another than along the wall (m): d / correlation_length becomes the root of
+        (dx / correlation_length)^2 + (dy / vertical_length)^2.
+    over : {"course", "wall"} or None
+        Whether only joints of one course are correlated, between the same openings, or all of the wall. None: the wall
+        with a correlation_length, the course with a course_correlation.
+    nugget : float
+        Share of the variance that is each joint's own; the rest is correlated as the above says.
     """
 
     course_correlation: Pure = Field(default=0.0, ge=0, lt=1)
+    correlation_length: Length | None = Field(default=None, gt=0)
+    vertical_length: Length | None = Field(default=None, gt=0)
+    over: Literal["course", "wall"] | None = None
+    nugget: Pure = Field(default=0.0, ge=0, lt=1)
+
+    @model_validator(mode="after")
+    def _one_way(self) -> JointField:
+        if self.correlation_length is not None and self.course_correlation:
+            raise ValueError("correlation_length and course_correlation say the same in two ways; give one")
+        if self.vertical_length is not None and (self.correlation_length is None or self.over == "course"):
+            raise ValueError("vertical_length: goes with a correlation_length over the wall")
+        return self
+
+    @property
+    def by_course(self) -> bool:
+        """Whether each joint knows only the one before it in its course."""
+        return self.correlation_length is None and self.over != "wall" and self.nugget == 0.0
 
 
 @described
-class Variable:
-    """Distribution of one number (``[variables."place"]``); values in the unit of that number, or with a unit.
+class Distribution:
+    """How a number scatters; values in the unit of that number, or with a unit.
 
     Attributes
     ----------
-    distribution : {"lognormal", "normal", "truncated_normal", "uniform"}
+    distribution : str
         ``lognormal``: mean with cov or std, or median with dispersion (standard deviation of the logarithm).
         ``normal``: mean with cov or std. ``truncated_normal``: the same, of the normal before it is cut to lower
-        and upper. ``uniform``: lower and upper.
-    mean, std, median, lower, upper : float or str or None
+        and upper. ``uniform``: lower and upper, or mean with cov or std. ``weibull``, ``gamma``: mean with cov or std,
+        or shape and scale, and lower if they begin elsewhere than at 0. ``beta``: lower and upper with mean and cov or
+        std, or with alpha and beta. ``discrete``: values, and weights unless all are equally likely. ``empirical``:
+        values that were measured, or file and column, all equally likely. ``scipy``: name of a distribution of
+        scipy.stats and its parameters, or its shapes with mean and cov or std. ``mixture``: components, one of which
+        each value comes from.
+    mean, std, median, lower, upper, scale : float or str or None
         In the number's unit.
-    cov, dispersion : float or None
-        Coefficient of variation; standard deviation of the logarithm.
-    field : JointField or None
-        If given, the number varies from joint to joint; only for numbers of ``joint`` and ``dpc``.
+    cov, dispersion, shape, alpha, beta : float or None
+        Coefficient of variation; standard deviation of the logarithm; parameters of a family.
+    values : sequence of float or str
+        Of discrete and empirical, in the number's unit.
+    weights : sequence of float
+        Of discrete, positive, of any sum.
+    file, column, unit : str or None
+        CSV file beside the study file, the name of its column, and the column's unit (SI if left out).
+    name : str or None
+        Of a distribution of scipy.stats.
+    parameters : dict of str to float or str, or None
+        As scipy.stats calls them; loc and scale in the number's unit.
+    source : str or None
+        Where the figures come from, for the archive.
     """
 
     distribution: Family
@@ -60,12 +120,23 @@ class Variable:
     median: Number | None = None
     lower: Number | None = None
     upper: Number | None = None
+    scale: Number | None = None
     cov: Pure | None = Field(default=None, gt=0)
     dispersion: Pure | None = Field(default=None, gt=0)
-    field: JointField | None = None
+    shape: Pure | None = Field(default=None, gt=0)
+    alpha: Pure | None = Field(default=None, gt=0)
+    beta: Pure | None = Field(default=None, gt=0)
+    values: tuple[Number, ...] = ()
+    weights: tuple[Annotated[Pure, Field(gt=0)], ...] = ()
+    file: str | None = None
+    column: str | None = None
+    unit: str | None = None
+    name: str | None = None
+    parameters: dict[str, Number] | None = None
+    source: str | None = None
 
     def frozen(self, place: str, unit: str) -> Any:
-        """Return the frozen scipy.stats distribution, in SI.
+        """Return the distribution in SI, as scipy.stats freezes them.
 
         Parameters
         ----------
@@ -79,87 +150,138 @@ class Variable:
         InputError
             If the parameters given are not those the distribution takes, or make no sense.
         """
-        given = {
-            name: self._number(name, place, unit if name not in ("cov", "dispersion") else "1")
-            for name in ("mean", "std", "median", "lower", "upper", "cov", "dispersion")
+        return self._made(f'[variables."{place}"]', unit)
+
+    def with_values(self: T, place: str, unit: str, folder: Path) -> T:
+        """Return the same with measured values in it instead of the name of the file that holds them.
+
+        Parameters
+        ----------
+        place, unit : str
+            As of ``frozen``.
+        folder : Path
+            Where files are looked for.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read.
+        """
+        return self._read(f'[variables."{place}"]', unit, folder)
+
+    def _read(self: T, where: str, unit: str, folder: Path) -> T:
+        if self.file is None:
+            return self
+        if self.distribution != "empirical" or self.column is None or self.values:
+            raise InputError(f"{where} file: goes with distribution = 'empirical' and the name of a column, no values.")
+        values = read_column(where, folder / self.file, self.column, self.unit, unit)
+        source = self.source or f"{Path(self.file).name}, column {self.column}"
+        return dataclasses.replace(self, values=values, file=None, column=None, unit=None, source=source)
+
+    def _made(self, where: str, unit: str) -> Any:
+        given = self._numbers(where, unit)
+        extra = {"discrete": ("values", "weights"), "empirical": ("values",), "scipy": _OF_SCIPY}
+        for name in (*_OF_TABLES, *_OF_SCIPY):
+            if getattr(self, name) and name not in extra.get(self.distribution, ()):
+                more = " after the study file is read" if name == "file" and self.distribution == "empirical" else ""
+                raise InputError(f"{where} {name}: is not read with distribution = '{self.distribution}'{more}.")
+        if self.distribution == "scipy":
+            return self._of_scipy(where, unit, given)
+        if self.distribution in ("discrete", "empirical"):
+            return self._table(where, unit, given)
+        return families.make(self.distribution, where, given)
+
+    def _numbers(self, where: str, unit: str) -> dict[str, float]:
+        names = ("mean", "std", "median", "lower", "upper", "scale", *_PURE)
+        return {
+            name: _number(where, name, getattr(self, name), unit if name in _OF_THE_UNIT else "1")
+            for name in names
             if getattr(self, name) is not None
         }
-        forms = _FORMS[self.distribution]
-        for names, make in forms.items():
-            if set(names) == set(given):
-                return make(f'[variables."{place}"]', given)
-        wanted = " or ".join(" and ".join(names) for names in forms)
-        raise InputError(
-            f'[variables."{place}"]: a {self.distribution} distribution takes {wanted}; '
-            f"given: {', '.join(given) or 'nothing'}."
-        )
 
-    def _number(self, name: str, place: str, unit: str) -> float:
-        try:
-            return to_si(getattr(self, name), unit)
-        except ValueError as error:
-            raise InputError(f'[variables."{place}"] {name} = {getattr(self, name)!r}: {error}.') from None
+    def _table(self, where: str, unit: str, given: dict[str, float]) -> Table:
+        if given:
+            raise InputError(
+                f"{where}: a {self.distribution} distribution takes values"
+                + (" and weights" if self.distribution == "discrete" else " or file and column")
+                + f"; given: {', '.join(given)}."
+            )
+        if not self.values:
+            raise InputError(f"{where} values: has none; give at least one.")
+        if self.weights and len(self.weights) != len(self.values):
+            raise InputError(
+                f"{where} weights: {len(self.weights)} of them for {len(self.values)} values; give one for each."
+            )
+        numbers = [_number(where, f"values, item {i}", v, unit) for i, v in enumerate(self.values, 1)]
+        return Table(numbers, self.weights or None)
 
-
-def _positive(where: str, given: Mapping[str, float], *names: str) -> None:
-    for name in names:
-        if not given[name] > 0:
-            raise InputError(f"{where} {name} = {given[name]:g}: must be greater than 0.")
-
-
-def _spread(where: str, given: Mapping[str, float]) -> float:
-    spread = given["std"] if "std" in given else abs(given["mean"]) * given["cov"]
-    if not spread > 0:
-        raise InputError(f"{where}: its standard deviation is {spread:g}; a mean of 0 needs std instead of cov.")
-    return spread
+    def _of_scipy(self, where: str, unit: str, given: dict[str, float]) -> Any:
+        if self.name is None:
+            raise InputError(f"{where} name: is missing; give the name of a distribution of scipy.stats.")
+        parameters = {
+            key: _number(where, f"parameters.{key}", value, unit if key in ("loc", "scale") else "1")
+            for key, value in (self.parameters or {}).items()
+        }
+        return families.scipy_distribution(where, self.name, parameters, given)
 
 
-def _lognormal(where: str, given: Mapping[str, float]) -> Any:
-    from scipy import stats
-
-    if "median" in given:
-        _positive(where, given, "median")
-        return stats.lognorm(s=given["dispersion"], scale=given["median"])
-    _positive(where, given, "mean")
-    variance = np.log1p((_spread(where, given) / given["mean"]) ** 2)
-    return stats.lognorm(s=np.sqrt(variance), scale=given["mean"] * np.exp(-variance / 2))
+def _number(where: str, name: str, value: Any, unit: str) -> float:
+    try:
+        return to_si(value, unit)
+    except ValueError as error:
+        raise InputError(f"{where} {name} = {value!r}: {error}.") from None
 
 
-def _normal(where: str, given: Mapping[str, float]) -> Any:
-    from scipy import stats
+@described
+class Component(Distribution):
+    """One part of a mixture (``[[variables."place".components]]``).
 
-    return stats.norm(loc=given["mean"], scale=_spread(where, given))
+    Attributes
+    ----------
+    weight : float
+        How often it occurs, against the weights of the others.
+    """
 
+    weight: Pure = Field(gt=0)
 
-def _ordered(where: str, given: Mapping[str, float]) -> None:
-    if not given["lower"] < given["upper"]:
-        raise InputError(f"{where} lower = {given['lower']:g}: must be below upper = {given['upper']:g}.")
-
-
-def _truncated_normal(where: str, given: Mapping[str, float]) -> Any:
-    from scipy import stats
-
-    _ordered(where, given)
-    mean, spread = given["mean"], _spread(where, given)
-    cut = ((given["lower"] - mean) / spread, (given["upper"] - mean) / spread)
-    if stats.norm.cdf(cut[1]) - stats.norm.cdf(cut[0]) < 1e-9:
-        raise InputError(f"{where}: nothing of the distribution lies between lower and upper.")
-    return stats.truncnorm(*cut, loc=mean, scale=spread)
+    @model_validator(mode="after")
+    def _plain(self) -> Component:
+        if self.distribution == "mixture":
+            raise ValueError("distribution = 'mixture': a component cannot be a mixture itself; list all components")
+        return self
 
 
-def _uniform(where: str, given: Mapping[str, float]) -> Any:
-    from scipy import stats
+@described
+class Variable(Distribution):
+    """Distribution of one number (``[variables."place"]``).
 
-    _ordered(where, given)
-    return stats.uniform(loc=given["lower"], scale=given["upper"] - given["lower"])
+    Attributes
+    ----------
+    components : sequence of Component
+        Of a mixture.
+    field : JointField or None
+        If given, the number varies from joint to joint; only for numbers of ``joint`` and ``dpc``.
+    """
 
+    components: tuple[Component, ...] = ()
+    field: JointField | None = None
 
-_FORMS: dict[str, dict[tuple[str, ...], Callable[[str, Mapping[str, float]], Any]]] = {
-    "lognormal": {("mean", "cov"): _lognormal, ("mean", "std"): _lognormal, ("median", "dispersion"): _lognormal},
-    "normal": {("mean", "cov"): _normal, ("mean", "std"): _normal},
-    "truncated_normal": {
-        ("mean", "cov", "lower", "upper"): _truncated_normal,
-        ("mean", "std", "lower", "upper"): _truncated_normal,
-    },
-    "uniform": {("lower", "upper"): _uniform},
-}
+    def _read(self, where: str, unit: str, folder: Path) -> Variable:
+        itself = super()._read(where, unit, folder)
+        parts = tuple(part._read(w, unit, folder) for w, part in self._named(where))
+        return itself if parts == self.components else dataclasses.replace(itself, components=parts)
+
+    def _made(self, where: str, unit: str) -> Any:
+        if self.distribution != "mixture":
+            if self.components:
+                raise InputError(f"{where} components: are read with distribution = 'mixture' only.")
+            return super()._made(where, unit)
+        if given := [n for n in (*_OF_THE_UNIT, *_PURE, *_OF_TABLES, *_OF_SCIPY) if getattr(self, n) not in (None, ())]:
+            raise InputError(f"{where}: a mixture takes components; given: {', '.join(given)}.")
+        if len(self.components) < 2:
+            raise InputError(f"{where} components: has {len(self.components)}; a mixture takes two or more.")
+        parts = [part._made(w, unit) for w, part in self._named(where)]
+        return Mixture(parts, np.array([part.weight for part in self.components]))
+
+    def _named(self, where: str) -> Sequence[tuple[str, Component]]:
+        return [(f"{where} component {i}", part) for i, part in enumerate(self.components, 1)]

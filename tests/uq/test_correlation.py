@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from damagepred.errors import InputError
-from damagepred.uq.correlation import cholesky, from_normal, gaussian_correlation
+from damagepred.uq.correlation import cholesky, gaussian_correlation
 from damagepred.uq.design import Design
+from damagepred.uq.marginals import from_normal
 from damagepred.uq.variable import JointField, Variable
 
 

@@ -129,7 +129,10 @@ WRONG: dict[str, tuple[dict, list[str]]] = {
         {"distribution": "lognormal", "mean": 1.0, "cov": 0.1, "std": 0.1},
         ["a lognormal distribution takes", "given: mean, std, cov"],
     ),
-    "another family's": ({"distribution": "uniform", "mean": 1.0, "cov": 0.1}, ["uniform", "takes lower and upper"]),
+    "another family's": (
+        {"distribution": "uniform", "median": 1.0, "dispersion": 0.1},
+        ["uniform", "takes lower and upper"],
+    ),
     "no bounds": ({"distribution": "truncated_normal", "mean": 1.0, "cov": 0.1}, ["mean and cov and lower and upper"]),
     "negative mean": ({"distribution": "lognormal", "mean": -1.0, "cov": 0.1}, ["mean = -1", "greater than 0"]),
     "zero mean": ({"distribution": "lognormal", "mean": 0.0, "std": 0.1}, ["mean = 0", "greater than 0"]),

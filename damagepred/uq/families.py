@@ -1,0 +1,255 @@
+"""Families of distributions: which parameters each takes, and what it makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from scipy import optimize, special
+
+from damagepred.errors import InputError, nearest
+from damagepred.uq.marginals import Table
+
+Given = Mapping[str, float]
+
+MOST_VALUES = 100_000
+"""Values of a discrete distribution of scipy.stats beyond which it is refused."""
+
+
+def make(family: str, where: str, given: Given) -> Any:
+    """Return a distribution by its family's name and parameters, in SI.
+
+    Parameters
+    ----------
+    family : str
+        One of ``FORMS``.
+    where : str
+        Place in the study, for messages.
+    given : mapping of str to float
+        The parameters that are given.
+
+    Raises
+    ------
+    InputError
+        If they are not those the family takes, or make no distribution.
+    """
+    forms = FORMS[family]
+    for names, build in forms.items():
+        if set(names) == set(given):
+            return build(where, given)
+    wanted = " or ".join(" and ".join(names) for names in forms)
+    raise InputError(f"{where}: a {family} distribution takes {wanted}; given: {', '.join(given) or 'nothing'}.")
+
+
+def _positive(where: str, given: Given, *names: str) -> None:
+    for name in names:
+        if not given[name] > 0:
+            raise InputError(f"{where} {name} = {given[name]:g}: must be greater than 0.")
+
+
+def spread(where: str, given: Given) -> float:
+    """Return the standard deviation from ``std``, or from ``cov`` and ``mean``.
+
+    Raises
+    ------
+    InputError
+        If it is not positive.
+    """
+    found = given["std"] if "std" in given else abs(given["mean"]) * given["cov"]
+    if not found > 0:
+        raise InputError(f"{where}: its standard deviation is {found:g}; a mean of 0 needs std instead of cov.")
+    return found
+
+
+def _ordered(where: str, given: Given) -> None:
+    if not given["lower"] < given["upper"]:
+        raise InputError(f"{where} lower = {given['lower']:g}: must be below upper = {given['upper']:g}.")
+
+
+def _above(where: str, given: Given) -> tuple[float, float, float]:
+    """Return lower, mean above lower, and coefficient of variation above lower."""
+    lower = given.get("lower", 0.0)
+    if not given["mean"] > lower:
+        raise InputError(f"{where} mean = {given['mean']:g}: must be greater than {lower:g}.")
+    mean = given["mean"] - lower
+    return lower, mean, spread(where, given) / mean
+
+
+def _lognormal(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    if "median" in given:
+        _positive(where, given, "median")
+        return stats.lognorm(s=given["dispersion"], scale=given["median"])
+    _positive(where, given, "mean")
+    variance = np.log1p((spread(where, given) / given["mean"]) ** 2)
+    return stats.lognorm(s=np.sqrt(variance), scale=given["mean"] * np.exp(-variance / 2))
+
+
+def _normal(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    return stats.norm(loc=given["mean"], scale=spread(where, given))
+
+
+def _truncated_normal(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    _ordered(where, given)
+    mean, std = given["mean"], spread(where, given)
+    cut = ((given["lower"] - mean) / std, (given["upper"] - mean) / std)
+    if stats.norm.cdf(cut[1]) - stats.norm.cdf(cut[0]) < 1e-9:
+        raise InputError(f"{where}: nothing of the distribution lies between lower and upper.")
+    return stats.truncnorm(*cut, loc=mean, scale=std)
+
+
+def _uniform(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    if "mean" in given:
+        half = np.sqrt(3.0) * spread(where, given)
+        return stats.uniform(loc=given["mean"] - half, scale=2.0 * half)
+    _ordered(where, given)
+    return stats.uniform(loc=given["lower"], scale=given["upper"] - given["lower"])
+
+
+def _weibull(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    if "shape" in given:
+        _positive(where, given, "scale")
+        return stats.weibull_min(given["shape"], loc=given.get("lower", 0.0), scale=given["scale"])
+    lower, mean, cov = _above(where, given)
+    if not 0.005 <= cov <= 10.0:
+        raise InputError(
+            f"{where}: the scatter above its lower end is {cov:g} of the mean there; a Weibull takes 0.005 to 10."
+        )
+
+    def excess(log_shape: float) -> float:
+        inverse = np.exp(-log_shape)
+        return float(special.gammaln(1 + 2 * inverse) - 2 * special.gammaln(1 + inverse) - np.log1p(cov**2))
+
+    shape = float(np.exp(optimize.brentq(excess, np.log(0.1), np.log(500.0), xtol=1e-14)))
+    return stats.weibull_min(shape, loc=lower, scale=mean / special.gamma(1 + 1 / shape))
+
+
+def _gamma(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    if "shape" in given:
+        _positive(where, given, "scale")
+        return stats.gamma(given["shape"], loc=given.get("lower", 0.0), scale=given["scale"])
+    lower, mean, cov = _above(where, given)
+    return stats.gamma(cov**-2, loc=lower, scale=mean * cov**2)
+
+
+def _beta(where: str, given: Given) -> Any:
+    from scipy import stats
+
+    _ordered(where, given)
+    lower, width = given["lower"], given["upper"] - given["lower"]
+    if "alpha" in given:
+        return stats.beta(given["alpha"], given["beta"], loc=lower, scale=width)
+    mean, std = (given["mean"] - lower) / width, spread(where, given) / width
+    if not 0 < mean < 1:
+        raise InputError(f"{where} mean = {given['mean']:g}: must lie between lower and upper.")
+    total = mean * (1 - mean) / std**2 - 1
+    if not total > 0:
+        most = np.sqrt(mean * (1 - mean)) * width
+        raise InputError(
+            f"{where}: with this mean a beta distribution has a standard deviation below {most:g}; given: "
+            f"{std * width:g}."
+        )
+    return stats.beta(mean * total, (1 - mean) * total, loc=lower, scale=width)
+
+
+Form = Callable[[str, Given], Any]
+
+_SCATTER: tuple[tuple[str, ...], ...] = (("mean", "cov"), ("mean", "std"))
+
+
+def _forms(build: Form, native: tuple[str, ...], *, lower: bool = False) -> dict[tuple[str, ...], Form]:
+    """Return the parameters of a family by mean and scatter or its own, with a lower end if it may be moved."""
+    ways = (*_SCATTER, native)
+    return {names: build for way in ways for names in ((way, (*way, "lower")) if lower else (way,))}
+
+
+FORMS: dict[str, dict[tuple[str, ...], Form]] = {
+    "lognormal": _forms(_lognormal, ("median", "dispersion")),
+    "normal": dict.fromkeys(_SCATTER, _normal),
+    "truncated_normal": {(*names, "lower", "upper"): _truncated_normal for names in _SCATTER},
+    "uniform": {("lower", "upper"): _uniform} | dict.fromkeys(_SCATTER, _uniform),
+    "weibull": _forms(_weibull, ("shape", "scale"), lower=True),
+    "gamma": _forms(_gamma, ("shape", "scale"), lower=True),
+    "beta": {(*names, "lower", "upper"): _beta for names in (*_SCATTER, ("alpha", "beta"))},
+}
+"""What each family takes, and how it is made of it."""
+
+
+def scipy_distribution(where: str, name: str, parameters: Given, given: Given) -> Any:
+    """Return a distribution of scipy.stats by its name.
+
+    Parameters
+    ----------
+    where : str
+        Place in the study, for messages.
+    name : str
+        As in scipy.stats, such as ``"gumbel_r"`` or ``"poisson"``.
+    parameters : mapping of str to float
+        Its own: shapes, loc and scale.
+    given : mapping of str to float
+        Nothing, or mean with cov or std, from which loc and scale follow.
+
+    Raises
+    ------
+    InputError
+        If there is no such distribution, or the parameters make none.
+    """
+    from scipy import stats
+
+    known = [n for n in dir(stats) if isinstance(getattr(stats, n), stats.rv_continuous | stats.rv_discrete)]
+    if name not in known:
+        raise InputError(f"{where} name = {name!r}: scipy.stats has no such distribution." + nearest(name, known))
+    family = getattr(stats, name)
+    discrete = isinstance(family, stats.rv_discrete)
+    shapes = [s.strip() for s in family.shapes.split(",")] if family.shapes else []
+    allowed = [*shapes, "loc"] if discrete or given else [*shapes, "loc", "scale"]
+    if given:
+        allowed = shapes
+    for key in parameters:
+        if key not in allowed:
+            why = "; loc and scale follow from mean and scatter" if given and key in ("loc", "scale") else ""
+            raise InputError(
+                f"{where} parameters.{key}: scipy.stats.{name} takes here {', '.join(allowed) or 'none'}{why}."
+                + nearest(key, allowed)
+            )
+    if missing := [s for s in shapes if s not in parameters]:
+        raise InputError(f"{where} parameters: scipy.stats.{name} also needs {', '.join(missing)}.")
+    if given and discrete:
+        raise InputError(f"{where}: scipy.stats.{name} is discrete and takes its own parameters, no mean and scatter.")
+    if given and set(given) not in ({"mean", "std"}, {"mean", "cov"}):
+        raise InputError(f"{where}: scipy.stats.{name} takes parameters, or mean and cov, or mean and std.")
+    frozen = family(**parameters)
+    middle = float(frozen.ppf(0.5))
+    if not np.isfinite(middle):
+        told = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
+        raise InputError(f"{where} parameters: scipy.stats.{name} has no distribution with {told or 'none'}.")
+    if discrete:
+        return _tabulated(where, name, frozen)
+    if given:
+        mean, std = float(frozen.mean()), float(frozen.std())
+        if not (np.isfinite(mean) and np.isfinite(std) and std > 0):
+            raise InputError(f"{where}: scipy.stats.{name} has no mean and scatter here; give loc and scale.")
+        scale = spread(where, given) / std
+        frozen = family(**parameters, loc=given["mean"] - scale * mean, scale=scale)
+    return frozen
+
+
+def _tabulated(where: str, name: str, frozen: Any) -> Table:
+    low, high = float(frozen.ppf(1e-16)), float(frozen.isf(1e-16))
+    if not high - low < MOST_VALUES:
+        raise InputError(f"{where}: scipy.stats.{name} takes more than {MOST_VALUES} values here.")
+    values = np.arange(low, high + 1.0)
+    weights = frozen.pmf(values)
+    return Table(values[weights > 0], weights[weights > 0])

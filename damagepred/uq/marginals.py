@@ -1,0 +1,233 @@
+"""Marginal distributions that scipy.stats has not: tables of values, and mixtures. Both answer as frozen ones do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+FloatArray = NDArray[np.float64]
+
+
+class Marginal(Protocol):
+    """What a distribution must answer to be sampled and correlated; every frozen scipy.stats distribution does."""
+
+    def cdf(self, x: ArrayLike) -> Any:
+        """Return the probability of at most x."""
+
+    def sf(self, x: ArrayLike) -> Any:
+        """Return the probability of more than x."""
+
+    def ppf(self, q: ArrayLike) -> Any:
+        """Return the smallest value whose cdf is at least q."""
+
+    def isf(self, q: ArrayLike) -> Any:
+        """Return the smallest value whose sf is at most q."""
+
+    def mean(self) -> Any:
+        """Return the mean."""
+
+    def std(self) -> Any:
+        """Return the standard deviation."""
+
+
+def from_normal(marginal: Marginal, z: FloatArray) -> FloatArray:
+    """Turn standard normals into values of a marginal, without losing the upper tail to rounding."""
+    if isinstance(marginal, Mixture):
+        return marginal.quantile(z)
+    z = np.asarray(z, dtype=np.float64)
+    low = z < 0
+    values = np.empty_like(z)
+    values[low] = marginal.ppf(special.ndtr(z[low]))
+    values[~low] = marginal.isf(special.ndtr(-z[~low]))
+    return values
+
+
+def breaks(marginal: Marginal) -> FloatArray:
+    """Return the standard normals at which a marginal's value jumps or has a kink: array (breaks,), ordered."""
+    return marginal.breaks if isinstance(marginal, Table | Mixture) else np.empty(0)
+
+
+def _normal_score(below: FloatArray, above: FloatArray) -> FloatArray:
+    """Return z with Phi(z) = below = 1 - above, from whichever of the two is exact."""
+    return np.where(below < 0.5, special.ndtri(below), -special.ndtri(above))
+
+
+class Table:
+    """Finitely many values with their probabilities.
+
+    Parameters
+    ----------
+    values : array (n,)
+        In any order; equal ones are added up.
+    weights : array (n,), optional
+        Positive, of any sum; by default all are equally likely.
+
+    Examples
+    --------
+    >>> Table([2.0, 1.0], [1, 3]).ppf([0.5, 0.75, 0.76]).tolist()
+    [1.0, 1.0, 2.0]
+    """
+
+    def __init__(self, values: ArrayLike, weights: ArrayLike | None = None) -> None:
+        given = np.asarray(values, dtype=np.float64)
+        weight = np.ones_like(given) if weights is None else np.asarray(weights, dtype=np.float64)
+        self.values, place = np.unique(given, return_inverse=True)
+        total = np.bincount(place.ravel(), weights=weight)
+        self.probabilities: FloatArray = total / total.sum()
+        self._below = np.minimum(np.cumsum(self.probabilities), 1.0)
+        self._above = np.append(np.cumsum(self.probabilities[::-1])[::-1][1:], 0.0)
+        self._below[-1] = 1.0
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Standard normals at which the value changes."""
+        return _normal_score(self._below[:-1], self._above[:-1])
+
+    def cdf(self, x: ArrayLike) -> FloatArray:
+        """Return the probability of at most x."""
+        return np.append(0.0, self._below)[np.searchsorted(self.values, x, side="right")]
+
+    def sf(self, x: ArrayLike) -> FloatArray:
+        """Return the probability of more than x."""
+        return np.append(1.0, self._above)[np.searchsorted(self.values, x, side="right")]
+
+    def ppf(self, q: ArrayLike) -> FloatArray:
+        """Return the smallest value whose cdf is at least q."""
+        return self.values[np.minimum(np.searchsorted(self._below, q, side="left"), len(self.values) - 1)]
+
+    def isf(self, q: ArrayLike) -> FloatArray:
+        """Return the smallest value whose sf is at most q."""
+        return self.values[len(self.values) - np.searchsorted(self._above[::-1], q, side="right")]
+
+    def mean(self) -> float:
+        """Return the mean."""
+        return float(self.probabilities @ self.values)
+
+    def std(self) -> float:
+        """Return the standard deviation."""
+        return float(np.sqrt(self.probabilities @ (self.values - self.mean()) ** 2))
+
+    def support(self) -> tuple[float, float]:
+        """Return the smallest and the largest value."""
+        return float(self.values[0]), float(self.values[-1])
+
+
+class Mixture:
+    """One of several distributions, chosen by chance: sound and weak units of one wall.
+
+    Parameters
+    ----------
+    parts : sequence of Marginal
+        Tables among them are atoms: values that occur with a probability of their own.
+    weights : array (parts,)
+        Positive, of any sum.
+    """
+
+    def __init__(self, parts: Sequence[Any], weights: ArrayLike) -> None:
+        self.parts = tuple(parts)
+        weight = np.asarray(weights, dtype=np.float64)
+        self.weights: FloatArray = weight / weight.sum()
+        atoms = [p.values for p in self.parts if isinstance(p, Table)]
+        self.atoms: FloatArray = np.unique(np.concatenate(atoms)) if atoms else np.empty(0)
+        # where cdf and sf change places as what is exact
+        self._middle = float(np.median([part.ppf(0.5) for part in self.parts]))
+        ends = np.array([end for part in self.parts for end in part.support()])
+        marks = np.unique(np.append(ends[np.isfinite(ends)], self.atoms))
+        # an atom is taken by all normals between its two scores
+        self._atom_from, self._atom_to = self._score(np.nextafter(self.atoms, -np.inf)), self._score(self.atoms)
+        scores = np.concatenate((self._score(np.nextafter(marks, -np.inf)), self._score(marks)))
+        self.breaks: FloatArray = np.unique(scores[np.isfinite(scores)])
+        self._grid_z = np.linspace(-6.0, 6.0, 1201)
+        self._grid_x = self._solve(self._grid_z, *self._bracket(self._grid_z))
+
+    def cdf(self, x: ArrayLike) -> FloatArray:
+        """Return the probability of at most x."""
+        return np.asarray(sum(w * part.cdf(x) for w, part in zip(self.weights, self.parts)))
+
+    def sf(self, x: ArrayLike) -> FloatArray:
+        """Return the probability of more than x."""
+        return np.asarray(sum(w * part.sf(x) for w, part in zip(self.weights, self.parts)))
+
+    def ppf(self, q: ArrayLike) -> FloatArray:
+        """Return the smallest value whose cdf is at least q."""
+        return self.quantile(special.ndtri(q))
+
+    def isf(self, q: ArrayLike) -> FloatArray:
+        """Return the smallest value whose sf is at most q."""
+        return self.quantile(-special.ndtri(q))
+
+    def mean(self) -> float:
+        """Return the mean."""
+        return float(sum(w * part.mean() for w, part in zip(self.weights, self.parts)))
+
+    def std(self) -> float:
+        """Return the standard deviation."""
+        mean = self.mean()
+        each = (w * (part.std() ** 2 + (part.mean() - mean) ** 2) for w, part in zip(self.weights, self.parts))
+        return float(np.sqrt(sum(each)))
+
+    def support(self) -> tuple[float, float]:
+        """Return the smallest and the largest value."""
+        low, high = zip(*(part.support() for part in self.parts))
+        return float(min(low)), float(max(high))
+
+    def quantile(self, z: ArrayLike) -> FloatArray:
+        """Return the values that standard normals stand for.
+
+        Parameters
+        ----------
+        z : array
+            Standard normals, any shape; infinite ones give the ends of the support.
+        """
+        given = np.atleast_1d(np.asarray(z, dtype=np.float64))
+        flat = given.ravel()
+        cell = np.searchsorted(self._grid_z, flat)
+        inside = (cell > 0) & (cell < len(self._grid_z))
+        low, high = np.empty_like(flat), np.empty_like(flat)
+        low[inside], high[inside] = self._grid_x[cell[inside] - 1], self._grid_x[cell[inside]]
+        low[~inside], high[~inside] = self._bracket(flat[~inside])
+        return self._solve(flat, low, high).reshape(np.shape(z))
+
+    def _score(self, x: FloatArray) -> FloatArray:
+        below = x < self._middle
+        score = np.empty_like(x)
+        score[below] = special.ndtri(self.cdf(x[below]))
+        score[~below] = -special.ndtri(self.sf(x[~below]))
+        return score
+
+    def _bracket(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the greatest of the parts' own quantiles, between which the mixture's lies."""
+        each = np.array([from_normal(part, z) for part in self.parts]).reshape(len(self.parts), -1)
+        return each.min(axis=0), each.max(axis=0)
+
+    def _solve(self, z: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Find the values with given normal scores between bounds, by the Illinois method and bisection in turn."""
+        x = np.where(np.isneginf(z), low, high)
+        is_atom = np.zeros(len(z), dtype=bool)
+        for atom, first, last in zip(self.atoms, self._atom_from, self._atom_to):
+            here = (z > first) & (z <= last)
+            x[here], is_atom[here] = atom, True
+        open_ = np.flatnonzero(~is_atom & (low < high) & np.isfinite(z))
+        a, b, wanted = low[open_], high[open_], z[open_]
+        at_a, at_b = self._score(a) - wanted, self._score(b) - wanted
+        for turn in range(200):
+            if not open_.size:
+                break
+            with np.errstate(invalid="ignore", divide="ignore"):
+                middle = b - at_b * (b - a) / (at_b - at_a)
+            halve = ~np.isfinite(middle) | (middle <= a) | (middle >= b) | (turn % 8 == 7)
+            middle = np.where(halve, 0.5 * (a + b), middle)
+            value = self._score(middle) - wanted
+            done = (np.abs(value) <= 1e-10) | (middle <= a) | (middle >= b)
+            x[open_] = middle
+            above = value >= 0
+            # Illinois: an end that stays twice counts half
+            at_a, at_b = np.where(above, 0.5 * at_a, value), np.where(above, value, 0.5 * at_b)
+            a, b = np.where(above, a, middle), np.where(above, middle, b)
+            open_ = open_[~done]
+            a, b, at_a, at_b, wanted = (v[~done] for v in (a, b, at_a, at_b, wanted))
+        return x
