@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from damagepred.scene import Scene
     from damagepred.study import Study, open_study
     from damagepred.uq.fragility import fit_fragility
+    from damagepred.uq.subset import subset_simulation
 
 _HOMES = {
     "Assembly": "assembly",
@@ -37,6 +38,7 @@ _HOMES = {
     "fit_fragility": "uq.fragility",
     "open_study": "study",
     "solve": "path",
+    "subset_simulation": "uq.subset",
 }
 
 __all__ = [
@@ -51,6 +53,7 @@ __all__ = [
     "fit_fragility",
     "open_study",
     "solve",
+    "subset_simulation",
 ]
 
 

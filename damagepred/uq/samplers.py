@@ -20,6 +20,7 @@ class Stream(IntEnum):
     SCRAMBLE = 2
     BOOTSTRAP = 3
     SUBSET = 4
+    SUBSET_START = 5
 
 
 def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
