@@ -1,10 +1,11 @@
 """Probability of damage to a house wall on reactive clay: class of site by class of site, footing by footing.
 
     python studies/soil_movement/run.py [--samples 32] [--workers 2] [--footings veneer full_masonry]
-        [--movements 20 40 60 75 100 150] [--output studies/soil_movement/results]
+        [--kinds doming dishing] [--movements 20 40 60] [--output studies/soil_movement/results]
 
 Every footing, way of movement and y_s is a study of its own, with the same sampled walls, in a folder that damagepred
-reads (status, replay, plot). The same call goes on where an interrupted one stopped; a larger --samples adds walls.
+reads (status, replay, plot). The same call goes on where an interrupted one stopped; a larger --samples adds walls,
+other --movements more points to the curves. Tables and curves are made from all that is in the output folder.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pandas as pd
-from stripes import shares, stripes
+from stripes import by_thirds, shares, stripes
 
 from damagepred import fit_fragility, open_study
 from damagepred.archive.files import write_whole
@@ -34,6 +35,9 @@ from damagepred.study.workers import one_thread_each, prepare_worker
 HERE = Path(__file__).resolve().parent
 FOOTINGS = {"light": "clad_frame", "veneer": "masonry_veneer", "full_masonry": "full_masonry"}
 KINDS = ("doming", "dishing")
+MOVEMENTS = {"doming": (20, 40, 60, 75, 85, 100, 125, 150), "dishing": (20, 40, 60, 75, 100, 150)}
+"""Surface movements y_s (mm): the limits of the classes, and as many beyond as the curves need."""
+STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
 STEP = 10.0
 """Increments of the movement (mm)."""
 
@@ -45,14 +49,18 @@ def main() -> int:
     parser.add_argument("--footings", nargs="+", choices=list(FOOTINGS), default=["veneer", "full_masonry"])
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
     parser.add_argument(
-        "--movements", nargs="+", type=float, default=[20, 40, 60, 75, 100, 150], help="y_s (mm), each with its mound"
+        "--movements", nargs="+", type=float, help="y_s (mm), each with its own mound, instead of the usual ones"
     )
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for archives, tables, pictures")
     options = parser.parse_args()
     cases = [(f, k) for f in options.footings for k in options.kinds]
+    wanted = {k: options.movements or MOVEMENTS[k] for k in options.kinds}
+    everything = sorted({m for movements in wanted.values() for m in movements})
     with workers(options.workers) as executor:
-        for millimetres in options.movements:  # the dear ones last
+        for millimetres in everything:  # the dear ones last
             for footing, kind in cases:
+                if millimetres not in wanted[kind]:
+                    continue
                 study = Study(settings(footing, kind, millimetres))
                 folder = place(options.output, footing, kind, millimetres)
                 summary = study.run(folder, options.samples, executor=executor)
@@ -61,7 +69,7 @@ def main() -> int:
                 )
                 if summary.interrupted:
                     return 130
-    return 3 * report(options.output, cases, options.movements)
+    return 3 * report(options.output)
 
 
 def settings(footing: str, kind: str, millimetres: float) -> StudySettings:
@@ -92,6 +100,12 @@ def place(output: Path, footing: str, kind: str, millimetres: float) -> Path:
     return output / f"{footing}_{kind}_{millimetres:g}mm.dp"
 
 
+def present(output: Path, footing: str, kind: str) -> list[float]:
+    """Return the movements (mm) of which there is a study."""
+    names = [p.name for p in output.glob(f"{footing}_{kind}_*mm.dp")]
+    return sorted(float(name.removeprefix(f"{footing}_{kind}_").removesuffix("mm.dp")) for name in names)
+
+
 @contextmanager
 def workers(count: int) -> Iterator[ProcessPoolExecutor]:
     """Start processes that serve all studies, one thread each."""
@@ -102,19 +116,22 @@ def workers(count: int) -> Iterator[ProcessPoolExecutor]:
         yield executor
 
 
-def report(output: Path, cases: list[tuple[str, str]], movements: list[float]) -> bool:
-    """Write tables and curves; say which walls failed, and return whether any did."""
-    rows, fits, curves, failed = [], [], {}, False
-    for footing, kind in cases:
+def report(output: Path) -> bool:
+    """Write tables and curves of all studies in a folder; say which walls failed, and return whether any did."""
+    rows, thirds, fits, curves, failed = [], [], [], {}, False
+    for footing, kind in ((f, k) for f in FOOTINGS for k in KINDS):
         studies = {}
-        for millimetres in movements:
+        for millimetres in present(output, footing, kind):
             ys, folder = millimetres * 1e-3, place(output, footing, kind, millimetres)
             case = {"footing": footing, "movement": kind, "y_s (mm)": 1e3 * ys, "site class": site_class(ys).name}
             ds = studies[ys] = open_study(folder)
             rows += [case | row for row in shares(ds)]
+            thirds += [case | row for row in by_thirds(ds, STIFFNESS[kind])]
             for sample in ds["sample"].values[ds["status"].values == 2]:
                 failed = True
                 print(f"failed: damagepred replay {folder} {sample}")
+        if not studies:
+            continue
         found = fit_fragility(stripes(studies))
         found.attrs["title"] = f"{kind}, footing {settings(footing, kind, 40.0).title.split('footing ')[1]}"
         curves[footing, kind] = found
@@ -122,6 +139,7 @@ def report(output: Path, cases: list[tuple[str, str]], movements: list[float]) -
         fits.append(frame.assign(footing=footing, movement=kind))
     shared = pd.DataFrame(rows)
     save_table(shared, output / "probabilities.csv")
+    save_table(pd.DataFrame(thirds), output / "by_soil_stiffness.csv")
     save_table(pd.concat(fits), output / "curves.csv")
     medians = [
         found[[n for n in found.data_vars if found[n].dims == ("category",)]].to_dataframe().reset_index()
@@ -160,7 +178,7 @@ def draw(curves: dict[tuple[str, str], object], shared: pd.DataFrame, path: Path
         title = str(found.attrs["title"])
         set_title(
             ax, title[:1].upper() + title[1:],
-            f"{found.attrs['samples']} walls; band and bars: 90 % confidence; dots: share of the walls at this y_s",
+            f"{found.attrs['samples']} walls; dots: shares; bars and bands: 90 % confidence",
         )  # fmt: skip
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import Any
 
@@ -68,6 +69,27 @@ def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list
             {"category": category, "walls": walls, "reached": reached, "share": reached / walls if walls else np.nan,
              "lower": float(low), "upper": float(high), "failed": int((status == FAILED).sum())}
         )  # fmt: skip
+    return rows
+
+
+def by_thirds(ds: xr.Dataset, place: str, categories: int = 4) -> list[dict[str, Any]]:
+    """Return the shares of walls in each category or worse, for the lower, middle and upper third of an input.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Study of one y_s.
+    place : str
+        Name of the input.
+    categories : int
+        Highest category.
+    """
+    value, rows = ds[place].values, []
+    ends = np.quantile(value, [0.0, 1 / 3, 2 / 3, 1.0])
+    for number, (low, high) in enumerate(itertools.pairwise(ends)):
+        here = (value >= low) & ((value < high) if number < 2 else (value <= high))
+        part = ds.isel(sample=np.flatnonzero(here))
+        rows += [{"input": place, "from": low, "to": high} | row for row in shares(part, categories)]
     return rows
 
 

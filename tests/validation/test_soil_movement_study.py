@@ -91,6 +91,15 @@ def test_shares_leave_out_what_is_not_known_and_bound_what_never_happened() -> N
     assert {r["failed"] for r in rows} == {1}
 
 
+def test_thirds_of_an_input_hold_all_walls_once() -> None:
+    stripes = module("stripes")
+    ds = study([[0, 0]] * 4 + [[0, 1]] * 3, [COMPLETE] * 7)
+    ds["soil"] = "sample", np.arange(7.0)
+    rows = [row for row in stripes.by_thirds(ds, "soil") if row["category"] == 1]
+    assert [row["walls"] for row in rows] == [2, 2, 3]
+    assert [row["reached"] for row in rows] == [0, 0, 3]
+
+
 def test_a_heavier_footing_bends_less() -> None:
     run = module("run")
     bent = {}
