@@ -137,6 +137,7 @@ def fragility(
     """Fit fragility curves to a study."""
     from damagepred.archive.files import check_writable, write_dataset, write_whole
     from damagepred.archive.folder import open_study
+    from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.uq.fragility import fit_fragility
 
     check_writable(output, plot, csv)
@@ -145,7 +146,7 @@ def fragility(
     )
     screen.fragility_table(curves)
     if output is not None:
-        write_dataset(curves.assign_attrs(schema_version=1), output)
+        write_dataset(curves.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
     if csv is not None:
         frame = curves[["probability", "probability_lower", "probability_upper", "empirical"]].to_dataframe()

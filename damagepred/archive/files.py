@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
+from damagepred.archive.schema import FLAG_FILL, VARIABLES
+from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import InputError, StudyError
 
 _ONE_AT_A_TIME = threading.RLock()
@@ -163,10 +164,7 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     version = ds.attrs.get("schema_version")
     if not isinstance(version, int | np.integer):
         raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")
-    if int(version) > SCHEMA_VERSION:
-        raise InputError(
-            f"{file}: has schema version {int(version)}, this damagepred reads up to {SCHEMA_VERSION}; update it."
-        )
+    ds = brought_up_to_date(int(version), str(file), ds)
     ds = ds.assign({name: ds[name].astype(np.float64) for name in ds.data_vars if ds[name].dtype == np.float32})
     for variable in ds.variables.values():
         variable.attrs.pop("_FillValue", None)

@@ -3,9 +3,10 @@
     study.toml      frozen copy of the study, scene inside
     manifest.json   which program, when, how many samples were asked for so far
     design.nc       every input of every sample, written before any run
-    parts/          one file a finished task, never touched again
-    failures/       one file a failed sample, with its reason and its inputs
+    parts/          one file a finished task of one or more samples, never touched again
+    failures/       one file a failed sample, with its reason and what it takes to replay it
     results.nc      all parts together, for fast reading; can be rebuilt from them at any time
+    .lock, .writer  who writes to it at present; the lock ends with its process, however that ends
 
 Every file is written under a temporary name and renamed when it is on the disk, so a killed run leaves whole files.
 """
@@ -14,7 +15,11 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Mapping
+import os
+import re
+import socket
+from collections.abc import Iterable, Iterator, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +28,20 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.files import read_dataset, write_dataset, write_whole
+from damagepred.archive.parts import Column, Columns, read_part
+from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import InputError, StudyError
 
 MISSING = SAMPLE_STATUS.index("missing")
 FAILED = SAMPLE_STATUS.index("failed")
+
+_NOTES = (".lock", ".writer")
+"""What may stand in a folder before a study does."""
+
+_PART = re.compile(r"samples?-(\d+)(?:-(\d+))?\.nc")
+_FAILURE = re.compile(r"sample-(\d+)\.json")
 
 
 class StudyFolder:
@@ -48,6 +62,7 @@ class StudyFolder:
         self.design_file = self.path / "design.nc"
         self.results_file = self.path / "results.nc"
         self._stop_file = self.path / ".stop"
+        self._writer_file = self.path / ".writer"
 
     # -- making and opening ---------------------------------------------------------------------------------------
 
@@ -71,7 +86,7 @@ class StudyFolder:
         StudyError
             If there is something else in its place, or it cannot be written.
         """
-        if self.path.exists() and (not self.path.is_dir() or any(p.name != ".lock" for p in self.path.iterdir())):
+        if self.path.exists() and (not self.path.is_dir() or any(p.name not in _NOTES for p in self.path.iterdir())):
             raise StudyError(
                 f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o."
             )
@@ -100,11 +115,10 @@ class StudyFolder:
             raise InputError(f"{self.path}: no such study folder; `damagepred study` makes one.")
         if not self.exists or not self.manifest_file.is_file():
             raise InputError(f"{self.path}: is not a study folder (it has no study.toml and manifest.json).")
-        version = int(self.manifest().get("schema_version", 0))
-        if version > SCHEMA_VERSION:
-            raise InputError(
-                f"{self.path}: has schema version {version}, this damagepred reads up to {SCHEMA_VERSION}; update it."
-            )
+        version = self.manifest().get("schema_version")
+        if not isinstance(version, int) or version < 1:
+            raise InputError(f"{self.manifest_file}: has no schema_version; it is not one of damagepred.")
+        brought_up_to_date(version, str(self.path))
 
     def lock(self) -> filelock.FileLock:
         """Take the folder for writing, until the lock is released or the process ends.
@@ -120,11 +134,20 @@ class StudyFolder:
             lock.acquire()
         except filelock.Timeout:
             raise StudyError(
-                f"{self.path}: another damagepred is writing to this study; wait for it, or read with status."
+                f"{self.path}: another damagepred is writing to this study{self._writer()}; wait for it, or read with "
+                "status."
             ) from None
         except OSError as error:
             raise StudyError(f"{self.path}: cannot be written: {error.strerror}; choose another with -o.") from error
+        with contextlib.suppress(OSError):
+            since = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+            self._writer_file.write_text(f"process {os.getpid()} on {socket.gethostname()} since {since}", "utf-8")
         return lock
+
+    def _writer(self) -> str:
+        with contextlib.suppress(OSError):
+            return f" ({self._writer_file.read_text('utf-8')})"
+        return ""
 
     # -- what is in it --------------------------------------------------------------------------------------------
 
@@ -148,7 +171,7 @@ class StudyFolder:
 
     def write_manifest(self, manifest: Mapping[str, Any]) -> None:
         """Replace the manifest."""
-        text = json.dumps({"schema_version": SCHEMA_VERSION, **manifest}, indent=2, sort_keys=True) + "\n"
+        text = json.dumps({**manifest, "schema_version": SCHEMA_VERSION}, indent=2, sort_keys=True) + "\n"
         write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))
 
     @property
@@ -168,9 +191,32 @@ class StudyFolder:
             for file in folder.glob(".*.tmp"):
                 file.unlink(missing_ok=True)
 
-    def part_file(self, sample: int) -> Path:
-        """Return the name of the part that holds one sample."""
-        return self.parts / f"sample-{sample:08d}.nc"
+    def part_file(self, first: int, last: int | None = None) -> Path:
+        """Return the name of the part that holds one sample, or a run of them.
+
+        Parameters
+        ----------
+        first, last : int
+            Numbers of the first and the last sample.
+        """
+        if last is None or last == first:
+            return self.parts / f"sample-{first:08d}.nc"
+        return self.parts / f"samples-{first:08d}-{last:08d}.nc"
+
+    def part_files(self) -> dict[Path, range]:
+        """Return every part with the samples it holds."""
+        found = {}
+        for name in _names(self.parts):
+            if match := _PART.fullmatch(name):
+                first = int(match[1])
+                found[self.parts / name] = range(first, int(match[2] or first) + 1)
+        return found
+
+    def part_of(self, sample: int) -> Path | None:
+        """Return the part that holds a sample, if there is one."""
+        if (alone := self.part_file(sample)).is_file():
+            return alone
+        return next((file for file, samples in self.part_files().items() if sample in samples), None)
 
     def failure_file(self, sample: int) -> Path:
         """Return the name of the record of one failed sample."""
@@ -178,14 +224,23 @@ class StudyFolder:
 
     def finished(self) -> set[int]:
         """Return the samples that have a part, solved or failed in solving."""
-        return {int(p.stem.split("-")[1]) for p in self.parts.glob("sample-*.nc")}
+        return {sample for samples in self.part_files().values() for sample in samples}
+
+    def failed_samples(self) -> set[int]:
+        """Return the samples that failed, from the names of their records alone."""
+        return {int(match[1]) for name in _names(self.failures) if (match := _FAILURE.fullmatch(name))}
 
     def failed(self) -> dict[int, dict[str, Any]]:
         """Return the record of each failed sample."""
-        records = {}
-        for file in sorted(self.failures.glob("sample-*.json")):
-            records[int(file.stem.split("-")[1])] = json.loads(file.read_text(encoding="utf-8"))
-        return records
+        return {i: self._failure(i) for i in sorted(self.failed_samples())}
+
+    def _failure(self, sample: int) -> dict[str, Any]:
+        file = self.failure_file(sample)
+        try:
+            content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, json.JSONDecodeError) as error:
+            return {"sample": sample, "reason": "unknown", "message": f"{file.name} cannot be read ({error})"}
+        return content
 
     def record_failure(self, sample: int, reason: str, message: str, inputs: Mapping[str, float]) -> None:
         """Write down that a sample failed.
@@ -195,13 +250,21 @@ class StudyFolder:
         sample : int
             Its number.
         reason : str
-            One word: diverged, not_converged, timeout, worker_died, error.
+            One word: diverged, not_converged, bad_input, timeout, worker_died, error.
         message : str
             What happened, in full.
         inputs : mapping
             Its sampled values, to look at and to replay.
         """
-        record = {"sample": sample, "reason": reason, "message": message, "inputs": dict(inputs)}
+        record = {
+            "sample": sample,
+            "reason": reason,
+            "message": message,
+            "inputs": dict(inputs),
+            "replay": f"damagepred replay {self.path.name} {sample}",
+            "schema_version": SCHEMA_VERSION,
+            **provenance(),
+        }
         text = json.dumps(record, indent=2) + "\n"
         write_whole(self.failure_file(sample), lambda p: p.write_text(text, encoding="utf-8"))
 
@@ -219,31 +282,38 @@ class StudyFolder:
 
     # -- reading it whole -----------------------------------------------------------------------------------------
 
-    def results(self) -> xr.Dataset:
+    def results(self, names: Iterable[str] | None = None) -> xr.Dataset:
         """Return all samples as one dataset; those not run yet have status missing, NaN and -1.
+
+        Parameters
+        ----------
+        names : iterable of str, optional
+            Results to read, where not all are needed; inputs and status are always there.
 
         Raises
         ------
         InputError
-            If the folder is no study.
+            If the folder is no study, or a file in it is damaged.
         """
         self.require()
+        wanted = None if names is None else {"status", *names}
         design = self.design()
-        failed = self.failed()
         pieces = _Pieces(design.sizes["sample"])
         known: set[int] = set()
         if self.results_file.is_file():
-            whole = read_dataset(self.results_file)
-            known = set(whole["sample"].values[whole["status"].values != MISSING].tolist())
-            pieces.put(whole.isel(sample=np.flatnonzero(np.isin(whole["sample"].values, sorted(known)))))
-        for sample in sorted(self.finished() - known):
-            pieces.put(read_dataset(self.part_file(sample)))
-        for sample in failed:
+            whole = _columns(read_dataset(self.results_file), wanted)
+            there = whole["status"].values != MISSING
+            known = set(whole["sample"].values[there].tolist())
+            pieces.put(whole, there)
+        for file, samples in sorted(self.part_files().items()):
+            if not known.issuperset(samples):
+                pieces.put(read_part(file, wanted))
+        for sample in self.failed_samples():
             pieces.mark_failed(sample)
-        inputs = {str(name): v for name, v in design.data_vars.items() if v.dims == ("sample",)}
-        ds = pieces.dataset(design)
-        for name, variable in inputs.items():
-            ds[name] = variable
+        ds = pieces.dataset()
+        for name, variable in design.data_vars.items():
+            if variable.dims == ("sample",):
+                ds[str(name)] = variable
         ds.attrs.update(design.attrs)
         ds.attrs["samples_failed"] = int((ds["status"].values == FAILED).sum())
         return ds
@@ -251,6 +321,24 @@ class StudyFolder:
     def consolidate(self) -> None:
         """Write all samples into one file, for fast reading."""
         write_dataset(self.results(), self.results_file)
+
+
+def _names(folder: Path) -> Iterator[str]:
+    """Yield the names in a folder; a study of which nothing was kept may lack one."""
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                yield entry.name
+    except FileNotFoundError:
+        return
+
+
+def _columns(ds: xr.Dataset, wanted: set[str] | None) -> Columns:
+    return {
+        str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
+        for name, v in ds.variables.items()
+        if wanted is None or name == "sample" or name in wanted
+    }
 
 
 class _Pieces:
@@ -262,26 +350,32 @@ class _Pieces:
         self.dims: dict[str, tuple[str, ...]] = {}
         self.attributes: dict[str, dict[str, Any]] = {}
 
-    def put(self, part: xr.Dataset) -> None:
+    def put(self, part: Columns, take: np.ndarray | None = None) -> None:
         rows = part["sample"].values
         keep = rows < self.samples
-        for key, variable in part.variables.items():
-            name = str(key)
-            if "sample" not in variable.dims or name == "sample" or name not in VARIABLES:
+        if take is not None:
+            keep &= take
+        for name, column in part.items():
+            if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
                 continue
             if name not in self.values:
-                shape = (self.samples, *variable.shape[1:])
-                self.values[name] = _blank(shape, variable.dtype)
-                self.dims[name] = tuple(str(d) for d in variable.dims)
-                self.attributes[name] = dict(variable.attrs)
-            self.values[name][rows[keep]] = variable.values[keep]
+                shape = (self.samples, *column.values.shape[1:])
+                self.values[name] = _blank(shape, column.values.dtype)
+                self.dims[name] = column.dims
+                self.attributes[name] = dict(column.attributes)
+            self.values[name][rows[keep]] = column.values[keep]
 
     def mark_failed(self, sample: int) -> None:
-        if sample < self.samples:
-            self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))[sample] = FAILED
+        """Give a sample that never came to a result its status; one that did after all keeps it."""
+        status = self._status()
+        if sample < self.samples and status[sample] in (MISSING, FLAG_FILL):
+            status[sample] = FAILED
 
-    def dataset(self, design: xr.Dataset) -> xr.Dataset:
-        status = self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))
+    def _status(self) -> np.ndarray:
+        return self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))
+
+    def dataset(self) -> xr.Dataset:
+        status = self._status()
         status[status == FLAG_FILL] = MISSING
         ds = dataset({"sample": np.arange(self.samples), **self.values}, {}, {"status": ("sample",), **self.dims})
         for name, attributes in self.attributes.items():

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-SCHEMA_VERSION = 1
-"""Raised when a variable changes its name or meaning; readers accept all versions up to it."""
+SCHEMA_VERSION = 2
+"""Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
 @dataclass(frozen=True)
@@ -240,9 +240,22 @@ def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> Non
     comment : str
         Which table, and its source.
     """
+    ds["damage_category"].attrs = category_attributes(names, comment)
+
+
+def category_attributes(names: tuple[str, ...], comment: str) -> dict[str, Any]:
+    """Return the attributes of damage categories that bear the names of the table that made them.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of category 0, 1, ...
+    comment : str
+        Which table, and its source.
+    """
     flags = tuple(name.replace(" ", "_") for name in names)
     kept = VARIABLES["damage_category"]
-    ds["damage_category"].attrs = Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
+    return Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
 
 
 FLAG_FILL = np.int8(-1)

@@ -19,7 +19,8 @@ from damagepred.solvers.half import symmetric_half
 from damagepred.solvers.quasi_static.equations import block_levels
 from damagepred.solvers.stiffness import held_dofs
 from damagepred.study.settings import StudySettings
-from damagepred.study.study import Study, warm_up
+from damagepred.study.study import Study
+from damagepred.study.warm_up import warm_up
 from damagepred.study.words import duration
 
 LONG_ENOUGH = 60.0

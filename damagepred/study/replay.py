@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
+from damagepred.archive.parts import read_part
 from damagepred.errors import InputError
 from damagepred.path import Step, solve
 from damagepred.study.sample import sampled_wall
 from damagepred.study.study import Study
 
-COMPARED = ("damage_category", "crack_width_max", "dpc_opening_max", "base_reaction", "opening_width_change")
+_PATH = ("sample", "increment")
+"""Leading dimensions of what tells of the path, all of which is compared."""
 
 
 def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None = None) -> tuple[xr.Dataset, str]:
@@ -56,14 +57,16 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
 
 
 def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
-    if not folder.part_file(sample).is_file():
-        return f"sample {sample} has not been run in this study yet: nothing to compare with"
-    part = read_dataset(folder.part_file(sample)).isel(sample=0)
-    steps = int(np.isfinite(part["base_reaction"].values).sum())
+    if (file := folder.part_of(sample)) is None:
+        return f"sample {sample} has not come to a result in this study: nothing to compare with"
+    part = read_part(file)
+    row = int(np.flatnonzero(part["sample"].values == sample)[0])
+    kept = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:2] == _PATH}
+    steps = int(np.isfinite(kept["base_reaction"]).sum())
     differing = [
         name
-        for name in COMPARED
-        if not np.array_equal(part[name].values[:steps], ds[name].values[:steps], equal_nan=True)
+        for name, found in kept.items()
+        if not np.array_equal(found[:steps], ds[name].values[:steps], equal_nan=True)
     ]
     if differing:
         return f"differs from the archive in {', '.join(differing)}: other machines and versions may round otherwise"

@@ -1,19 +1,20 @@
-"""One sampled wall: from its number to its part of the archive. This is what workers run."""
+"""Sampled walls: from their numbers to their part of the archive. This is what workers run."""
 
 from __future__ import annotations
 
+import socket
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
-from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, dataset, name_categories
+from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
+from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, VARIABLES, category_attributes
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table
@@ -21,6 +22,7 @@ from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError
 from damagepred.path import Step, follow, model_of, path_values, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
+from damagepred.study.warm_up import warm_up
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_sequences
 
@@ -42,16 +44,20 @@ class Outcome:
         Its number.
     status : int
         Index into ``SAMPLE_STATUS``, or ``HANDED_BACK``.
-    message : str
-        Why it failed, if it did.
     seconds : float
         Time it took.
+    message : str
+        Why it failed, if it did.
     """
 
     sample: int
     status: int
-    message: str
     seconds: float
+    message: str = ""
+
+
+Batch = Sequence[tuple[int, Mapping[str, float]]]
+"""Samples that one task solves, one number after the other, each with its values for the whole wall."""
 
 
 def sampled_wall(
@@ -83,28 +89,105 @@ def joint_sequence(scene: Scene) -> NDArray[np.int64]:
     return course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * scene.wall.block_length)
 
 
-def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome:
-    """Solve one sample, judge it and write its part; a failure is written down, too.
+def prepare(folder: str) -> None:
+    """Load what the samples of a study need, the compiled kernels above all: what a worker does first.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder.
+    """
+    settings, _ = _frozen(folder, StudyFolder(folder).study_text())
+    warm_up(settings.scene)
+
+
+def run_batch(folder: str, batch: Batch) -> list[Outcome]:
+    """Solve a few samples, judge them and write their part; what comes back is only a hint that it is there.
 
     Parameters
     ----------
     folder : str
         Study folder, with the frozen study in it.
-    sample : int
-        Number of the sample.
-    values : mapping of str to float
-        Its values that hold for the whole wall.
+    batch : sequence of (int, mapping of str to float)
+        Numbers of the samples, one after the other, and the values of each that hold for the whole wall.
 
     Raises
     ------
     StudyError
-        If the part cannot be written.
+        If the part cannot be written, or there is no such folder where this runs.
     """
-    began = time.perf_counter()
     place = StudyFolder(folder)
-    if place.stopping:
-        return Outcome(sample, HANDED_BACK, "", 0.0)
+    if (before := already_done(place, batch)) is not None:
+        return before
+    if not place.exists:
+        raise StudyError(
+            f"{folder}: the study's folder is not there for a worker on {socket.gethostname()}; workers on other "
+            "machines need a file system that they share."
+        )
     settings, design = _frozen(folder, place.study_text())
+    keeper = _Keeper(place)
+    outcomes = []
+    try:
+        for sample, values in batch:
+            if place.stopping:
+                outcomes.append(Outcome(sample, HANDED_BACK, 0.0))
+                continue
+            solved = _solve(settings, design, sample, values)
+            if solved.outcome.status == FAILED:
+                place.record_failure(sample, solved.reason, solved.outcome.message, values)
+            keeper.add(sample, solved.outcome.status, solved.columns)
+            outcomes.append(solved.outcome)
+    finally:
+        keeper.write()
+    return outcomes
+
+
+def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
+    """Return how samples ended whose part is there already, written by a worker whose answer got lost; else None."""
+    file = folder.part_file(batch[0][0], batch[-1][0])
+    if not file.is_file():
+        return None
+    part = read_part(file, ("status", "run_time"))
+    columns = (part[name].values.tolist() for name in ("sample", "status", "run_time"))
+    kept = {int(i): (int(status), float(seconds)) for i, status, seconds in zip(*columns)}
+    return [Outcome(sample, *kept[sample]) for sample, _ in batch] if all(i in kept for i, _ in batch) else None
+
+
+class _Keeper:
+    """Collects the rows of a batch and writes them, as few files as there are runs of solved samples."""
+
+    def __init__(self, folder: StudyFolder) -> None:
+        self.folder = folder
+        self.first = 0
+        self.rows: list[Columns] = []
+
+    def add(self, sample: int, status: int, columns: Columns | None) -> None:
+        alone = status == FAILED  # may be run again, for which its part is removed
+        following = self.rows and sample == self.first + len(self.rows)
+        if not following or alone or columns is None or not alike(self.rows[0], columns):
+            self.write()
+        if columns is None:
+            return
+        self.first = self.first if self.rows else sample
+        self.rows.append(columns)
+        if alone:
+            self.write()
+
+    def write(self) -> None:
+        rows, self.rows = self.rows, []
+        if rows:
+            write_part(self.folder.part_file(self.first, self.first + len(rows) - 1), joined(rows))
+
+
+class _Solved(NamedTuple):
+    outcome: Outcome
+    reason: str
+    columns: Columns | None
+
+
+def _solve(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> _Solved:
+    """Solve and judge one sample; whatever goes wrong with it is its own affair."""
+    began = time.perf_counter()
     steps: list[Step] = []
     status, reason, message = COMPLETE, "", ""
     model: Model | None = None
@@ -117,21 +200,11 @@ def run_sample(folder: str, sample: int, values: Mapping[str, float]) -> Outcome
                 status = COLLAPSED
             if step.verdict.damage_category >= settings.last_category:
                 break
-    except StudyError:
-        raise
     except Exception as error:  # whatever it is, the other samples go on, and this one is on record
         status, reason, message = FAILED, _reason(error), f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
-    if status == FAILED:
-        place.record_failure(sample, reason, message, values)
-    if model is not None and steps:
-        increments = settings.scene.movement.increments
-        part = _part(sample, status, seconds, model, steps, increments)
-        table = damage_table(settings.scene.damage)
-        name_categories(part, table.category_names, f"{table.name}; {table.source}")
-        part["dpc_separation_length"].attrs["opening_threshold"] = settings.scene.damage.dpc_threshold
-        write_dataset(part, place.part_file(sample))
-    return Outcome(sample, status, message, seconds)
+    columns = None if model is None or not steps else _row(settings, sample, status, seconds, model, steps)
+    return _Solved(Outcome(sample, status, seconds, message), reason, columns)
 
 
 @lru_cache(maxsize=2)
@@ -148,13 +221,14 @@ def _reason(error: Exception) -> str:
     return "bad_input" if isinstance(error, DamagepredError) else "error"
 
 
-def _part(sample: int, status: int, seconds: float, model: Model, steps: list[Step], increments: int) -> xr.Dataset:
-    """Make the dataset of one sample; increments after the end of its path are NaN.
+def _row(settings: StudySettings, sample: int, status: int, seconds: float, model: Model, steps: list[Step]) -> Columns:
+    """Return what a part holds of one sample; increments after the end of its path are NaN.
 
     The category is the exception: a path that ended because the wall fell or passed the last category of interest
     keeps that category for the movement beyond. A path that ended because the jacks or supports carry nothing any more
     has come to the limit of the rig: beyond it nothing is known, and there is no movement.
     """
+    increments = settings.scene.movement.increments
     values = path_values(model, steps)
     beyond = increments + 1 - len(steps)
     last = steps[-1].increment
@@ -182,5 +256,11 @@ def _part(sample: int, status: int, seconds: float, model: Model, steps: list[St
         "run_time": np.array([seconds]),
         "apex_limited": np.array([model.apex_limited]),
     }
-    dims = dict.fromkeys(values, ("sample", "increment")) | {"opening_width_change": ("sample", "increment", "opening")}
-    return dataset(filled, {}, dims)
+    columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
+    table = damage_table(settings.scene.damage)
+    for name, more in (
+        ("damage_category", category_attributes(table.category_names, f"{table.name}; {table.source}")),
+        ("dpc_separation_length", {"opening_threshold": settings.scene.damage.dpc_threshold}),
+    ):
+        columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
+    return columns

@@ -6,8 +6,8 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,14 +19,15 @@ from numpy.typing import NDArray
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.provenance import provenance
-from damagepred.archive.schema import Variable, dataset
+from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.damage import damage_table
-from damagepred.errors import InputError, SolverError, StudyError
-from damagepred.path import solve
-from damagepred.scene import Loads, Movement, Scene
+from damagepred.errors import InputError, StudyError
+from damagepred.scene import Scene
+from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
 from damagepred.study.sample import joint_sequence, sampled_wall
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
-from damagepred.study.workers import GivenExecutor, LocalPool, Lost, run_all
+from damagepred.study.warm_up import warm_up
+from damagepred.study.workers import LocalPool
 
 FloatArray = NDArray[np.float64]
 
@@ -149,13 +150,13 @@ class Study:
         workers : int
             Processes to run at a time.
         executor : concurrent.futures.Executor, optional
-            Run there instead.
+            Run there instead; a Dask client will do, too. Its workers write into the same folder.
         timeout : float, optional
             Seconds a sample may take; not with an executor.
         retry_failed : bool
             Run failed samples again.
         on_progress : callable, optional
-            Called with a ``Progress`` at the start and after each sample.
+            Called with a ``Progress`` at the start and with each sample whose result is safe.
 
         Returns
         -------
@@ -182,20 +183,22 @@ class Study:
             asked = samples or self.settings.study.samples
             drawn = self._prepare(folder, asked)
             if retry_failed:
-                folder.forget_failures({i for i in folder.failed() if i < asked})
+                folder.forget_failures({i for i in folder.failed_samples() if i < asked})
             values = self.design.wall_values(drawn)
-            over = {i for i in folder.finished() | set(folder.failed()) if i < asked}
+            finished, failures = folder.finished(), folder.failed_samples()
+            over = {i for i in finished | failures if i < asked}
             left = [i for i in range(asked) if i not in over]
-            failed = sum(1 for i in folder.failed() if i < asked)
+            failed = sum(i < asked for i in failures)
             state = Progress(asked, len(over), failed)
             if on_progress:
                 on_progress(state)
             tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
             with _interruptible() as stop:
                 if left:
-                    state = self._run(folder, tasks, workers, executor, timeout, stop, state, on_progress)
+                    state = self._run(folder, tasks, len(left), workers, executor, timeout, stop, state, on_progress)
             folder.consolidate()
-            folder.tidy()
+            if executor is None or not stop.asked:  # workers elsewhere may not have seen the request to stop yet
+                folder.tidy()
         finally:
             lock.release()
         return RunSummary(
@@ -206,6 +209,7 @@ class Study:
         self,
         folder: StudyFolder,
         tasks: Iterator[tuple[int, dict[str, float]]],
+        count: int,
         workers: int,
         executor: Executor | None,
         timeout: float | None,
@@ -222,15 +226,13 @@ class Study:
                 values[sample] = inputs
                 yield sample, inputs
 
+        engine: Engine
         engine = GivenExecutor(where, executor) if executor is not None else LocalPool(where, workers, timeout)
-        ahead = 2 * (workers if executor is None else max(workers, 16))
         finished = False
-        stop.at_first, stop.at_once = folder.ask_to_stop, engine.kill
+        stop.at_first, stop.at_once = folder.ask_to_stop, engine.strike
         try:
-            for result in run_all(engine.submit, noted(), ahead, lambda: stop.asked > 0):
+            for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.asked):
                 message = ""
-                if stop.asked > 1 and isinstance(result, Lost):
-                    continue  # ended by the second interrupt: not its own fault, it stays to be run
                 if isinstance(result, Lost):
                     folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
                     message = f"sample {result.sample}: {result.reason}: {result.message}"
@@ -279,6 +281,7 @@ class Study:
                 )
             drawn = max(asked, drawn)
             self._write_design(folder, drawn)
+        if drawn != manifest["samples"] or manifest["schema_version"] != SCHEMA_VERSION:
             folder.write_manifest({**manifest, "samples": drawn})
         return drawn
 
@@ -398,50 +401,3 @@ def _interruptible() -> Iterator[_Stop]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
-    """Return a small wall whose footing finds its own form, and is bent until it cracks."""
-    return replace(
-        small,
-        movement=replace(scene.movement, central_deflection=5e-3, increments=1),
-        mound=replace(scene.mound, surface_movement=0.02),
-        rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
-        soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
-        solver=scene.solver,
-    )
-
-
-def warm_up(scene: Scene) -> None:
-    """Compile the kernels once, here, so that workers only load them.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its law and its solver decide what is compiled.
-    """
-    # small, and moved so far that its joints open, slide and break: every kernel has its say
-    small = replace(
-        scene,
-        wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
-        opening=(),
-        dpc=replace(scene.dpc, course=1) if scene.dpc else None,
-        movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
-        loads=Loads(),
-        solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
-        dynamics=None,
-    )
-    # a wall that gives way moves by the explicit scheme, whatever the solver
-    runs = [(small, replace(small.solver, method="explicit", tolerance=0.1))]
-    if scene.solver.method == "quasi_static":
-        runs.append((small, small.solver))
-        if scene.dpc is not None:
-            runs.append((replace(small, dpc=None), small.solver))
-        if not scene.movement.prescribed:
-            runs.append((_small_on_the_ground(small, scene), scene.solver))
-    if scene.dynamics is not None:
-        brief = replace(scene.dynamics, duration=1e-3, outputs=1)
-        runs.append((replace(small, dynamics=brief), scene.solver))
-    for wall, solver in runs:
-        with suppress(SolverError):
-            solve(wall, solver=solver)

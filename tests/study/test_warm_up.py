@@ -14,7 +14,7 @@ from numba.core.dispatcher import Dispatcher
 from damagepred import kernels
 from damagepred.path import solve
 from damagepred.scene import Scene
-from damagepred.study.study import warm_up
+from damagepred.study.warm_up import warm_up
 
 
 def compiled():

@@ -1,57 +1,218 @@
-"""A worker that dies or hangs costs its own sample and no other."""
+"""A worker that dies or hangs costs nobody anything but time; a sample that always kills its worker has failed."""
 
 import os
+import signal
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 
+import pytest
+
+from damagepred.errors import StudyError
+from damagepred.study.dispatch import LONGEST, PARTS, SHORTEST, Batches, Lost, run_all
 from damagepred.study.sample import Outcome
-from damagepred.study.workers import LocalPool, Lost, run_all
+from damagepred.study.workers import LocalPool
+
+Batch = Sequence[tuple[int, Mapping[str, float]]]
 
 
-def troubled(folder: str, sample: int, values: Mapping[str, float]) -> Outcome:
+def at_once(folder: str) -> None:
+    """Nothing to prepare."""
+
+
+def troubled(folder: str, batch: Batch) -> list[Outcome]:
     """Die, hang, fail or succeed, by number."""
-    if sample % 10 == 3:
-        os._exit(9)
-    if sample % 10 == 6:
-        time.sleep(60)
-    if sample % 10 == 8:
-        raise RuntimeError("no memory for this one")
-    return Outcome(sample, 0, os.environ["OPENBLAS_NUM_THREADS"], values["x"])
+    found = []
+    for sample, values in batch:
+        if sample % 10 == 3:
+            os._exit(9)
+        if sample % 10 == 6:
+            time.sleep(60)
+        if sample % 10 == 8:
+            raise RuntimeError("no memory for this one")
+        found.append(Outcome(sample, 0, values["x"], os.environ["OPENBLAS_NUM_THREADS"]))
+    return found
+
+
+def moody(folder: str, batch: Batch) -> list[Outcome]:
+    """Die, hang or fail at the first attempt only; a file in the folder tells that it was made."""
+    for sample, _ in batch:
+        note = Path(folder) / str(sample)
+        if not note.exists():
+            note.touch()
+            if sample % 4 == 1:
+                os.kill(os.getpid(), signal.SIGKILL)
+            if sample % 4 == 2:
+                os.kill(os.getpid(), signal.SIGSTOP)
+            if sample % 4 == 3:
+                raise RuntimeError("once")
+    return [Outcome(sample, 0, 1e-3) for sample, _ in batch]
+
+
+def stillborn(folder: str) -> None:
+    os._exit(7)
+
+
+def tasks(count: int) -> list[tuple[int, dict[str, float]]]:
+    return [(i, {"x": float(i)}) for i in range(count)]
+
+
+def never() -> int:
+    return 0
 
 
 def test_the_others_survive() -> None:
-    pool = LocalPool("nowhere", workers=2, timeout=1.0, task=troubled)
+    pool = LocalPool("nowhere", workers=2, timeout=1.0, task=troubled, ready=at_once)
     began = time.monotonic()
     try:
-        results = list(run_all(pool.submit, ((i, {"x": float(i)}) for i in range(20)), 4, lambda: False))
+        results = list(run_all(pool, "nowhere", Batches(tasks(10), 10), never))
     finally:
         pool.kill()
     assert time.monotonic() - began < 50
-    lost = {r.sample: r.reason for r in results if isinstance(r, Lost)}
-    assert lost == {3: "worker_died", 13: "worker_died", 6: "timeout", 16: "timeout", 8: "error", 18: "error"}
+    lost = {r.sample: r for r in results if isinstance(r, Lost)}
+    reasons = {3: "worker_died", 6: "timeout", 8: "error"}
+    assert {sample: r.reason for sample, r in lost.items()} == reasons
+    assert "exit code 9" in lost[3].message
+    assert "1 s" in lost[6].message
+    assert "no memory for this one" in lost[8].message
     good = [r for r in results if isinstance(r, Outcome)]
-    assert sorted(r.sample for r in good) == [i for i in range(20) if i not in lost]
+    assert sorted(r.sample for r in good) == [i for i in range(10) if i not in lost]
     assert all(r.seconds == r.sample and r.message == "1" for r in good), "one BLAS thread a worker"
 
 
-def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:
-    from concurrent.futures import ThreadPoolExecutor
+def test_who_is_not_to_blame_gets_a_second_chance(tmp_path: Path) -> None:
+    """Killed from outside, stopped, an answer lost: each sample comes to its result all the same."""
+    pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
+    try:
+        results = list(run_all(pool, str(tmp_path), Batches(tasks(4), 4), never))
+    finally:
+        pool.kill()
+    assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
 
+
+def test_idle_workers_that_are_killed_are_replaced() -> None:
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once)
+    try:
+        pool.submit([(0, {"x": 0.0})]).result(timeout=60)
+        first = pool.processes
+        for process in first:
+            os.kill(process, signal.SIGKILL)
+        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert not set(first) & set(pool.processes)
+    finally:
+        pool.kill()
+
+
+def test_workers_that_cannot_begin_are_given_up() -> None:
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=stillborn)
+    try:
+        with pytest.raises(StudyError, match=r"3 worker processes in a row died before they began \(exit code 7\)"):
+            list(run_all(pool, "", Batches(tasks(2), 2), never))
+    finally:
+        pool.kill()
+
+
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    script = """
+import sys, time
+from damagepred.study.workers import LocalPool
+from tests.study.test_workers import at_once, troubled
+pool = LocalPool("", 2, None, troubled, at_once)
+pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])
+time.sleep(0.5)
+print(*pool.processes, flush=True)
+time.sleep(60)
+"""
+    parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    workers = [int(number) for number in parent.stdout.readline().split()]
+    assert len(workers) == 2
+    parent.kill()  # the parent alone
+    parent.wait()
+    deadline = time.monotonic() + 30
+    while any(Path(f"/proc/{worker}").exists() for worker in workers) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+
+
+class Threads:
+    """An engine of threads, for what has nothing to do with processes."""
+
+    width = 2
+
+    def __init__(self, task) -> None:
+        self.executor, self.task = ThreadPoolExecutor(2), task
+
+    def submit(self, batch: Batch) -> Future:
+        return self.executor.submit(self.task, "", batch)
+
+    def close(self) -> None:
+        self.executor.shutdown()
+
+    kill = strike = close
+
+
+def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:
     started: list[int] = []
 
-    def slow(folder: str, sample: int, values: Mapping[str, float]) -> Outcome:
-        started.append(sample)
+    def slow(folder: str, batch: Batch) -> list[Outcome]:
+        started.extend(sample for sample, _ in batch)
         time.sleep(0.2)
-        return Outcome(sample, 0, "", 0.0)
+        return [Outcome(sample, 0, 60.0) for sample, _ in batch]
 
-    with ThreadPoolExecutor(2) as executor:
-        seen: list[int] = []
-
-        def submit(sample: int, values: Mapping[str, float]):
-            return executor.submit(slow, "", sample, values)
-
-        results = run_all(submit, ((i, {}) for i in range(50)), 4, lambda: len(seen) >= 2)
-        seen.extend(result.sample for result in results)
-    assert len(started) < 10
-    assert len(seen) >= 2
+    engine, seen = Threads(slow), []
+    results = run_all(engine, "", Batches(tasks(50), 50), lambda: int(len(seen) >= 2))
+    seen.extend(result.sample for result in results)
+    engine.close()
+    assert 2 <= len(seen) < 10
     assert sorted(seen) == sorted(started)
+
+
+def test_asked_twice_it_returns_at_once() -> None:
+    gate = threading.Event()
+
+    def stuck(folder: str, batch: Batch) -> list[Outcome]:
+        gate.wait(30)
+        return []
+
+    engine, began = Threads(stuck), time.monotonic()
+    assert list(run_all(engine, "", Batches(tasks(5), 5), lambda: 2 * (time.monotonic() - began > 0.3))) == []
+    assert time.monotonic() - began < 5
+    gate.set()
+    engine.close()
+
+
+# -- batches ----------------------------------------------------------------------------------------------------------
+
+
+def numbers(batch: Batch | None) -> list[int]:
+    return [sample for sample, _ in batch or ()]
+
+
+def test_batches_hold_samples_that_follow_each_other() -> None:
+    batches = Batches([(i, {}) for i in (0, 1, 4, 5, 6, 7, 9)], 7)
+    assert numbers(batches.next()) == [0]  # nothing is known yet of what one takes
+    batches.note(SHORTEST / 3.0)
+    assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "count", "timeout", "size"),
+    [
+        (60.0, 100, None, 1),
+        (0.01, 1000, None, round(SHORTEST / 0.01)),
+        (0.5, 10 * PARTS, None, 10),  # as many files as a folder is to hold
+        (1.0, 10**6, None, int(LONGEST)),
+        (0.01, 1000, 0.4, 10),  # well within what one sample may take
+        (0.5, 1000, 0.4, 1),
+    ],
+)
+def test_size_of_batches(seconds: float, count: int, timeout: float | None, size: int) -> None:
+    batches = Batches([], count, timeout)
+    batches.note(seconds)
+    assert batches.size() == pytest.approx(size, abs=1)

@@ -1,0 +1,196 @@
+"""Parts of a study: the results of one or more walls in a small file that is quick to write.
+
+A part is netCDF in its classic format, which takes a millisecond to write where netCDF-4 takes fifty, and which every
+netCDF program reads.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.archive.files import read_dataset, write_whole
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
+from damagepred.archive.versions import brought_up_to_date
+from damagepred.errors import InputError
+
+CLASSIC = b"CDF"
+"""First bytes of a file in the classic format."""
+
+
+class Column(NamedTuple):
+    """One variable of a part.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Names of the dimensions.
+    values : array
+        In SI; unknown flags are -1.
+    attributes : mapping
+        As CF has them.
+    """
+
+    dims: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, Any]
+
+
+Columns = dict[str, Column]
+
+
+def study_dims(name: str) -> tuple[str, ...]:
+    """Return the dimensions that a registered variable has in a study."""
+    dims = VARIABLES[name].dims
+    return dims if "sample" in dims or dims == (name,) else ("sample", *dims)
+
+
+def joined(rows: list[Columns]) -> Columns:
+    """Put the rows of several samples together; they have the same variables."""
+    first = rows[0]
+    return {
+        name: column._replace(values=np.concatenate([row[name].values for row in rows]))
+        if "sample" in column.dims
+        else column
+        for name, column in first.items()
+    }
+
+
+def alike(first: Columns, second: Columns) -> bool:
+    """Tell whether two rows have the same variables of the same shape."""
+    return first.keys() == second.keys() and all(
+        column.values.shape[1:] == second[name].values.shape[1:] for name, column in first.items()
+    )
+
+
+def write_part(path: Path, columns: Columns) -> None:
+    """Write a part, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    columns : dict of str to Column
+        Variables with their values.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be written.
+    """
+    content = _classic(columns)
+    write_whole(path, lambda p: p.write_bytes(content))
+
+
+def _classic(columns: Columns) -> bytes:
+    from scipy.io import netcdf_file
+
+    stream = io.BytesIO()
+    file = netcdf_file(stream, "w", version=2)
+    sizes: dict[str, int] = {}
+    empty = []
+    for name, column in columns.items():
+        if column.values.size == 0:  # the classic format has no dimension without length
+            empty.append(f"{name}({','.join(column.dims)})")
+            continue
+        for dim, size in zip(column.dims, column.values.shape):
+            if dim not in sizes:
+                sizes[dim] = size
+                file.createDimension(dim, size)
+        values = _storable(column.values)
+        variable = file.createVariable(name, values.dtype, column.dims)
+        variable[...] = values
+        for key, value in column.attributes.items():
+            setattr(variable, key, value.encode() if isinstance(value, str) else value)
+        if values.dtype == np.int8:
+            variable._FillValue = FLAG_FILL
+    file.Conventions = "CF-1.11"
+    file.schema_version = np.int32(SCHEMA_VERSION)
+    if empty:
+        file.empty = " ".join(empty)
+    file.flush()
+    content = stream.getvalue()
+    file.close()
+    return content
+
+
+def _storable(values: NDArray[Any]) -> NDArray[Any]:
+    """Return values in a type that the classic format has; whole numbers beyond its range become floats."""
+    if values.dtype != np.int64:
+        return values
+    large = np.abs(values).max(initial=0) > np.iinfo(np.int32).max
+    return values.astype(np.float64 if large else np.int32)
+
+
+def read_part(path: Path, names: Iterable[str] | None = None) -> Columns:
+    """Read a part.
+
+    Parameters
+    ----------
+    path : Path
+        The file, of this or an older version.
+    names : iterable of str, optional
+        Variables to read; the others are left out.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, or newer than this package.
+    """
+    wanted = None if names is None else {"sample", *names}
+    try:
+        with path.open("rb") as stream:
+            content = stream.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    if content[:3] != CLASSIC:  # the first version wrote netCDF-4
+        ds = read_dataset(path)
+        return {
+            str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
+            for name, v in ds.variables.items()
+            if wanted is None or name in wanted
+        }
+    try:
+        return _from_classic(content, str(path), wanted)
+    except InputError:
+        raise
+    except Exception as error:  # what a damaged file makes a reader stumble over has no common ancestor
+        raise InputError(
+            f"{path}: is damaged ({type(error).__name__}: {error}); delete it, and `damagepred study` solves its walls "
+            "again, the very same."
+        ) from None
+
+
+def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> Columns:
+    from scipy.io import netcdf_file
+
+    found: Columns = {}
+    with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
+        brought_up_to_date(int(file.schema_version), source)
+        for name, variable in file.variables.items():
+            if wanted is not None and name not in wanted:
+                continue
+            values = np.array(variable[...])
+            values = values.astype(values.dtype.newbyteorder("="))
+            attributes = {k: _plain(v) for k, v in variable._attributes.items() if k != "_FillValue"}
+            found[name] = Column(tuple(variable.dimensions), values, attributes)
+        for text in _plain(getattr(file, "empty", b"")).split():
+            name, dims = text.rstrip(")").split("(")
+            if wanted is None or name in wanted:
+                at = tuple(dims.split(","))
+                shape = tuple(file.dimensions.get(dim) or 0 for dim in at)
+                found[name] = Column(at, np.empty(shape), VARIABLES[name].attributes())
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode("utf-8")
+    if isinstance(value, np.ndarray):
+        return value.astype(value.dtype.newbyteorder("="))
+    return value

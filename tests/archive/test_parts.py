@@ -1,0 +1,104 @@
+"""Parts are written and read to the last bit, by this program and by others."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, category_attributes
+from damagepred.errors import InputError
+
+
+def row(sample: int, increments: int = 5, openings: int = 2) -> Columns:
+    random = np.random.default_rng(sample)
+    values = {
+        "sample": np.array([sample]),
+        "status": np.array([sample % 2], dtype=np.int8),
+        "run_time": random.random(1),
+        "crack_width_max": random.standard_normal((1, increments)) * 1e-300,
+        "cycles": random.integers(-1, 2**20, (1, increments)),
+        "damage_category": random.integers(-1, 5, (1, increments)).astype(np.int8),
+        "opening_width_change": random.standard_normal((1, increments, openings)),
+        "increment": np.arange(increments),
+    }
+    values["crack_width_max"][0, -1] = np.nan
+    found = {name: Column(study_dims(name), v, VARIABLES[name].attributes()) for name, v in values.items()}
+    names = category_attributes(("keine", "größer als 1 mm"), "table; §1")
+    return found | {"damage_category": found["damage_category"]._replace(attributes=names)}
+
+
+def same(first: Columns, second: Columns) -> None:
+    assert first.keys() == second.keys()
+    for name, column in first.items():
+        np.testing.assert_array_equal(column.values, second[name].values, err_msg=name)
+        assert column.dims == second[name].dims
+        assert column.attributes.keys() == second[name].attributes.keys()
+        for key, value in column.attributes.items():
+            np.testing.assert_array_equal(value, second[name].attributes[key])
+
+
+@pytest.mark.parametrize("openings", [0, 1, 2])
+@pytest.mark.parametrize("samples", [1, 3])
+def test_round_trip(tmp_path: Path, samples: int, openings: int) -> None:
+    written = joined([row(i, openings=openings) for i in range(samples)])
+    write_part(tmp_path / "part.nc", written)
+    back = read_part(tmp_path / "part.nc")
+    same(written, {name: back[name] for name in written})
+    assert back.keys() == written.keys()
+    assert [p.name for p in tmp_path.iterdir()] == ["part.nc"]
+
+
+def test_some_variables_only(tmp_path: Path) -> None:
+    write_part(tmp_path / "part.nc", row(1))
+    assert read_part(tmp_path / "part.nc", ["status"]).keys() == {"sample", "status"}
+
+
+def test_anyone_s_xarray_reads_it(tmp_path: Path) -> None:
+    written = joined([row(0), row(1)])
+    write_part(tmp_path / "part.nc", written)
+    with xr.open_dataset(tmp_path / "part.nc", engine="netcdf4") as ds:
+        np.testing.assert_array_equal(ds["crack_width_max"].values, written["crack_width_max"].values)
+        category = written["damage_category"].values
+        assert np.isnan(ds["damage_category"].values[category < 0]).all()  # masked: not known
+        assert ds["crack_width_max"].attrs["units"] == "m"
+        assert ds["damage_category"].attrs["flag_meanings"] == "keine größer_als_1_mm"
+        assert int(ds.attrs["schema_version"]) == SCHEMA_VERSION
+
+
+def test_large_numbers_are_not_cut(tmp_path: Path) -> None:
+    large = row(1)
+    large["cycles"].values[0, 0] = 2**40
+    write_part(tmp_path / "part.nc", large)
+    np.testing.assert_array_equal(read_part(tmp_path / "part.nc")["cycles"].values, large["cycles"].values)
+
+
+def test_only_rows_that_are_alike_go_together() -> None:
+    assert alike(row(0), row(1))
+    assert not alike(row(0), row(1, openings=1))
+    without = row(1)
+    del without["cycles"]
+    assert not alike(row(0), without)
+
+
+@pytest.mark.parametrize("kept", [0.01, 0.1, 0.5, 0.9])
+def test_damaged(tmp_path: Path, kept: float) -> None:
+    file = tmp_path / "part.nc"
+    write_part(file, row(1))
+    content = file.read_bytes()
+    file.write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(InputError, match=r"part\.nc: is damaged .*delete it"):
+        read_part(file)
+    file.write_bytes(b"")
+    with pytest.raises(InputError, match="is not a readable netCDF file"):
+        read_part(file)
+
+
+def test_newer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from damagepred.archive import parts
+
+    monkeypatch.setattr(parts, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
+    write_part(tmp_path / "part.nc", row(1))
+    with pytest.raises(InputError, match=f"schema version {SCHEMA_VERSION + 1}, .* up to {SCHEMA_VERSION}; update it"):
+        read_part(tmp_path / "part.nc")

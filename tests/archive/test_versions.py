@@ -1,0 +1,78 @@
+"""A study made by the first version of the archive is read, resumed and extended."""
+
+import json
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.archive.schema import SCHEMA_VERSION
+from damagepred.archive.versions import MIGRATIONS
+from damagepred.errors import InputError
+from damagepred.study import Study
+
+OLD = Path(__file__).parent / "version_1"
+"""Written by version 1: two solved samples, and one that took too long."""
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(OLD, tmp_path / "old.dp"))
+
+
+def test_there_is_a_way_from_every_version() -> None:
+    assert set(MIGRATIONS) == set(range(1, SCHEMA_VERSION))
+
+
+def test_an_old_study_is_read(old: Path) -> None:
+    assert StudyFolder(old).manifest()["schema_version"] == 1
+    ds = open_study(old)
+    assert ds["status"].values.tolist() == [0, 0, 2]
+    assert np.isfinite(ds["crack_width_max"].values[:2]).all()
+    assert ds.attrs["schema_version"] == SCHEMA_VERSION
+    assert ds["opening_width_change"].shape == (3, 7, 0)
+
+
+def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
+    before = {p.name: p.read_bytes() for p in (old / "parts").iterdir()}
+    archived = open_study(old)
+    study = Study.from_folder(old)
+    with ThreadPoolExecutor(1) as executor:
+        summary = study.run(old, samples=4, executor=executor)
+    assert (summary.done, summary.failed) == (4, 1)
+    for name, content in before.items():
+        assert (old / "parts" / name).read_bytes() == content
+    assert StudyFolder(old).manifest()["schema_version"] == SCHEMA_VERSION  # an older program must not write any more
+    ds = open_study(old)
+    assert ds["status"].values.tolist() == [0, 0, 2, 0]
+    np.testing.assert_array_equal(ds["crack_width_max"].values[:2], archived["crack_width_max"].values[:2])
+    # solved by today's program it is the same, to what changes of the solver may do
+    with ThreadPoolExecutor(1) as executor:
+        study.run(old.with_name("new.dp"), samples=2, executor=executor)
+    new = open_study(old.with_name("new.dp"))
+    np.testing.assert_allclose(new["crack_width_max"].values, ds["crack_width_max"].values[:2], rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("version", "words"),
+    [
+        (
+            SCHEMA_VERSION + 1,
+            f"schema version {SCHEMA_VERSION + 1}, this damagepred reads up to {SCHEMA_VERSION}; update",
+        ),
+        ("2", "has no schema_version"),
+        (None, "has no schema_version"),
+    ],
+)
+def test_a_study_of_another_age_is_refused_before_anything_is_written(old: Path, version: object, words: str) -> None:
+    manifest = {**StudyFolder(old).manifest(), "schema_version": version}
+    (old / "manifest.json").write_text(json.dumps(manifest))
+    before = {p: p.read_bytes() for p in old.rglob("*") if p.is_file()}
+    study = Study.from_folder(OLD)
+    for attempt in (lambda: open_study(old), lambda: study.run(old, samples=5)):
+        with pytest.raises(InputError, match=words):
+            attempt()
+    assert {p: p.read_bytes() for p in before} == before
