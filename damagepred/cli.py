@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -91,13 +92,21 @@ def study(
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.study import Study
     from damagepred.study.settings import StudySettings
+    from damagepred.study.until import run_until
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
     with screen.StudyBar() as bar:
-        summary = Study(settings).run(
-            folder, samples, workers, timeout=timeout, retry_failed=retry_failed, on_progress=bar.update
-        )
+        ending = run_until(
+            Study(settings), folder, samples, workers, timeout=timeout, retry_failed=retry_failed,
+            on_progress=bar.update,
+        )  # fmt: skip
+    summary = ending.summary
+    if settings.study.stop_when is not None or ending.reason == "time":
+        for line in ending.lines(settings.study.stop_when):
+            screen.say(line)
+    if ending.reason == "time":
+        summary = replace(summary, total=summary.done, interrupted=False)
     word = "interrupted" if summary.interrupted else "complete"
     screen.say(
         f"{folder}: {word}, {summary.done} of {summary.total} walls done, {summary.failed} failed, "

@@ -64,6 +64,8 @@ def plain(value: Any) -> Any:
         return {name: item for name, item in items if item is not None and item != []}
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
     return value
 
 

@@ -17,10 +17,11 @@ from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
 from damagepred.scene import Scene
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Count, Pure
+from damagepred.scene.quantity import Count, Duration, Pure
 from damagepred.scene.reading import build, plain, read_toml
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.importance import Proposal, check
+from damagepred.uq.stopping import StopWhen
 from damagepred.uq.table import WEIGHT, read_table
 from damagepred.uq.variable import Variable
 
@@ -60,6 +61,10 @@ class Sampling:
         Where variables are drawn instead, by place; every sample then has a ``weight``.
     nominal_share : float
         With ``importance``, share of walls drawn as the distributions say; it keeps weights below one over it.
+    stop_when : StopWhen or None
+        Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be.
+    time_budget : float or None
+        Begin no more walls after this time (s).
     store_fields : bool
         Whether the design file also records every joint's values. They follow from the seed; the record is for the
         archive.
@@ -77,6 +82,8 @@ class Sampling:
     table_columns: tuple[str, ...] = ()
     importance: dict[str, Proposal] = Field(default_factory=dict)
     nominal_share: Pure = Field(default=0.0, ge=0, lt=1)
+    stop_when: StopWhen | None = None
+    time_budget: Duration | None = Field(default=None, gt=0)
     store_fields: bool = True
     stop_at_category: Stop = None
 
@@ -237,6 +244,15 @@ class StudySettings:
         if how.nominal_share and not how.importance:
             raise InputError(f"{source}: study.nominal_share = {how.nominal_share:g}: goes with [study.importance].")
         check(wall, how.importance)
+        if how.stop_when is not None:
+            how.stop_when.check()
+            if how.stop_when.category > (highest := damage_table(self.scene.damage).highest):
+                raise InputError(f"{source}: [study.stop_when] category: the damage table goes up to {highest}.")
+            if how.stop_when.first % how.replicates:
+                raise InputError(
+                    f"{source}: [study.stop_when] first = {how.stop_when.first}: must be a multiple of replicates = "
+                    f"{how.replicates}."
+                )
 
     def _check_range(self, source: str) -> None:
         """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""

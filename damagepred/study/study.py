@@ -262,7 +262,8 @@ class Study:
         frozen = read_frozen(folder.study_text())
         was, now = frozen.to_dict(), self.settings.to_dict()
         for content in (was, now):
-            for key in ("samples", "table"):  # the design tells whether a table's samples are the same
+            # how many walls are run does not change them, and the design tells whether a table's are the same
+            for key in ("samples", "stop_when", "time_budget", "table"):
                 content["study"].pop(key, None)
         if differences := differing_keys(was, now):
             raise StudyError(

@@ -159,8 +159,8 @@ def _sizes(samples: int, level_share: float) -> tuple[int, int]:
     chains, length = round(samples * level_share), round(1 / level_share) if 0 < level_share < 1 else 0
     if chains * length != samples or chains < 5 or length < 2:
         raise InputError(
-            f"samples = {samples}, level_share = {level_share:g}: the share must be one over a whole number, 2 or more, "
-            "and give a whole number of samples, 5 or more; 500 and 0.1 do."
+            f"samples = {samples}, level_share = {level_share:g}: the share must be one over a whole number, 2 or "
+            "more, and give a whole number of samples, 5 or more; 500 and 0.1 do."
         )
     return chains, length
 

@@ -1,4 +1,4 @@
-"""Subset simulation on problems with known answers: unbiased, as sure as it says, and the same again when followed again."""
+"""Subset simulation on problems with known answers: unbiased, as sure as it says, the same when followed again."""
 
 from collections.abc import Callable
 

@@ -1,0 +1,205 @@
+"""The probability that a category is reached at a movement, and a category's median movement, from a study's walls."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+from damagepred.uq.estimate import (
+    ENOUGH_REPLICATES,
+    Estimate,
+    effective_samples,
+    normal_factor,
+    probability,
+    student_factor,
+)
+from damagepred.uq.fragility import COLLAPSED, COMPLETE, FAILED, capacities, fit_lognormal, movement_measure
+from damagepred.uq.samplers import Stream, generator
+
+FloatArray = NDArray[np.float64]
+
+RESAMPLES = 100
+"""Of the bootstrap for the error of a median."""
+
+
+class Walls(NamedTuple):
+    """What is known of walls that were run and did not fail, for one category.
+
+    Attributes
+    ----------
+    sample : array of int (walls,)
+        Their numbers.
+    lower, upper : array (walls,)
+        The movement at which the category was reached lies between; see ``damagepred.uq.fragility.Capacities``.
+    weight : array (walls,) or None
+        Of importance sampling.
+    replicate : array of int (walls,) or None
+        Scramble of Sobol points each belongs to.
+    failed : int
+        Walls left out because they failed before they reached the category.
+    end : array (walls,)
+        Movement to which each was to be followed.
+    """
+
+    sample: NDArray[np.int64]
+    lower: FloatArray
+    upper: FloatArray
+    weight: FloatArray | None
+    replicate: NDArray[np.int64] | None
+    failed: int
+    end: FloatArray
+
+
+class Exceedance(NamedTuple):
+    """Probability of a category or worse at a movement.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        From the walls that did not fail.
+    failed : int
+        Walls that failed before they reached the category.
+    failed_undamaged, failed_damaged : float
+        Estimate if all of those had not reached it by this movement, and if all had.
+    not_followed : int
+        Walls that were not followed as far as this movement, and had not reached the category; they count as not having
+        reached it.
+    """
+
+    estimate: Estimate
+    failed: int
+    failed_undamaged: float
+    failed_damaged: float
+    not_followed: int
+
+
+def walls(ds: xr.Dataset, category: int, intensity: str | None = None) -> Walls:
+    """Read what a study knows of one category.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it.
+    category : int
+        Category that counts as reached from here upwards.
+    intensity : str, optional
+        Measure of the movement; by default the study's own.
+    """
+    if "damage_category" not in ds:
+        nothing = np.empty(0)
+        return Walls(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, nothing)
+    known = np.flatnonzero(np.isin(ds["status"].values, (COMPLETE, COLLAPSED, FAILED)))
+    found = capacities(ds, category, intensity or movement_measure(ds))
+    good = ~found.failed
+    replicates = int(ds.attrs.get("replicates", 1))
+    return Walls(
+        known[good],
+        found.lower[good],
+        found.upper[good],
+        np.asarray(ds["weight"].values[known[good]], dtype=np.float64) if "weight" in ds else None,
+        known[good] % replicates if replicates >= ENOUGH_REPLICATES else None,
+        int(found.failed.sum()),
+        found.end[good],
+    )
+
+
+def exceedance(
+    ds: xr.Dataset, category: int, at: float, *, confidence: float = 0.9, intensity: str | None = None
+) -> Exceedance:
+    """Estimate the probability that a category or a worse one is reached at a movement.
+
+    A wall of which it is only known that it reached the category between two increments, with the movement between the
+    two, counts for the share of that step which lies below the movement.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it.
+    category : int
+        The category.
+    at : float
+        Movement (m, or 1 for a deflection ratio).
+    confidence : float
+        Of the interval.
+    intensity : str, optional
+        Measure of the movement; by default the study's own.
+
+    Raises
+    ------
+    InputError
+        If the movement is not positive.
+    """
+    if not at > 0:
+        raise InputError(f"at = {at:g}: must be greater than 0.")
+    known = walls(ds, category, intensity)
+    hit = shares(known.lower, known.upper, at)
+    estimate = probability(hit, weight=known.weight, replicate=known.replicate, confidence=confidence)
+    count, value = len(hit), estimate.value
+    beyond = count + known.failed
+    low = value * count / beyond if beyond and count else 0.0
+    high = (value * count + known.failed) / beyond if beyond and count else 1.0
+    # a step's rounding is no reason to say that a wall was not followed
+    short = int((np.isinf(known.upper) & (known.end < at * (1 - 1e-9))).sum())
+    return Exceedance(estimate, known.failed, low, high, short)
+
+
+def shares(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:
+    """Return, of each wall's interval of capacity, the share that lies below a movement."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inside = (at - lower) / (upper - lower)
+    return np.where(upper <= at * (1 + 1e-12), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
+
+
+def median_movement(
+    ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
+) -> Estimate:
+    """Estimate the median movement at which a category is reached, from a lognormal curve.
+
+    Its error is that of the logarithm: by leaving out one replicate of Sobol points after the other where there are at
+    least four, otherwise by resampling walls.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it.
+    category : int
+        The category.
+    confidence : float
+        Of the interval.
+    intensity : str, optional
+        Measure of the movement; by default the study's own.
+    seed : int
+        Of the resampling.
+    """
+    known = walls(ds, category, intensity)
+    count = len(known.lower)
+    heavy = np.ones(count) if known.weight is None else known.weight
+    kish = effective_samples(heavy)
+    fit = _median(known, heavy)
+    if not np.isfinite(fit):
+        return Estimate(np.nan, np.nan, 0.0, np.inf, confidence, count, kish)
+    if known.replicate is not None:
+        labels = np.unique(known.replicate)
+        others = np.log([_median(known, heavy * (known.replicate != label)) for label in labels])
+        groups = len(labels)
+        error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
+        factor = student_factor(confidence, groups - 1)
+    else:
+        random = generator(seed, Stream.BOOTSTRAP, category)
+        drawn = (np.bincount(random.integers(count, size=count), minlength=count) for _ in range(RESAMPLES))
+        again = np.log([_median(known, heavy * times) for times in drawn])
+        error, factor = float(np.nanstd(again, ddof=1)), normal_factor(confidence)
+    if not np.isfinite(error):
+        return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
+    return Estimate(
+        fit, fit * error, fit * np.exp(-factor * error), fit * np.exp(factor * error), confidence, count, kish
+    )
+
+
+def _median(known: Walls, heavy: FloatArray) -> float:
+    used = heavy > 0
+    return fit_lognormal(known.lower[used], known.upper[used], heavy[used]).median

@@ -1,0 +1,144 @@
+"""When enough walls have been run: looks fixed beforehand, and intervals that hold at all of them at once.
+
+Whoever looks at an interval after every wall and stops when it pleases is wrong more often than the interval says. So
+a study looks only when the number of walls has doubled, and each look's interval is so much wider that all looks
+together hold the truth with the stated confidence. However a study stops, its interval is then good.
+
+For random samples the looks' errors belong together as those of a growing sum do (correlation sqrt(n/m) of looks at n
+and m walls), and the factor follows by integrating from look to look (Armitage, McPherson and Rowe 1969). For
+replicated Sobol points this is not known, and Sidak's inequality stands in, which holds for any correlation.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy import optimize, special
+
+from damagepred.errors import InputError
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Count, Length, Pure
+from damagepred.uq.estimate import Estimate
+from damagepred.uq.exceedance import exceedance, median_movement
+
+FloatArray = NDArray[np.float64]
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
+
+
+@described
+class StopWhen:
+    """When a study has walls enough (``[study.stop_when]``).
+
+    Attributes
+    ----------
+    category : int
+        Category, or worse.
+    quantity : {"probability", "median"}
+        What is to be known: the probability of it at the movement ``at``, or its median movement.
+    at : float or None
+        Movement (m), for a probability.
+    half_width : float or None
+        Of the confidence interval: of a probability as it is, of a median in m.
+    relative_half_width : float or None
+        The same over the estimate.
+    confidence : float
+        Of the interval, over all looks.
+    first : int
+        Walls at the first look; each further look is at twice as many.
+    """
+
+    category: Annotated[Count, Field(ge=1)]
+    quantity: Literal["probability", "median"] = "probability"
+    at: Length | None = Field(default=None, gt=0)
+    half_width: Length | None = Field(default=None, gt=0)
+    relative_half_width: Pure | None = Field(default=None, gt=0)
+    confidence: Pure = Field(default=0.9, gt=0, lt=1)
+    first: Count = Field(default=64, ge=8)
+
+    def check(self) -> None:
+        """Check what goes together.
+
+        Raises
+        ------
+        InputError
+            If it does not.
+        """
+        if (self.half_width is None) == (self.relative_half_width is None):
+            raise InputError("[study.stop_when]: takes half_width or relative_half_width, one of them.")
+        if (self.at is None) != (self.quantity == "median"):
+            raise InputError('[study.stop_when]: quantity = "probability" takes at, a movement; "median" takes none.')
+
+    def estimate(self, ds: xr.Dataset, confidence: float) -> Estimate:
+        """Return the named quantity from a study.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            As ``open_study`` returns it.
+        confidence : float
+            Of the interval.
+        """
+        if self.quantity == "median":
+            return median_movement(ds, self.category, confidence=confidence)
+        return exceedance(ds, self.category, float(self.at or 0.0), confidence=confidence).estimate
+
+    def met(self, found: Estimate) -> bool:
+        """Whether the interval is narrow enough."""
+        if not np.isfinite(found.half_width):
+            return False
+        if self.half_width is not None:
+            return found.half_width <= self.half_width
+        return found.half_width <= float(self.relative_half_width or 0.0) * found.value
+
+    def name(self) -> str:
+        """Return the quantity in words."""
+        if self.quantity == "median":
+            return f"median movement of category {self.category}"
+        return f"P(category >= {self.category} at {1e3 * float(self.at or 0):g} mm)"
+
+
+def looks(first: int, most: int) -> list[int]:
+    """Return the numbers of walls at which a study looks: doubled from the first, and the most that are allowed."""
+    found = [min(first, most)]
+    while found[-1] < most:
+        found.append(min(2 * found[-1], most))
+    return found
+
+
+def each_confidence(at: list[int], confidence: float, replicated: bool) -> float:
+    """Return the confidence of each look's interval, so that all hold at once with the confidence wanted.
+
+    Parameters
+    ----------
+    at : list of int
+        Walls at each look.
+    confidence : float
+        Wanted over all looks.
+    replicated : bool
+        Whether errors come from replicates of Sobol points.
+    """
+    if len(at) == 1:
+        return confidence
+    if replicated:
+        return float(confidence ** (1 / len(at)))
+    sizes = np.array(at, dtype=np.float64)
+    factor = float(optimize.brentq(lambda c: _all_within(c, sizes) - confidence, 0.5, 8.0, xtol=1e-6))
+    return float(2 * special.ndtr(factor) - 1)
+
+
+def _all_within(factor: float, sizes: FloatArray) -> float:
+    """Return the probability that the means of a growing sample are all within so many of their standard errors."""
+    z, dz = factor * _NODES, factor * _WEIGHTS
+    density = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)
+    for before, now in itertools.pairwise(sizes):
+        carried = np.sqrt(before / now)
+        fresh = np.sqrt(1 - before / now)
+        kernel = np.exp(-0.5 * ((z[:, None] - carried * z[None, :]) / fresh) ** 2) / (fresh * np.sqrt(2 * np.pi))
+        density = kernel @ (density * dz)
+    return float(density @ dz)

@@ -1,0 +1,120 @@
+"""Looking again and again and stopping when it pleases: intervals that hold all the same."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import special, stats
+
+from damagepred.errors import InputError
+from damagepred.uq.estimate import probability
+from damagepred.uq.exceedance import exceedance, median_movement, shares
+from damagepred.uq.stopping import StopWhen, each_confidence, looks
+
+
+def test_looks_double() -> None:
+    assert looks(64, 1000) == [64, 128, 256, 512, 1000]
+    assert looks(64, 64) == [64]
+    assert looks(64, 10) == [10]
+
+
+def test_the_factor_is_that_of_the_tables() -> None:
+    """Pocock's constants for equal steps and two-sided 5 % (Jennison and Turnbull 2000, table 2.1)."""
+    for count, factor in ((2, 2.178), (3, 2.289), (5, 2.413), (10, 2.555)):
+        each = each_confidence([100 * (k + 1) for k in range(count)], 0.95, replicated=False)
+        assert special.ndtri(0.5 + each / 2) == pytest.approx(factor, abs=1e-3)
+    assert each_confidence([64], 0.9, replicated=True) == 0.9
+    sidak = each_confidence(looks(64, 1024), 0.9, replicated=True)
+    assert 0.9 < each_confidence(looks(64, 1024), 0.9, replicated=False) < sidak == pytest.approx(0.9 ** (1 / 5))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_intervals_hold_where_a_study_stopped_early(share: float) -> None:
+    """Covered as stated, and at all looks at once; at a plain 90 % a look they would not be."""
+    random = np.random.default_rng(5)
+    rule = StopWhen(category=1, at=0.01, half_width=0.05)
+    at = looks(32, 1024)
+    each = each_confidence(at, 0.9, replicated=False)
+    stopped, everywhere, naive = 0, 0, 0
+    for _ in range(400):
+        hit = random.random(1024) < share
+        found = [probability(hit[:n], confidence=each) for n in at]
+        last = next((f for f in found if rule.met(f)), found[-1])
+        stopped += last.lower <= share <= last.upper
+        everywhere += all(f.lower <= share <= f.upper for f in found)
+        plain = [probability(hit[:n]) for n in at]
+        naive += all(f.lower <= share <= f.upper for f in plain)
+    assert stats.binom.cdf(everywhere, 400, 0.9) > 1e-3
+    assert stats.binom.cdf(stopped, 400, 0.9) > 1e-3
+    assert stats.binom.cdf(naive, 400, 0.9) < 1e-3
+
+
+# -- reading a study --------------------------------------------------------------------------------------------------
+
+
+def study(capacity: np.ndarray, end: float = 0.02, increments: int = 20, **extra: object) -> xr.Dataset:
+    """A study whose walls reach category 1 at given movements."""
+    movement = np.linspace(0, end, increments + 1)
+    count = len(capacity)
+    ds = xr.Dataset(
+        {
+            "damage_category": (("sample", "increment"), (movement >= capacity[:, None]).astype(np.int8)),
+            "central_deflection": (("sample", "increment"), np.tile(movement, (count, 1))),
+            "status": ("sample", np.zeros(count, dtype=np.int8)),
+        },
+        attrs={"highest_category": 1, **{k: v for k, v in extra.items() if isinstance(v, int)}},
+    )
+    if "weight" in extra:
+        ds["weight"] = ("sample", extra["weight"])
+    return ds
+
+
+def test_exceedance_counts_walls() -> None:
+    capacity = np.array([0.0035, 0.0065, 0.0125, 0.03])
+    ds = study(capacity)
+    assert exceedance(ds, 1, 0.007).estimate.value == 0.5
+    assert exceedance(ds, 1, 0.02).estimate.value == 0.75
+    assert exceedance(ds, 1, 0.0125).estimate.value == pytest.approx(0.625)  # half of a step for one wall
+    assert exceedance(ds, 1, 0.02).not_followed == 0
+    assert exceedance(ds, 1, 0.021).not_followed == 1
+    assert exceedance(study(capacity, weight=np.array([2.0, 1, 1, 0])), 1, 0.007).estimate.value == 0.75
+    with pytest.raises(InputError, match="greater than 0"):
+        exceedance(ds, 1, 0.0)
+
+
+def test_failed_walls_are_bounded_not_dropped() -> None:
+    ds = study(np.array([0.0035, 0.0065, 0.0125, 0.03]))
+    ds["status"][2] = 2
+    ds["damage_category"][2] = -1
+    found = exceedance(ds, 1, 0.02)
+    assert (found.failed, found.estimate.samples) == (1, 3)
+    assert (found.failed_undamaged, found.failed_damaged) == (0.5, 0.75)
+
+
+def test_shares_of_steps() -> None:
+    lower, upper = np.array([0.0, 0.01, 0.02, 0.01]), np.array([0.01, 0.02, np.inf, 0.01])
+    np.testing.assert_allclose(shares(lower, upper, 0.015), [1, 0.5, 0, 1])
+
+
+@pytest.mark.parametrize("replicates", [1, 8])
+def test_medians_cover(replicates: int) -> None:
+    hits = 0
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        # replicates that have something in common, as scrambles do not: the error must see it
+        shared = 0.05 * random.standard_normal(8)[np.arange(64) % 8] if replicates > 1 else 0.0
+        capacity = 0.008 * np.exp(0.3 * random.standard_normal(64) + shared)
+        found = median_movement(study(capacity, end=0.02, replicates=replicates), 1)
+        hits += found.lower <= 0.008 <= found.upper
+        assert found.value == pytest.approx(0.008, rel=0.2)
+    assert stats.binom.cdf(hits, 40, 0.9) > 1e-3
+
+
+def test_a_rule_says_what_it_takes() -> None:
+    for bad in (
+        {"category": 1, "at": 0.01},
+        {"category": 1, "at": 0.01, "half_width": 0.1, "relative_half_width": 0.1},
+        {"category": 1, "half_width": 0.1},
+        {"category": 1, "quantity": "median", "at": 0.01, "half_width": 0.1},
+    ):
+        with pytest.raises(InputError, match="stop_when"):
+            StopWhen(**bad).check()
