@@ -25,6 +25,7 @@ from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.warm_up import warm_up
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_sequences
+from damagepred.uq.wall_fields import JointPlaces
 
 FloatArray = NDArray[np.float64]
 
@@ -79,7 +80,7 @@ def sampled_wall(
     scene = settings.scene.with_values(values)
     if not design.joint:
         return scene, {}
-    return scene, design.joint_values(sample, joint_sequence(scene))
+    return scene, design.joint_values(sample, joint_places(scene))
 
 
 def joint_sequence(scene: Scene) -> NDArray[np.int64]:
@@ -87,6 +88,12 @@ def joint_sequence(scene: Scene) -> NDArray[np.int64]:
     joints = wall_geometry(scene).joints
     # a brick and a half: more than from one unit to the next, less than any opening leaves between two
     return course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * scene.wall.block_length)
+
+
+def joint_places(scene: Scene) -> JointPlaces:
+    """Return where the joints of a scene's wall are, and which are neighbours."""
+    joints = wall_geometry(scene).joints
+    return JointPlaces(joint_sequence(scene), joints.kind, joints.x, joints.y, scene.wall.block_length)
 
 
 def prepare(folder: str) -> None:

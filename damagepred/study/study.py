@@ -24,7 +24,7 @@ from damagepred.damage import damage_table
 from damagepred.errors import InputError, StudyError
 from damagepred.scene import Scene
 from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
-from damagepred.study.sample import joint_sequence, sampled_wall
+from damagepred.study.sample import joint_places, sampled_wall
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
 from damagepred.study.warm_up import warm_up
 from damagepred.study.workers import LocalPool
@@ -331,8 +331,8 @@ class Study:
         if (weight := self.design.weights(samples)) is not None:
             columns["weight"] = weight
         if self.settings.study.store_fields and self.design.joint and not self._geometry_varies():
-            sequence = joint_sequence(self.settings.scene)
-            drawn = [self.design.joint_values(i, sequence) for i in range(samples)]
+            places = joint_places(self.settings.scene)
+            drawn = [self.design.joint_values(i, places) for i in range(samples)]
             columns |= {place: np.array([d[place] for d in drawn]) for place in self.design.joint}
         extra = {
             place: Variable(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize
+from scipy import optimize, special
 
 from damagepred.errors import InputError
 from damagepred.uq.marginals import Marginal, breaks, from_normal
@@ -69,8 +69,8 @@ class NatafCurve:
     -----
     Nataf's integral as Mehler's series: with a_k and b_k the coefficients of the variables in normalised Hermite
     polynomials of their normals, the correlation is the sum of a_k b_k rho^k, monotone in rho. It holds for variables
-    that take single values, too; they make the coefficients fall off slowly, so what 300 terms leave is added as one
-    term that makes both ends exact.
+    that take single values, too: their terms fall off as k^(-3/2) only, so what the sum leaves at either end, where it
+    is known, is taken to be spread like that.
     """
 
     def __init__(self, first: Marginal, second: Marginal) -> None:
@@ -94,7 +94,11 @@ class NatafCurve:
             Of the normals, -1 to 1.
         """
         at = np.asarray(rho, dtype=np.float64)
-        rest = np.where(at >= 0, *self._rest) * np.abs(at) ** (_TERMS + 1)
+        with np.errstate(divide="ignore"):
+            decay = np.minimum(-(_TERMS + 0.5) * np.log(np.abs(at)), 700.0)
+        # share of the terms left out: the integral of k^(-3/2) rho^k from there on, over that at rho = 1
+        share = np.exp(-decay) * (1.0 - np.sqrt(np.pi * decay) * special.erfcx(np.sqrt(decay)))
+        rest = np.where(at >= 0, *self._rest) * share
         return np.polynomial.polynomial.polyval(at, np.append(0.0, self._terms)) + rest
 
 

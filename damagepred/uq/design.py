@@ -17,6 +17,7 @@ from damagepred.uq.marginals import from_normal
 from damagepred.uq.samplers import Stream, generator, unit_points
 from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
+from damagepred.uq.wall_fields import JointPlaces, WallFields
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -70,6 +71,8 @@ class Design:
         For places with one value a joint, the correlation of the underlying normals along a course.
     innovation_factor : array
         Cholesky factor of the correlation of what is new from one joint of a course to the next.
+    by_distance : WallFields or None
+        The fields, unless each joint depends on the one before it alone.
     """
 
     seed: int
@@ -81,6 +84,7 @@ class Design:
     joint_factor: FloatArray
     lag: Mapping[str, float]
     innovation_factor: FloatArray
+    by_distance: WallFields | None = None
 
     @classmethod
     def make(
@@ -125,18 +129,15 @@ class Design:
                     f'[correlation] "{a}" with "{b}": one has a value a wall, the other one a joint; give both a field '
                     "or neither."
                 )
-        for place in joint:
-            if (f := variables[place].field) is not None and not f.by_course:
-                raise InputError(f'[variables."{place}"] field: only course_correlation is sampled so far.')
-        lag = {
-            place: lag_correlation(marginals[place], field.course_correlation)
-            for place in joint
-            if (field := variables[place].field) is not None
-        }
+        fields = {place: f for place in joint if (f := variables[place].field) is not None}
         joint_factor = cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)})
+        wall_factor = cholesky(wall, marginals, {p: c for p, c in correlation.items() if p <= set(wall)})
+        if not all(f.by_course for f in fields.values()):
+            by_distance = WallFields(joint, fields, marginals, joint_factor)
+            return cls(seed, sampler, marginals, wall, joint, wall_factor, joint_factor, {}, joint_factor, by_distance)
+        lag = {place: lag_correlation(marginals[place], f.course_correlation) for place, f in fields.items()}
         return cls(
-            seed, sampler, marginals, wall, joint,
-            cholesky(wall, marginals, {p: c for p, c in correlation.items() if p <= set(wall)}),
+            seed, sampler, marginals, wall, joint, wall_factor,
             joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]),
         )  # fmt: skip
 
@@ -172,37 +173,48 @@ class Design:
             unit[:, size] if mixed else None,
         )  # fmt: skip
 
-    def joint_values(self, sample: int, sequence: IntArray) -> dict[str, FloatArray]:
+    def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
         """Return the values that vary from joint to joint in one sample: place -> array (joints,).
 
         Parameters
         ----------
         sample : int
             Number of the sample; the values depend on the seed and on it alone.
-        sequence : array of int (joints,)
-            Which joints are neighbours; see ``course_noise``.
+        places : JointPlaces or array of int (joints,)
+            Where the joints are; which are neighbours in a course (see ``course_noise``) is enough for fields along
+            courses.
         """
         if not self.joint:
             return {}
         random = generator(self.seed, Stream.FIELD, sample)
-        return self.joint_values_from(random.standard_normal((len(self.joint), len(sequence))), sequence)
+        joints = len(places.sequence) if isinstance(places, JointPlaces) else len(places)
+        return self.joint_values_from(random.standard_normal((len(self.joint), joints)), places)
 
-    def joint_values_from(self, independent: FloatArray, sequence: IntArray) -> dict[str, FloatArray]:
+    def joint_values_from(self, independent: FloatArray, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
         """Return the values that vary from joint to joint, from independent standard normals.
 
         Parameters
         ----------
         independent : array (fields, joints)
             Standard normals.
-        sequence : array of int (joints,)
-            Which joints are neighbours; see ``course_noise``.
+        places : JointPlaces or array of int (joints,)
+            See ``joint_values``.
+
+        Raises
+        ------
+        InputError
+            If the fields need to know where the joints are, or cannot be had.
         """
-        first = np.diff(sequence, prepend=sequence[0] - 1) != 0
-        new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
-        return {
-            place: from_normal(self.marginals[place], course_noise(new[k], sequence, self.lag[place]))
-            for k, place in enumerate(self.joint)
-        }
+        if self.by_distance is not None:
+            if not isinstance(places, JointPlaces):
+                raise InputError("fields with a correlation over a distance need the places of the joints.")
+            normal = self.by_distance.draw(independent, places)
+        else:
+            sequence = places.sequence if isinstance(places, JointPlaces) else places
+            first = np.diff(sequence, prepend=sequence[0] - 1) != 0
+            new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
+            normal = np.array([course_noise(new[k], sequence, self.lag[place]) for k, place in enumerate(self.joint)])
+        return {place: from_normal(self.marginals[place], normal[k]) for k, place in enumerate(self.joint)}
 
 
 def _table_places(columns: tuple[str, ...], wall: tuple[str, ...]) -> tuple[str, ...]:

@@ -58,7 +58,8 @@ class JointField:
         Whether only joints of one course are correlated, between the same openings, or all of the wall. None: the wall
         with a correlation_length, the course with a course_correlation.
     nugget : float
-        Share of the variance that is each joint's own; the rest is correlated as the above says.
+        With a correlation_length: share of the variance that is each joint's own, so that the correlation is
+        (1 - nugget) exp(-d / correlation_length) however near two joints are.
     """
 
     course_correlation: Pure = Field(default=0.0, ge=0, lt=1)
@@ -73,12 +74,14 @@ class JointField:
             raise ValueError("correlation_length and course_correlation say the same in two ways; give one")
         if self.vertical_length is not None and (self.correlation_length is None or self.over == "course"):
             raise ValueError("vertical_length: goes with a correlation_length over the wall")
+        if self.nugget and self.correlation_length is None:
+            raise ValueError("nugget: goes with a correlation_length; course_correlation already says all")
         return self
 
     @property
     def by_course(self) -> bool:
         """Whether each joint knows only the one before it in its course."""
-        return self.correlation_length is None and self.over != "wall" and self.nugget == 0.0
+        return self.correlation_length is None and self.over != "wall"
 
 
 @described

@@ -1,0 +1,237 @@
+"""Values that vary from joint to joint and are alike the nearer two joints are, along courses or all over the wall.
+
+The correlation matrix of all joints of one kind is factorised once a geometry; a sample then costs one product with a
+triangular matrix for each field and kind.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+from scipy.interpolate import PchipInterpolator
+from threadpoolctl import ThreadpoolController
+
+from damagepred.errors import InputError
+from damagepred.uq.correlation import NatafCurve
+from damagepred.uq.marginals import Marginal
+from damagepred.uq.variable import JointField
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+REPAIR = 0.01
+"""Largest change of a correlation that makes a matrix positive definite and is passed over."""
+
+
+class JointPlaces(NamedTuple):
+    """Where the joints of a wall are; j of them.
+
+    Attributes
+    ----------
+    sequence : array of int (j,)
+        Joints with the same number, next to each other in the array, are neighbours in a course.
+    kind : array of int (j,)
+        Bed, perpend or dpc.
+    x, y : array (j,)
+        Middle of the joint (m).
+    unit : float
+        Distance from one unit to the next (m).
+    """
+
+    sequence: IntArray
+    kind: NDArray[np.int8]
+    x: FloatArray
+    y: FloatArray
+    unit: float
+
+    def digest(self) -> str:
+        """Return a short name for these places."""
+        found = hashlib.sha256(repr(self.unit).encode())
+        for values in (self.sequence, self.kind, self.x, self.y):
+            found.update(np.ascontiguousarray(values).tobytes())
+        return found.hexdigest()
+
+
+class _OneKind(NamedTuple):
+    """Joints of one kind, the factors of the independent fields on them, and how these make up the fields (k, k)."""
+
+    joints: IntArray
+    triangles: list[FloatArray]
+    mixing: FloatArray
+
+
+class WallFields:
+    """Fields of one study, ready to be drawn on any wall.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Places of the fields, k of them.
+    fields : mapping of str to JointField
+        How they are correlated from joint to joint.
+    marginals : mapping of str to Marginal
+        Their distributions.
+    factor : array (k, k)
+        Cholesky factor of the correlation of the fields' normals in one joint.
+
+    Notes
+    -----
+    From the roughest to the smoothest, field k is the sum over j <= k of L[k, j] times independent fields w_j, with L
+    the Cholesky factor of their correlation in one joint. The correlation of w_k along the wall is such that each field
+    keeps its own (linear model of coregionalisation).
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        fields: Mapping[str, JointField],
+        marginals: Mapping[str, Marginal],
+        factor: FloatArray,
+    ) -> None:
+        self._names = tuple(names)
+        self._fields = [fields[name] for name in names]
+        self._normal = [_ToNormals(marginals[name]) for name in names]
+        self._correlation: FloatArray = factor @ factor.T
+        self._made: tuple[str, list[_OneKind]] = ("", [])
+
+    def draw(self, independent: FloatArray, places: JointPlaces) -> FloatArray:
+        """Return correlated standard normals.
+
+        Parameters
+        ----------
+        independent : array (k, joints)
+            Standard normals.
+        places : JointPlaces
+            Where the joints are.
+
+        Returns
+        -------
+        array (k, joints)
+
+        Raises
+        ------
+        InputError
+            If no values can be correlated as the fields say.
+        """
+        one_thread = _blas()
+        with one_thread.limit(limits=1):  # threads would add up in another order, and change the last digits
+            found = np.empty_like(independent)
+            for kind in self._kinds(places):
+                for k, triangle in enumerate(kind.triangles):
+                    found[k, kind.joints] = linalg.blas.dtrmv(triangle, independent[k, kind.joints], lower=1)
+                found[:, kind.joints] = kind.mixing @ found[:, kind.joints]
+            return found
+
+    def _kinds(self, places: JointPlaces) -> list[_OneKind]:
+        """Return what is needed to draw on these places, kind by kind; the last places are kept."""
+        name = places.digest()
+        if self._made[0] != name:
+            kinds = [np.flatnonzero(places.kind == kind) for kind in np.unique(places.kind)]
+            self._made = name, [self._one_kind(places, here) for here in kinds]
+        return self._made[1]
+
+    def _one_kind(self, places: JointPlaces, here: IntArray) -> _OneKind:
+        whole = [normal(stated_correlation(f, places, here)) for f, normal in zip(self._fields, self._normal)]
+        order = np.argsort([matrix.sum() for matrix in whole], kind="stable")
+        factor = np.linalg.cholesky(self._correlation[np.ix_(order, order)])
+        independent: list[FloatArray] = []
+        triangles = []
+        for k, field in enumerate(order):
+            matrix = whole[field]
+            np.fill_diagonal(matrix, 1.0)
+            for part, earlier in zip(factor[k, :k] ** 2, independent):
+                matrix -= part * earlier
+            matrix /= factor[k, k] ** 2
+            try:
+                triangles.append(_cholesky(matrix))
+            except linalg.LinAlgError:
+                raise InputError(_impossible(self._names[field], bool(factor[k, :k].any()))) from None
+            independent.append(matrix)
+        mixing = np.empty_like(factor)
+        mixing[order] = factor
+        return _OneKind(here, triangles, mixing)
+
+
+def _impossible(name: str, correlated: bool) -> str:
+    if correlated:
+        return (
+            f'[correlation] "{name}": fields with such different correlation lengths cannot be so strongly correlated; '
+            "make the former more alike or the correlation weaker."
+        )
+    return (
+        f'[variables."{name}"] field: no values with this distribution can be correlated like that; give the field '
+        "a nugget, or a shorter correlation_length."
+    )
+
+
+def stated_correlation(field: JointField, places: JointPlaces, here: IntArray) -> FloatArray:
+    """Return the correlation that a field states between joints of one kind: array (n, n), 1 on the diagonal.
+
+    Parameters
+    ----------
+    field : JointField
+        What is stated.
+    places : JointPlaces
+        Where all joints are.
+    here : array of int (n,)
+        The joints of this kind.
+    """
+    sequence = places.sequence[here]
+    if field.by_course:
+        same = sequence[:, None] == sequence
+        return np.where(same, field.course_correlation ** np.abs(here[:, None] - here), 0.0)
+    length = field.correlation_length
+    if length is None:
+        length = -places.unit / np.log(field.course_correlation) if field.course_correlation > 0 else 1e-9 * places.unit
+    x, y = places.x[here] / length, places.y[here] / (field.vertical_length or length)
+    found = (1.0 - field.nugget) * np.exp(-np.hypot(x[:, None] - x, y[:, None] - y))
+    if field.over == "course":
+        found[sequence[:, None] != sequence] = 0.0
+    np.fill_diagonal(found, 1.0)
+    return found
+
+
+class _ToNormals:
+    """Turns correlations of a variable with itself elsewhere into those of the normals behind it (Nataf)."""
+
+    def __init__(self, marginal: Marginal) -> None:
+        rho = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 513))  # dense near 1, where steps make the curve steep
+        reached = NatafCurve(marginal, marginal)(rho)
+        reached[0], reached[-1] = 0.0, 1.0
+        keep = np.append(True, np.diff(np.maximum.accumulate(reached)) > 0)
+        self._curve = PchipInterpolator(reached[keep], rho[keep])
+
+    def __call__(self, correlation: FloatArray) -> FloatArray:
+        return np.asarray(self._curve(correlation))
+
+
+def _cholesky(matrix: FloatArray) -> FloatArray:
+    """Return the lower factor of a correlation matrix, or of one near it that is positive definite.
+
+    Raises
+    ------
+    LinAlgError
+        If that changes a correlation by more than ``REPAIR``.
+    """
+    with _blas().limit(limits=1):
+        try:
+            return np.asfortranarray(linalg.cholesky(matrix, lower=True))
+        except linalg.LinAlgError:
+            value, vector = linalg.eigh(matrix)
+            mended = (vector * np.maximum(value, 1e-9)) @ vector.T
+            scale = 1.0 / np.sqrt(np.diag(mended))
+            mended *= np.outer(scale, scale)
+            if np.abs(mended - matrix).max() > REPAIR:
+                raise
+            return np.asfortranarray(linalg.cholesky(mended, lower=True))
+
+
+@lru_cache(maxsize=1)
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController().select(user_api="blas")

@@ -1,0 +1,272 @@
+"""All families of a study file: Kolmogorov-Smirnov against formulas by hand, moments, tables, mixtures, messages."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from damagepred.errors import InputError
+from damagepred.scene.reading import build
+from damagepred.uq.design import Design
+from damagepred.uq.variable import JointField, Variable
+
+PLACE = "joint.cohesion"
+
+# variable as written, its unit, cumulative distribution in SI, mean, standard deviation: by hand, not by scipy.stats
+FAMILIES = {
+    "weibull, own": (
+        {"distribution": "weibull", "shape": 2.0, "scale": "0.5 MPa"}, "Pa", lambda x: 1 - np.exp(-((x / 5e5) ** 2)),
+        5e5 * math.gamma(1.5), 5e5 * math.sqrt(1 - math.gamma(1.5) ** 2)),
+    "weibull, mean": (  # cov of shape 2: sqrt(4/pi - 1)
+        {"distribution": "weibull", "mean": 1.0, "cov": math.sqrt(4 / math.pi - 1)}, "1",
+        lambda x: 1 - np.exp(-((x * math.gamma(1.5)) ** 2)), 1.0, math.sqrt(4 / math.pi - 1)),
+    "weibull, from a lower end": (  # shape 1 is exponential
+        {"distribution": "weibull", "mean": 3.0, "std": 1.0, "lower": 2.0}, "1", lambda x: 1 - np.exp(-(x - 2.0)),
+        3.0, 1.0),
+    "gamma, own": (
+        {"distribution": "gamma", "shape": 3.0, "scale": 2.0}, "1", lambda x: special.gammainc(3.0, x / 2.0), 6.0,
+        2 * math.sqrt(3)),
+    "gamma, cov": (
+        {"distribution": "gamma", "mean": "8 mm", "cov": 0.5}, "m", lambda x: special.gammainc(4.0, x / 2e-3), 8e-3,
+        4e-3),
+    "gamma, from a lower end": (
+        {"distribution": "gamma", "mean": 10.0, "std": 4.0, "lower": 2.0}, "1",
+        lambda x: special.gammainc(4.0, (x - 2) / 2), 10.0, 4.0),
+    "beta, own": (
+        {"distribution": "beta", "alpha": 2.0, "beta": 3.0, "lower": "0.3", "upper": 0.8}, "1",
+        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5), 0.5, 0.1),
+    "beta, std": (
+        {"distribution": "beta", "mean": 0.5, "std": 0.1, "lower": 0.3, "upper": 0.8}, "1",
+        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5), 0.5, 0.1),
+    "uniform, mean": (
+        {"distribution": "uniform", "mean": "50 mm", "std": f"{10 / math.sqrt(3)} mm"}, "m",
+        lambda x: np.clip((x - 0.04) / 0.02, 0, 1), 0.05, 0.01 / math.sqrt(3)),
+    "scipy, own": (
+        {"distribution": "scipy", "name": "gumbel_r", "parameters": {"loc": "0.4 MPa", "scale": "0.1 MPa"}}, "Pa",
+        lambda x: np.exp(-np.exp(-(x - 4e5) / 1e5)), 4e5 + 1e5 * np.euler_gamma, 1e5 * math.pi / math.sqrt(6)),
+    "scipy, mean": (
+        {"distribution": "scipy", "name": "gumbel_r", "mean": 2.0, "cov": math.pi / math.sqrt(6) / 2}, "1",
+        lambda x: np.exp(-np.exp(-(x - 2.0 + np.euler_gamma))), 2.0, math.pi / math.sqrt(6)),
+    "scipy, with a shape": (
+        {"distribution": "scipy", "name": "triang", "parameters": {"c": 0.5}, "mean": 3.0, "std": 1 / math.sqrt(6)},
+        "1", lambda x: np.where(x < 3, (x - 2) ** 2 / 2, 1 - (4 - x) ** 2 / 2), 3.0, 1 / math.sqrt(6)),
+    "mixture": (
+        {"distribution": "mixture", "components": [
+            {"weight": 19, "distribution": "normal", "mean": "1 MPa", "cov": 0.1},
+            {"weight": 1, "distribution": "normal", "mean": "0.5 MPa", "cov": 0.1}]}, "Pa",
+        lambda x: 0.95 * special.ndtr((x - 1e6) / 1e5) + 0.05 * special.ndtr((x - 5e5) / 5e4), 0.975e6,
+        math.sqrt(0.95 * (1e10 + 0.025e6**2) + 0.05 * (2.5e9 + 0.475e6**2))),
+}  # fmt: skip
+
+
+def sampled(written: dict, unit: str, count: int = 4000, seed: int = 3) -> np.ndarray:
+    variable = build(Variable, written, "study.toml")
+    return Design.make({PLACE: variable}, {PLACE: unit}, {}, "random", seed).wall_values(count)[PLACE]
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_samples_follow_the_stated_distribution(name: str):
+    written, unit, cdf, mean, std = FAMILIES[name]
+    assert stats.kstest(sampled(written, unit), cdf).pvalue > 1e-3
+    frozen = build(Variable, written, "study.toml").frozen(PLACE, unit)
+    assert frozen.mean() == pytest.approx(mean, rel=1e-9)
+    assert frozen.std() == pytest.approx(std, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_the_test_can_fail(name: str):
+    """A scatter that is a tenth larger is seen."""
+    written, unit, cdf, mean, _ = FAMILIES[name]
+    wrong = stats.kstest(sampled(written, unit, 20000), lambda x: cdf(mean + (x - mean) / 1.1))
+    assert wrong.pvalue < 1e-3
+
+
+def test_a_mixture_is_not_the_normal_of_its_moments():
+    written, unit, _, mean, std = FAMILIES["mixture"]
+    assert stats.kstest(sampled(written, unit), stats.norm(mean, std).cdf).pvalue < 1e-3
+
+
+# -- values that come singly -------------------------------------------------------------------------------------------
+
+
+def test_discrete_values_come_as_often_as_their_weights_say():
+    written = {"distribution": "discrete", "values": ["8 mm", "6 mm", "10 mm"], "weights": [1, 3, 4]}
+    values, count = np.unique(sampled(written, "m", 8000), return_counts=True)
+    assert values.tolist() == pytest.approx([6e-3, 8e-3, 10e-3])
+    assert stats.chisquare(count, [3000, 1000, 4000]).pvalue > 1e-3
+    assert stats.chisquare(count, [3200, 900, 3900]).pvalue < 1e-3  # the test can fail
+
+
+def test_measured_values_are_equally_likely_and_twice_measured_ones_twice():
+    written = {"distribution": "empirical", "values": [0.7, 0.5, 0.9, 0.5]}
+    values, count = np.unique(sampled(written, "1", 8000), return_counts=True)
+    assert values.tolist() == [0.5, 0.7, 0.9]
+    assert stats.chisquare(count, [4000, 2000, 2000]).pvalue > 1e-3
+
+
+def test_a_discrete_distribution_of_scipy():
+    written = {"distribution": "scipy", "name": "poisson", "parameters": {"mu": 2.5, "loc": 1}}
+    values = sampled(written, "1", 8000) - 1
+    expected = np.array([math.exp(-2.5) * 2.5**k / math.factorial(k) for k in range(6)])
+    count = np.bincount(np.minimum(values.astype(int), 6), minlength=7)
+    assert stats.chisquare(count, 8000 * np.append(expected, 1 - expected.sum())).pvalue > 1e-3
+
+
+def test_joints_without_bond():
+    """A share of joints that have none at all, the others lognormal: an atom and a density, joint by joint."""
+    sound = {"weight": 0.9, "distribution": "lognormal", "mean": 1.0, "cov": 0.3}
+    none = {"weight": 0.1, "distribution": "discrete", "values": [0.0]}
+    variable = build(Variable, {"distribution": "mixture", "components": [sound, none]}, "study.toml")
+    field = Variable(distribution="mixture", components=variable.components, field=JointField(course_correlation=0.4))
+    design = Design.make({PLACE: field}, {PLACE: "1"}, {}, "sobol", 1)
+    values = np.array([design.joint_values(i, np.arange(300) // 20)[PLACE] for i in range(40)])
+    assert (values == 0).mean() == pytest.approx(0.1, abs=4 * math.sqrt(0.09 / 12000 * 1.8))
+    s = math.sqrt(math.log(1.09))
+    independent = values[:, ::20].ravel()  # the first joints of each course
+    bonded = independent[independent > 0]
+    assert stats.kstest(np.log(bonded), stats.norm(-(s**2) / 2, s).cdf).pvalue > 1e-3
+    # the stated correlation is that of the variable, atom and all
+    pairs = values.reshape(40, 15, 20)
+    found = np.corrcoef(pairs[:, :, 1:].ravel(), pairs[:, :, :-1].ravel())[0, 1]
+    assert found == pytest.approx(0.4, abs=0.03)
+
+
+@pytest.mark.parametrize("z", [-8.0, -3.0, -1.0, 0.0, 2.0, 7.0])
+def test_quantiles_of_a_mixture_invert_its_distribution(z: float):
+    frozen = build(Variable, FAMILIES["mixture"][0], "").frozen(PLACE, "Pa")
+    x = frozen.quantile(np.array([z]))[0]
+    below, above = (
+        0.95 * special.ndtr(s * (x - 1e6) / 1e5) + 0.05 * special.ndtr(s * (x - 5e5) / 5e4) for s in (1, -1)
+    )
+    probability, wanted = (below, special.ndtr(z)) if z < 0 else (above, special.ndtr(-z))
+    assert probability == pytest.approx(wanted, rel=1e-8)
+
+
+# -- files of measured values ------------------------------------------------------------------------------------------
+
+MEASURED = "\n".join(["# bond wrench, site B", "unit, strength, age", "1, 0.41, 28", "", "2, 0.52, 28", "3, , 7"])
+
+
+def test_a_column_of_a_file_ends_up_in_the_study_in_si(tmp_path: Path):
+    (tmp_path / "bond.csv").write_text(MEASURED)
+    variable = Variable(distribution="empirical", file="bond.csv", column="strength", unit="MPa")
+    read = variable.with_values(PLACE, "Pa", tmp_path)
+    assert read.values == pytest.approx((0.41e6, 0.52e6))
+    assert read.file is read.column is read.unit is None
+    assert read.source == "bond.csv, column strength"
+    assert read.frozen(PLACE, "Pa").mean() == pytest.approx(0.465e6)
+
+
+def test_a_study_beside_its_file_keeps_the_values_themselves(tmp_path: Path):
+    from damagepred.study.settings import StudySettings, read_frozen
+
+    (tmp_path / "bond.csv").write_text(MEASURED)
+    (tmp_path / "house.toml").write_text(
+        "[scene.wall]\nlength = 2.4\n[variables.'joint.cohesion']\ndistribution = 'empirical'\n"
+        "file = 'bond.csv'\ncolumn = 'strength'\nunit = 'MPa'\n"
+    )
+    settings = StudySettings.from_toml(tmp_path / "house.toml")
+    (tmp_path / "bond.csv").unlink()
+    assert read_frozen(settings.to_toml()).variables[PLACE].values == pytest.approx((0.41e6, 0.52e6))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"file": "band.csv"}, ["file = ", "band.csv", "No such file"]),
+        ({"column": "strenght"}, ["column = 'strenght'", "unit, strength, age", "Did you mean 'strength'"]),
+        ({"unit": "mm"}, ["unit = 'mm'", "wrong kind of unit"]),
+        ({"column": None}, ["the name of a column"]),
+        ({"values": (1.0,)}, ["no values"]),
+        ({"distribution": "discrete"}, ["distribution = 'empirical'"]),
+    ],
+)
+def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str]):
+    (tmp_path / "bond.csv").write_text(MEASURED)
+    written = {"distribution": "empirical", "file": "bond.csv", "column": "strength", "unit": "MPa"} | change
+    with pytest.raises(InputError) as caught:
+        Variable(**written).with_values(PLACE, "Pa", tmp_path)
+    for word in [f'[variables."{PLACE}"]', *words]:
+        assert word in str(caught.value)
+
+
+def test_a_word_in_a_column_of_numbers(tmp_path: Path):
+    (tmp_path / "bond.csv").write_text(MEASURED.replace("0.52", "0.52 MPa"))
+    with pytest.raises(InputError, match=r"line 5, column strength: '0\.52 MPa' is no finite number"):
+        Variable(distribution="empirical", file="bond.csv", column="strength").with_values(PLACE, "Pa", tmp_path)
+
+
+# -- messages ----------------------------------------------------------------------------------------------------------
+
+TWO = [{"weight": 1, "distribution": "normal", "mean": 1, "cov": 0.1}] * 2
+
+WRONG: dict[str, tuple[dict, list[str]]] = {
+    "weibull half": ({"distribution": "weibull", "shape": 2}, ["weibull", "shape and scale", "given: shape"]),
+    "weibull below": (
+        {"distribution": "weibull", "mean": 1, "cov": 0.1, "lower": 2}, ["mean = 1", "greater than 2"]),
+    "weibull narrow": ({"distribution": "weibull", "mean": 1, "cov": 1e-4}, ["0.0001", "0.005 to 10"]),
+    "gamma negative": ({"distribution": "gamma", "mean": -1, "cov": 0.1}, ["mean = -1", "greater than 0"]),
+    "beta open": ({"distribution": "beta", "alpha": 2, "beta": 2}, ["alpha and beta and lower and upper"]),
+    "beta outside": (
+        {"distribution": "beta", "mean": 2, "std": 0.1, "lower": 0, "upper": 1}, ["mean = 2", "between lower and"]),
+    "beta wide": (
+        {"distribution": "beta", "mean": 0.5, "std": 0.6, "lower": 0, "upper": 1}, ["below 0.5", "given: 0.6"]),
+    "discrete nothing": ({"distribution": "discrete"}, ["values: has none"]),
+    "discrete mean": ({"distribution": "discrete", "values": [1], "mean": 1}, ["takes values and weights", "mean"]),
+    "discrete weights": ({"distribution": "discrete", "values": [1, 2], "weights": [1]}, ["weights: 1 of them for 2"]),
+    "discrete unit": ({"distribution": "discrete", "values": ["1 m"]}, ["values, item 1 = '1 m'", "wrong kind"]),
+    "empirical weights": ({"distribution": "empirical", "values": [1], "weights": [1]}, ["weights: is not read"]),
+    "normal values": ({"distribution": "normal", "mean": 1, "cov": 0.1, "values": [1]}, ["values: is not read"]),
+    "scipy nameless": ({"distribution": "scipy"}, ["name: is missing"]),
+    "scipy name": ({"distribution": "scipy", "name": "gumble_r"}, ["no such distribution", "Did you mean 'gumbel_r'"]),
+    "scipy key": (
+        {"distribution": "scipy", "name": "gumbel_r", "parameters": {"scal": 1}},
+        ["parameters.scal", "takes here loc, scale", "Did you mean 'scale'"]),
+    "scipy shape missing": ({"distribution": "scipy", "name": "triang"}, ["also needs c"]),
+    "scipy impossible": (
+        {"distribution": "scipy", "name": "triang", "parameters": {"c": 2}}, ["no distribution with c = 2"]),
+    "scipy both": (
+        {"distribution": "scipy", "name": "norm", "mean": 1, "cov": 0.1, "parameters": {"loc": 1}},
+        ["parameters.loc", "follow from mean and scatter"]),
+    "scipy half": ({"distribution": "scipy", "name": "norm", "mean": 1}, ["or mean and cov, or mean and std"]),
+    "scipy no moments": ({"distribution": "scipy", "name": "cauchy", "mean": 1, "cov": 1}, ["no mean and scatter"]),
+    "scipy discrete mean": ({"distribution": "scipy", "name": "poisson", "mean": 1, "cov": 1,
+        "parameters": {"mu": 1}}, ["is discrete and takes its own"]),
+    "mixture of one": ({"distribution": "mixture", "components": TWO[:1]}, ["has 1; a mixture takes two or more"]),
+    "mixture with a mean": ({"distribution": "mixture", "mean": 0, "components": TWO}, ["takes components", "mean"]),
+    "mixture's part": (
+        {"distribution": "mixture", "components": [TWO[0], {"weight": 1, "distribution": "normal", "mean": 1}]},
+        ["component 2: a normal distribution takes"]),
+    "no mixture": (
+        {"distribution": "normal", "mean": 1, "cov": 1, "components": TWO}, ["with distribution = 'mixture' only"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_parameters_that_make_no_distribution(name: str):
+    written, words = WRONG[name]
+    with pytest.raises(InputError) as caught:
+        build(Variable, written, "study.toml").frozen(PLACE, "Pa")
+    for word in [f'[variables."{PLACE}"]', *words]:
+        assert word in str(caught.value), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("field", "words"),
+    [
+        ({"correlation_length": "0.5 m", "course_correlation": 0.4}, "say the same in two ways"),
+        ({"correlation_length": 0.0}, "greater than 0"),
+        ({"vertical_length": 1.0}, "goes with a correlation_length over the wall"),
+        ({"correlation_length": 1.0, "vertical_length": 1.0, "over": "course"}, "over the wall"),
+        ({"course_correlation": 0.4, "nugget": 0.1}, "nugget: goes with a correlation_length"),
+        ({"correlation_length": 1.0, "nugget": 1.0}, "less than 1"),
+        ({"correlation_length": "1 Pa"}, "wrong kind of unit"),
+        ({"over": "walls"}, "Did you mean 'wall'"),
+    ],
+)
+def test_fields_that_are_none(field: dict, words: str):
+    with pytest.raises(InputError, match="field") as caught:
+        build(Variable, {"distribution": "normal", "mean": 1, "cov": 0.1, "field": field}, "study.toml")
+    assert words in str(caught.value)

@@ -1,0 +1,166 @@
+"""Fields whose correlation falls with distance, along courses or over the wall."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from damagepred.assembly import Kind
+from damagepred.errors import InputError
+from damagepred.scene import Dpc, Opening, Scene, Wall
+from damagepred.study.sample import joint_places
+from damagepred.uq.design import Design
+from damagepred.uq.variable import JointField, Variable
+from damagepred.uq.wall_fields import stated_correlation
+
+TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
+SCENE = Scene(wall=Wall(length=3.6, height=1.2), dpc=Dpc())
+PLACES = joint_places(SCENE)
+
+
+def variable(field: JointField, family: str = "lognormal", cov: float = 0.4) -> Variable:
+    return Variable(distribution=family, mean=1.0, cov=cov, field=field)
+
+
+def design(fields: dict[str, Variable], correlation: float | None = None) -> Design:
+    wanted = {} if correlation is None else {frozenset(fields): correlation}
+    return Design.make(fields, dict.fromkeys(fields, "1"), wanted, "sobol", 5)
+
+
+def drawn(fields: dict[str, Variable], correlation: float | None = None, samples: int = 600) -> dict[str, np.ndarray]:
+    made = design(fields, correlation)
+    values = [made.joint_values(i, PLACES) for i in range(samples)]
+    return {place: np.array([v[place] for v in values]) for place in fields}
+
+
+def pairs(kind: Kind, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray]:
+    """Joints of a kind that lie apart by so much."""
+    x, y = PLACES.x, PLACES.y
+    near = np.isclose(x[None, :] - x[:, None], dx, atol=1e-6) & np.isclose(y[None, :] - y[:, None], dy, atol=1e-6)
+    mine = kind == PLACES.kind
+    return np.nonzero(near & mine[:, None] & mine[None, :])
+
+
+def found(values: np.ndarray, i: np.ndarray, j: np.ndarray) -> tuple[float, float]:
+    """Correlation of pairs of joints over samples, and its standard error."""
+    assert len(i) > 5
+    mean, std = values.mean(), values.std()
+    each = ((values[:, i] - mean) * (values[:, j] - mean)).mean(axis=1) / std**2
+    return float(each.mean()), float(each.std() / math.sqrt(len(each)))
+
+
+UNIT, COURSE = 0.24, 0.075
+
+
+@pytest.mark.parametrize(
+    ("field", "dx", "dy", "wanted"),
+    [
+        ({"correlation_length": 0.5}, UNIT, 0.0, math.exp(-UNIT / 0.5)),
+        ({"correlation_length": 0.5}, 0.0, 2 * COURSE, math.exp(-2 * COURSE / 0.5)),
+        ({"correlation_length": 0.5}, UNIT, 4 * COURSE, math.exp(-math.hypot(UNIT, 4 * COURSE) / 0.5)),
+        ({"correlation_length": 0.5, "nugget": 0.3}, UNIT, 0.0, 0.7 * math.exp(-UNIT / 0.5)),
+        ({"correlation_length": 0.5, "vertical_length": 0.1}, UNIT / 2, COURSE,
+         math.exp(-math.hypot(UNIT / 2 / 0.5, COURSE / 0.1))),
+        ({"correlation_length": 0.5, "over": "course"}, 2 * UNIT, 0.0, math.exp(-2 * UNIT / 0.5)),
+        ({"correlation_length": 0.5, "over": "course"}, 0.0, 2 * COURSE, 0.0),
+        ({"course_correlation": 0.4, "over": "wall"}, UNIT, 0.0, 0.4),
+        ({"course_correlation": 0.4, "over": "wall"}, 0.0, 2 * COURSE, 0.4 ** (2 * COURSE / UNIT)),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("kind", [Kind.BED_JOINT, Kind.HEAD_JOINT])
+def test_the_correlation_is_as_stated_at_that_distance(field: dict, dx: float, dy: float, wanted: float, kind: Kind):
+    values = drawn({TENSION: variable(JointField(**field))}, samples=300)[TENSION]
+    i, j = pairs(kind, dx, dy)
+    got, error = found(values, i, j)
+    assert got == pytest.approx(wanted, abs=3.5 * error)
+    assert error < 0.035
+
+
+def test_the_marginal_is_kept_and_every_joint_scatters_alike():
+    values = drawn({TENSION: variable(JointField(correlation_length=0.5))})[TENSION]
+    s = math.sqrt(math.log(1.16))
+    standard = (np.log(values) + s**2 / 2) / s
+    for joint in (0, 100, values.shape[1] - 1):
+        assert stats.kstest(standard[:, joint], "norm").pvalue > 1e-3
+        assert stats.kstest(standard[:, joint] + 0.3, "norm").pvalue < 1e-3  # another median is seen
+    assert np.abs(standard.var(axis=0) - 1).max() < 0.35
+
+
+def test_kinds_of_joints_and_samples_are_independent():
+    values = drawn({TENSION: variable(JointField(correlation_length=2.0))})[TENSION]
+    bed, head = (values[:, kind == PLACES.kind].mean(axis=1) for kind in (Kind.BED_JOINT, Kind.HEAD_JOINT))
+    assert bed.std() > 0.2  # with such a length whole walls are strong or weak
+    assert abs(np.corrcoef(bed, head)[0, 1]) < 3.5 / math.sqrt(600)
+    assert abs(np.corrcoef(bed[1:], bed[:-1])[0, 1]) < 3.5 / math.sqrt(600)
+
+
+LENGTHS = [
+    (JointField(correlation_length=0.5), JointField(correlation_length=0.5), 0.7),
+    (JointField(correlation_length=0.5), JointField(correlation_length=0.8), 0.6),
+    (JointField(correlation_length=0.8, nugget=0.3), JointField(course_correlation=0.4), 0.3),
+]
+
+
+@pytest.mark.parametrize(("first", "second", "wanted"), LENGTHS)
+def test_two_fields_are_correlated_in_one_joint_and_each_keeps_its_own(
+    first: JointField, second: JointField, wanted: float
+):
+    values = drawn({TENSION: variable(first), COHESION: variable(second, "normal", 0.2)}, wanted, 300)
+    x, y = ((v - v.mean()) / v.std() for v in values.values())
+    each = (x * y).mean(axis=1)
+    assert each.mean() == pytest.approx(wanted, abs=3.5 * each.std() / math.sqrt(300))
+    i, j = pairs(Kind.BED_JOINT, UNIT, 0.0)
+    for place, field in ((TENSION, first), (COHESION, second)):
+        got, error = found(values[place], i, j)
+        stated = stated_correlation(field, PLACES, np.flatnonzero(PLACES.kind == Kind.BED_JOINT))
+        of_pair = np.searchsorted(np.flatnonzero(PLACES.kind == Kind.BED_JOINT), [i[0], j[0]])
+        assert got == pytest.approx(stated[tuple(of_pair)], abs=3.5 * error)
+
+
+def test_a_smooth_field_cannot_follow_a_rough_one():
+    fields = {
+        TENSION: variable(JointField(correlation_length=5.0)),
+        COHESION: variable(JointField(correlation_length=0.1)),
+    }
+    with pytest.raises(InputError, match="different correlation lengths cannot be so strongly correlated"):
+        design(fields, 0.9).joint_values(0, PLACES)
+
+
+def test_a_sample_is_the_same_whatever_was_drawn_before():
+    fields = {TENSION: variable(JointField(correlation_length=0.5))}
+    expected = design(fields).joint_values(7, PLACES)[TENSION]
+    again = design(fields)
+    other = joint_places(Scene(wall=Wall(length=2.4, height=0.6)))
+    for number, places in ((3, PLACES), (7, other)):
+        again.joint_values(number, places)
+    np.testing.assert_array_equal(again.joint_values(7, PLACES)[TENSION], expected)
+
+
+def test_an_opening_parts_a_course_but_not_a_wall():
+    scene = Scene(wall=Wall(length=2.4, height=0.6), opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.45),))
+    places = joint_places(scene)
+    beds = np.flatnonzero(places.kind == Kind.BED_JOINT)
+    row = beds[np.isclose(places.y[beds], places.y[beds].max())]
+    left, right = row[places.x[row] < 1.0], row[places.x[row] > 1.4]
+    a, b = np.searchsorted(beds, [left[-1], right[0]])
+    over = {way: stated_correlation(JointField(correlation_length=0.5, over=way), places, beds) for way in
+            ("course", "wall")}  # fmt: skip
+    assert over["course"][a, b] == 0.0
+    assert over["wall"][a, b] == pytest.approx(math.exp(-(places.x[right[0]] - places.x[left[-1]]) / 0.5))
+
+
+def test_weak_units_come_in_patches():
+    """A mixture through a field: as often as stated, and weak joints near weak joints."""
+    parts = [{"weight": w, "distribution": "lognormal", "mean": m, "cov": 0.05} for w, m in ((0.95, 1.0), (0.05, 0.5))]
+    weak = Variable(distribution="mixture", components=parts, field=JointField(correlation_length=0.5))
+    values = drawn({TENSION: weak}, samples=200)[TENSION] < 0.7
+    share = values.mean(axis=1)
+    assert share.mean() == pytest.approx(0.05, abs=3.5 * share.std() / math.sqrt(200))
+    i, j = pairs(Kind.BED_JOINT, UNIT, 0.0)
+    assert (values[:, i] & values[:, j]).mean() > 3 * 0.05**2
+
+
+def test_fields_by_distance_need_places():
+    with pytest.raises(InputError, match="need the places of the joints"):
+        design({TENSION: variable(JointField(correlation_length=0.5))}).joint_values(0, PLACES.sequence)
