@@ -111,6 +111,18 @@ VARIABLES: dict[str, Variable] = {
     "base_crack_width_max": Variable(_STEP, "m", "widest crack in the courses below the dpc"),
     "dpc_opening_max": Variable(_STEP, "m", "widest opening of the damp-proof course"),
     "dpc_separation_length": Variable(_STEP, "m", "length over which the dpc is open by more than opening_threshold"),
+    # the end of the movement alone, of a study that keeps it besides the path
+    **{
+        f"end_{name}": Variable(("sample",), unit, f"{what}, at the end of the sample's movement", flags)
+        for name, unit, what, flags in (
+            ("damage_category", None, "damage category of the wall proper, above any dpc", CATEGORIES),
+            ("crack_width_max", "m", "widest crack of the wall proper, above any dpc", ()),
+            ("dpc_opening_max", "m", "widest opening of the damp-proof course", ()),
+            ("central_deflection", "m", "deflection of the footing's centre relative to its ends", ()),
+            ("deflection_ratio", "1", "central deflection over the length between the ends", ()),
+            ("surface_movement", "m", "movement of the ground's surface under the footing", ()),
+        )
+    },
     # openings
     "opening_left": Variable(_OPENING, "m", "left edge of the opening"),
     "opening_sill": Variable(_OPENING, "m", "height of the opening's sill"),

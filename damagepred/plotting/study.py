@@ -68,6 +68,10 @@ def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
     InputError
         If no wall of the study has been solved.
     """
+    if "increment" not in ds["damage_category"].dims:
+        raise InputError(
+            "this study keeps the end of each wall's path alone ([study] movement = 'sampled'): no paths to draw."
+        )
     movement, width = ds[movement_measure(ds)].values, ds["crack_width_max"].values
     category, status = ds["damage_category"].values, ds["status"].values
     if movement.ndim == 1:

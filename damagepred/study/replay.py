@@ -61,12 +61,21 @@ def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
         return f"sample {sample} has not come to a result in this study: nothing to compare with"
     part = read_part(file)
     row = int(np.flatnonzero(part["sample"].values == sample)[0])
-    kept = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:2] == _PATH}
-    steps = int(np.isfinite(kept["base_reaction"]).sum())
+    paths = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:2] == _PATH}
+    kept = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:1] == _PATH[:1]}
+    ends = {name: value for name, value in kept.items() if ds[name].dims[:1] == _PATH[1:] and name not in paths}
+    steps = int(np.isfinite(paths["base_reaction"]).sum()) if paths else len(ds["increment"])
+    # a study that keeps the end alone: where the path went to it
+    reached = not ends or bool(np.isfinite(ends["base_reaction"]))
     differing = [
         name
-        for name, found in kept.items()
+        for name, found in paths.items()
         if not np.array_equal(found[:steps], ds[name].values[:steps], equal_nan=True)
+    ]
+    differing += [
+        name
+        for name, found in ends.items()
+        if reached and not np.array_equal(found, ds[name].values[-1], equal_nan=True)
     ]
     if differing:
         return f"differs from the archive in {', '.join(differing)}: other machines and versions may round otherwise"

@@ -270,4 +270,32 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ("dpc_separation_length", {"opening_threshold": settings.scene.damage.dpc_threshold}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
-    return columns
+    # a rig that lets go ends the movement
+    return kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
+
+
+def kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:
+    """Return what a study keeps of a path: all of it, only its end, or both.
+
+    Parameters
+    ----------
+    columns : dict of str to Column
+        Of one sample.
+    kept : {"path", "sampled", "both"}
+        See ``Sampling.movement``.
+    end : int
+        Increment at which the sample's movement ends.
+    """
+    if kept == "path":
+        return columns
+    path = {name for name, column in columns.items() if column.dims[:2] == ("sample", "increment")}
+    at_end = {
+        name: column._replace(dims=("sample", *column.dims[2:]), values=column.values[:, end])
+        for name, column in columns.items()
+        if name in path
+    }
+    if kept == "sampled":
+        return {name: column for name, column in (columns | at_end).items() if name != "increment"}
+    more = {f"end_{name}": column for name, column in at_end.items() if f"end_{name}" in VARIABLES}
+    names = {name: VARIABLES[name].attributes()["long_name"] for name in more}
+    return columns | {n: c._replace(attributes={**c.attributes, "long_name": names[n]}) for n, c in more.items()}

@@ -71,6 +71,10 @@ class Sampling:
     stop_at_category : int, "none" or None
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
+    movement : {"path", "sampled", "both"}
+        What is kept of each wall: its path, increment by increment, up to its own sampled movement; or only where that
+        ends, so that results have one value a sample; or both, the latter as ``end_*``. Where the end counts, paths are
+        solved to it unless ``stop_at_category`` says otherwise.
     """
 
     title: str | None = None
@@ -86,6 +90,7 @@ class Sampling:
     time_budget: Duration | None = Field(default=None, gt=0)
     store_fields: bool = True
     stop_at_category: Stop = None
+    movement: Literal["path", "sampled", "both"] = "path"
 
 
 @described
@@ -281,7 +286,7 @@ class StudySettings:
     def last_category(self) -> float:
         """Category at which a path ends; infinite if none does."""
         stop = self.study.stop_at_category
-        if stop == "none":
+        if stop == "none" or (stop is None and self.study.movement != "path"):
             return math.inf
         return stop or damage_table(self.scene.damage).highest
 

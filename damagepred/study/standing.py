@@ -92,7 +92,7 @@ def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
     if "damage_category" not in ds:
         return []
     good = ~np.isin(ds["status"].values, (MISSING, FAILED))
-    worst = ds["damage_category"].values[good].max(axis=1, initial=0)
+    worst = ds["damage_category"].values[good].reshape(good.sum(), -1).max(axis=1, initial=0)
     count = len(worst)
     if not count:
         return []

@@ -135,6 +135,11 @@ def exceedance(
     """
     if not at > 0:
         raise InputError(f"at = {at:g}: must be greater than 0.")
+    if "damage_category" in ds and ds["damage_category"].ndim == 1:
+        raise InputError(
+            "the study knows each wall at its own movement alone ([study] movement = 'sampled'); the probability at "
+            "one movement is read from the curve of fit_fragility."
+        )
     known = walls(ds, category, intensity)
     hit = shares(known.lower, known.upper, at)
     estimate = probability(hit, weight=known.weight, replicate=known.replicate, confidence=confidence)

@@ -91,12 +91,13 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 
     A footing that finds its own form may rise again while the ground goes on: then its intensity is the largest
     deflection so far. Where a path ended before the full movement, because the jacks or supports carried nothing any
-    more, category and deflection are not known beyond: such a wall is censored at that limit.
+    more, category and deflection are not known beyond: such a wall is censored at that limit. Where a study keeps the
+    end of each wall's movement alone, its capacity lies below that or above.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        With ``damage_category`` and the intensity on (sample, increment), and ``status`` on (sample,).
+        With ``damage_category`` and the intensity on (sample, increment) or on (sample,), and ``status`` on (sample,).
     category : int
         Category that counts as reached from here upwards.
     intensity : str
@@ -104,9 +105,10 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
     """
     status = ds["status"].values
     known = np.isin(status, (COMPLETE, COLLAPSED, FAILED))
-    reached = ds["damage_category"].values[known]
-    movement = np.fmax.accumulate(np.asarray(ds[intensity].values, dtype=np.float64)[known], axis=1)
-    movement[~np.isfinite(np.asarray(ds[intensity].values, dtype=np.float64)[known])] = np.nan
+    reached, given = ds["damage_category"].values[known], np.asarray(ds[intensity].values, dtype=np.float64)[known]
+    if reached.ndim == 1:
+        reached, given = reached[:, None], given[:, None]
+    movement = np.where(np.isfinite(given), np.fmax.accumulate(given, axis=1), np.nan)
     status = status[known]
     hit = reached >= category
     ever = hit.any(axis=1)
@@ -150,6 +152,8 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
         return Fit(np.nan, np.nan, "reached by some walls before any movement")
     if weight[reached].sum() < FEWEST:
         return Fit(np.nan, np.nan, f"reached by fewer than {FEWEST} walls")
+    if lower.max() <= upper.min() and (lower[reached] == 0).all() and not reached.all():
+        return Fit(np.nan, np.nan, "damaged and undamaged walls are parted by the movement alone: sample more walls")
     if lower.max() <= upper.min():
         # every capacity could be one and the same number: the scatter is below what the increments resolve
         return Fit(np.nan, np.nan, "all walls within one increment: refine the increments")
@@ -242,8 +246,8 @@ def fit_fragility(
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), ``status`` on
-        (sample,).
+        As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), or on (sample,)
+        where each wall is known at its own movement alone; ``status`` on (sample,).
     intensity : {"surface_movement", "central_deflection", "deflection_ratio"}, optional
         Measure of the movement; by default the movement of the ground's surface where the study has mounds, otherwise
         the central deflection.
@@ -352,20 +356,20 @@ def _curve(
     ds: xr.Dataset, category: int, intensity: str, grid: FloatArray, confidence: float, bootstrap: int, seed: int
 ) -> dict[str, Any]:
     lower, upper, failed, end = capacities(ds, category, intensity)
-    good = ~failed
+    good, single = ~failed, ds["damage_category"].ndim == 1
     fit = fit_lognormal(lower[good], upper[good])
     medians, dispersions, bands = _bootstrap(lower[good], upper[good], grid, bootstrap, seed, category, fit)
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]
     undamaged = fit_lognormal(np.where(failed, end, lower), upper)
     step = np.asarray(ds[intensity].values, dtype=np.float64)
     # a failed wall counted as damaged: at the increment that could not be solved
-    following = _next_increment(lower, step)
+    following = end if single else _next_increment(lower, step)
     damaged = fit_lognormal(lower, np.where(failed, following, upper))
     return {
         "probability": fit.probability(grid) if fit.status == "fitted" else np.full(len(grid), np.nan),
         "probability_lower": _quantile(bands, tails[0], len(grid)),
         "probability_upper": _quantile(bands, tails[1], len(grid)),
-        "empirical": _kaplan_meier(lower[good], upper[good], grid),
+        "empirical": (_isotonic if single else _kaplan_meier)(lower[good], upper[good], grid),
         "median": fit.median,
         "median_lower": _quantile(medians, tails[0]),
         "median_upper": _quantile(medians, tails[1]),
@@ -424,6 +428,22 @@ def _kaplan_meier(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> Flo
         return np.zeros(len(grid))
     found = ecdf(CensoredData.right_censored(np.where(censored, lower, upper), censored))
     return np.asarray(found.cdf.evaluate(grid * (1 + 1e-9)))
+
+
+def _isotonic(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatArray:
+    """Share of walls that have reached the category, rising with the movement, where each is known at one alone.
+
+    Adjacent violators are pooled (Ayer and others 1955), which is the maximum likelihood estimate from such data.
+    """
+    from scipy.optimize import isotonic_regression
+
+    reached = np.isfinite(upper)
+    movement, place, count = np.unique(np.where(reached, upper, lower), return_inverse=True, return_counts=True)
+    if not len(movement):
+        return np.zeros(len(grid))
+    share = np.bincount(place.ravel(), weights=reached) / count
+    steps = isotonic_regression(share, weights=count).x
+    return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
 
 
 def _cross(curves: Sequence[dict[str, Any]]) -> bool:

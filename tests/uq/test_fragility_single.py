@@ -1,0 +1,87 @@
+"""Fragility from walls known at one movement each: 0 or 1 at the sample's own movement."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import optimize, special
+
+from damagepred.uq.fragility import capacities, fit_fragility
+from tests.uq.test_fragility import COMPLETE, FAILED, NAMES
+
+
+def study(movement: np.ndarray, category: np.ndarray, status: np.ndarray | None = None) -> xr.Dataset:
+    status = np.full(len(movement), COMPLETE, dtype=np.int8) if status is None else status
+    return xr.Dataset(
+        {
+            "damage_category": ("sample", category.astype(np.int8), {"flag_meanings": NAMES}),
+            "status": ("sample", status),
+            "central_deflection": ("sample", movement, {"units": "mm"}),
+        }
+    )
+
+
+def walls(random: np.random.Generator, count: int, median: float = 8.0, dispersion: float = 0.45) -> xr.Dataset:
+    capacity = median * np.exp(dispersion * random.standard_normal(count))
+    movement = random.uniform(1.0, 25.0, count)
+    return study(movement, movement >= capacity)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_fit_is_that_of_a_probit_by_another_way(seed: int) -> None:
+    ds = walls(np.random.default_rng(seed), 300)
+    x, hit = np.log(ds["central_deflection"].values), ds["damage_category"].values == 1
+
+    def unlikely(at: np.ndarray) -> float:
+        z = at[0] + at[1] * x
+        return -float(special.log_ndtr(np.where(hit, z, -z)).sum())
+
+    a, b = optimize.minimize(unlikely, [-3.0, 1.5], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
+    fit = fit_fragility(ds, categories=[1], bootstrap=0)
+    assert float(fit["median"][0]) == pytest.approx(np.exp(-a / b), rel=1e-6)
+    assert float(fit["dispersion"][0]) == pytest.approx(1 / b, rel=1e-6)
+
+
+def test_the_truth_is_found_and_lies_in_the_band_about_nine_times_in_ten() -> None:
+    inside = 0
+    for seed in range(40):
+        fit = fit_fragility(walls(np.random.default_rng([7, seed]), 250), categories=[1], bootstrap=100, seed=seed)
+        inside += int(float(fit["median_lower"][0]) <= 8.0 <= float(fit["median_upper"][0]))
+    assert 31 <= inside <= 40  # 36 expected; 5 % of 40 binomial draws lie outside 32 to 39
+
+
+def test_the_empirical_curve_pools_adjacent_violators() -> None:
+    ds = study(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 5.0]), np.array([0, 1, 0, 1, 1, 0]))
+    fit = fit_fragility(ds, categories=[1], bootstrap=0, points=11)
+    # by hand: 0 | 1, 0 -> 1/2 | 1, (1, 0) -> 2/3
+    expected = {0.5: 0.0, 1.0: 0.0, 2.0: 0.5, 3.5: 0.5, 4.0: 2 / 3, 5.0: 2 / 3}
+    for at, share in expected.items():
+        assert float(fit["empirical"].sel(intensity=at)[0]) == pytest.approx(share)
+
+
+def test_a_wall_s_capacity_lies_below_its_movement_or_above() -> None:
+    status = np.array([COMPLETE, COMPLETE, FAILED], dtype=np.int8)
+    found = capacities(study(np.array([3.0, 4.0, 5.0]), np.array([2, 1, -1]), status), 2)
+    assert found.lower.tolist() == [0.0, 4.0, 0.0]
+    assert found.upper.tolist() == [3.0, np.inf, np.inf]
+    assert found.failed.tolist() == [False, False, True]
+    assert found.end.tolist() == [3.0, 4.0, 5.0]
+
+
+def test_failed_walls_are_bounds() -> None:
+    random = np.random.default_rng(3)
+    ds = walls(random, 400)
+    failed = random.random(400) < 0.1
+    ds["status"].values[failed] = FAILED
+    ds["damage_category"].values[failed] = -1
+    fit = fit_fragility(ds, categories=[1], bootstrap=0).isel(category=0)
+    low, best, high = (float(fit[n]) for n in ("median_failed_damaged", "median", "median_failed_undamaged"))
+    assert int(fit["failed"]) == failed.sum()
+    # a tenth of the walls: the medians differ, but not by more than so many walls can bring about
+    assert 0.75 * best < low < best < high < 1.35 * best
+
+
+def test_walls_that_the_movement_alone_parts_are_not_fitted() -> None:
+    movement = np.linspace(1, 10, 20)
+    fit = fit_fragility(study(movement, movement > 5), categories=[1], bootstrap=0)
+    assert np.isnan(float(fit["median"][0]))
+    assert "sample more walls" in str(fit["fit_status"].values[0])
