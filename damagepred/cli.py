@@ -132,6 +132,37 @@ def status(folder: StudyFolderPath) -> None:
 
 
 @app.command()
+def rare(
+    file: Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)],
+    category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
+    at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
+    samples: Annotated[int, typer.Option("-n", "--samples", min=10, help="Walls a level.")] = 500,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.rare).")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+    level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
+    reach: Annotated[float, typer.Option(help="Follow walls to so many times the movement.")] = 2.0,
+    timeout: Annotated[float | None, typer.Option("--timeout", help="Seconds a wall may take.")] = None,
+) -> None:
+    """Estimate a small probability of damage by subset simulation; the same command resumes it."""
+    from damagepred.study.capacity import Question
+    from damagepred.study.rare import rare_event
+    from damagepred.study.settings import StudySettings
+
+    question = Question(category, screen.quantity("--at", at, "m"), reach)
+    settings = StudySettings.from_toml(file).with_samples(None, seed)
+    folder = output or file.with_suffix(".rare")
+    found = rare_event(
+        settings, question, folder, samples=samples, level_share=level_share, workers=workers, timeout=timeout,
+        on_level=lambda level: screen.say(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
+    )  # fmt: skip
+    for line in found.lines(question):
+        screen.say(line)
+    if found.failed:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
 def fragility(
     folder: StudyFolderPath,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,

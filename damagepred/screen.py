@@ -26,6 +26,23 @@ def say(message: str, *, error: bool = False) -> None:
         _out.print(escape(message))
 
 
+def quantity(option: str, text: str, unit: str) -> float:
+    """Read a number with a unit from the command line.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    from damagepred.errors import InputError
+    from damagepred.scene.quantity import to_si
+
+    try:
+        return to_si(text, unit)
+    except ValueError as error:
+        raise InputError(f"{option} {text!r}: {error}.") from None
+
+
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table, its numbers to the right."""
     from rich.table import Table

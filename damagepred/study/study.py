@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,9 @@ from damagepred.study.sample import joint_places, sampled_wall
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
 from damagepred.study.warm_up import warm_up
 from damagepred.study.workers import LocalPool
+
+if TYPE_CHECKING:
+    from damagepred.study.rare import RareEvent
 
 FloatArray = NDArray[np.float64]
 
@@ -204,6 +207,32 @@ class Study:
         return RunSummary(
             folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began
         )
+
+    def rare(self, category: int, at: float, out: str | Path, *, reach: float = 2.0, **options: Any) -> RareEvent:
+        """Estimate the probability that a category is reached by a movement by subset simulation, however small it is.
+
+        Parameters
+        ----------
+        category : int
+            It, or a worse one.
+        at : float
+            Movement (m): central deflection, or on a mound the surface's movement.
+        out : str or Path
+            Folder; the same call goes on where an interrupted one stopped.
+        reach : float
+            Walls are followed to so many times this movement, to tell how far from it they are.
+        options
+            samples (a level), level_share, workers, executor, timeout, confidence, on_level; see
+            ``damagepred.study.rare.rare_event``.
+
+        Returns
+        -------
+        RareEvent
+        """
+        from damagepred.study.capacity import Question
+        from damagepred.study.rare import rare_event
+
+        return rare_event(self.settings, Question(category, at, reach), out, **options)
 
     def _run(
         self,

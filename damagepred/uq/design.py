@@ -152,7 +152,13 @@ class Design:
         if self.sampler.kind == "table":
             rows = _rows(self.sampler, samples)
             return {place: rows[place] for place in self.wall}
-        normal = self.draw(samples).normal
+        return self._from_normal(self.draw(samples).normal)
+
+    def wall_values_from(self, independent: FloatArray) -> dict[str, FloatArray]:
+        """Return the values that hold for a whole wall, from independent standard normals (samples, variables)."""
+        return self._from_normal(independent @ self.wall_factor.T)
+
+    def _from_normal(self, normal: FloatArray) -> dict[str, FloatArray]:
         return {place: from_normal(self.marginals[place], normal[:, k]) for k, place in enumerate(self.wall)}
 
     def weights(self, samples: int) -> FloatArray | None:

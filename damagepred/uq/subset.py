@@ -95,6 +95,7 @@ def subset_simulation(
     seed: int = 0,
     max_levels: int = 10,
     confidence: float = 0.9,
+    on_level: Callable[[Level], None] | None = None,
 ) -> SubsetEstimate:
     """Estimate a small probability.
 
@@ -116,6 +117,8 @@ def subset_simulation(
         Levels after which it gives up.
     confidence : float
         Of the interval.
+    on_level : callable, optional
+        Called with each ``Level`` as it is known.
 
     Returns
     -------
@@ -145,6 +148,8 @@ def subset_simulation(
         reached = g <= limit
         share = float(reached.mean())
         levels.append(Level(limit, share, _variation(reached, share, chains if chained else samples), acceptance))
+        if on_level is not None:
+            on_level(levels[-1])
         # a limit that most samples share cannot be climbed
         if limit == 0.0 or len(levels) == max_levels or not np.isfinite(limit) or share > 0.5:
             break
