@@ -139,7 +139,7 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
             if place.stopping:
                 outcomes.append(Outcome(sample, HANDED_BACK, 0.0))
                 continue
-            solved = _solve(settings, design, sample, values)
+            solved = solve_sample(settings, design, sample, values)
             if solved.outcome.status == FAILED:
                 place.record_failure(sample, solved.reason, solved.outcome.message, values)
             keeper.add(sample, solved.outcome.status, solved.columns)
@@ -186,13 +186,15 @@ class _Keeper:
             write_part(self.folder.part_file(self.first, self.first + len(rows) - 1), joined(rows))
 
 
-class _Solved(NamedTuple):
+class Solved(NamedTuple):
+    """How a sample ended, in one word why if it failed, and what a part holds of it."""
+
     outcome: Outcome
     reason: str
     columns: Columns | None
 
 
-def _solve(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> _Solved:
+def solve_sample(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> Solved:
     """Solve and judge one sample; whatever goes wrong with it is its own affair."""
     began = time.perf_counter()
     steps: list[Step] = []
@@ -211,7 +213,7 @@ def _solve(settings: StudySettings, design: Design, sample: int, values: Mapping
         status, reason, message = FAILED, _reason(error), f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
     columns = None if model is None or not steps else _row(settings, sample, status, seconds, model, steps)
-    return _Solved(Outcome(sample, status, seconds, message), reason, columns)
+    return Solved(Outcome(sample, status, seconds, message), reason, columns)
 
 
 @lru_cache(maxsize=2)

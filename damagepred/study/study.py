@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -30,6 +30,7 @@ from damagepred.study.warm_up import warm_up
 from damagepred.study.workers import LocalPool
 
 if TYPE_CHECKING:
+    from damagepred.study.function import Kept, StudyFunction
     from damagepred.study.rare import RareEvent
 
 FloatArray = NDArray[np.float64]
@@ -117,6 +118,25 @@ class Study:
         folder = StudyFolder(path)
         folder.require()
         return cls(read_frozen(folder.study_text()))
+
+    def function(self, outputs: Sequence[str] | None = None, movement: Kept | None = None) -> StudyFunction:
+        """Return the study as a plain function: vector of its variables -> xarray.Dataset.
+
+        Parameters
+        ----------
+        outputs : sequence of str, optional
+            Results to return; by default category, crack width and opening of the dpc.
+        movement : {"path", "sampled", "both"}, optional
+            What is returned of the movement; by default what the study keeps.
+
+        Raises
+        ------
+        InputError
+            If there is no such output.
+        """
+        from damagepred.study.function import USUAL, StudyFunction
+
+        return StudyFunction(self.settings, USUAL if outputs is None else outputs, movement)
 
     def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
         """Return the scene of one sample, and its values that vary from joint to joint.

@@ -1,0 +1,145 @@
+"""Sobol's indices: which share of an output's variance each input brings about, alone and with the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from damagepred.errors import InputError
+from damagepred.uq.samplers import Stream, generator, unit_points
+
+FloatArray = NDArray[np.float64]
+
+
+def saltelli_points(variables: int, size: int, seed: int) -> FloatArray:
+    """Return the points at which a function is evaluated for Sobol's indices.
+
+    Parameters
+    ----------
+    variables : int
+        Number k of independent inputs.
+    size : int
+        Points of either base sample; a power of 2 is best.
+    seed : int
+        Of the scrambled Sobol points behind both.
+
+    Returns
+    -------
+    array (size * (k + 2), k)
+        In the open unit cube, in the order of ``saltelli_rows``.
+    """
+    both = unit_points("sobol", 2 * variables, size, seed)
+    return saltelli_rows(both[:, :variables], both[:, variables:])
+
+
+def saltelli_rows(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Put two base samples together as Sobol's indices need them.
+
+    Parameters
+    ----------
+    first, second : array (size, k)
+        A and B, independent of each other.
+
+    Returns
+    -------
+    array (size * (k + 2), k)
+        For each of the base points: A; A with the first, second, ... input from B; B. SALib has the same order.
+    """
+    size, k = first.shape
+    rows = np.repeat(first[:, None, :], k + 2, axis=1)
+    rows[:, np.arange(1, k + 1), np.arange(k)] = second
+    rows[:, -1] = second
+    return rows.reshape(size * (k + 2), k)
+
+
+def sobol_indices(
+    values: ArrayLike,
+    variables: Sequence[str],
+    *,
+    confidence: float = 0.9,
+    resamples: int = 500,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return Sobol's first and total indices of an output.
+
+    Parameters
+    ----------
+    values : array (size * (k + 2),)
+        Output at the points of ``saltelli_points``.
+    variables : sequence of str
+        Names of the k inputs.
+    confidence : float
+        Of the intervals.
+    resamples : int
+        Bootstrap resamples of the base points for the intervals; 0 for none.
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``first_order`` (share of the variance that one input brings about by itself) and ``total`` (with all its
+        interactions), each with ``_error``, ``_lower`` and ``_upper``, on (variable,). Intervals treat the points as
+        random, so they err to the wide side.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, the output does not vary, or there are not k + 2 values for each base point.
+
+    Notes
+    -----
+    First order: Saltelli and others (2010), Computer Physics Communications 181, table 2 (b); total: Jansen (1999),
+    (f) there. Values are centred first, which takes most of the error from the former.
+    """
+    names, y = list(variables), np.asarray(values, dtype=np.float64)
+    if y.ndim != 1 or not names or len(y) % (len(names) + 2) or len(y) < 2 * (len(names) + 2):
+        raise InputError(
+            f"values: {np.shape(values)} of them for {len(names)} variables; there must be {len(names) + 2} for each "
+            "of two or more base points, in the order of saltelli_points."
+        )
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    unknown = np.flatnonzero(~np.isfinite(y))
+    if unknown.size:
+        raise InputError(
+            f"{unknown.size} of {len(y)} values are not finite, the first in row {unknown[0]}: Sobol's indices need "
+            "them all, and leaving walls out would falsify them. Solve those again, or choose an output that failed "
+            "walls have."
+        )
+    if np.ptp(y) == 0:
+        raise InputError(f"all {len(y)} values are {y[0]:g}: an output that does not vary has no shares of variance.")
+    # centred over all values and scaled, as SALib does
+    table = ((y - y.mean()) / y.std()).reshape(-1, len(names) + 2)
+    first, total = _indices(table)
+    columns: dict[str, FloatArray] = {"first_order": first, "total": total}
+    if resamples:
+        random = generator(seed, Stream.BOOTSTRAP, 0)
+        again = [_indices(table[random.integers(len(table), size=len(table))]) for _ in range(resamples)]
+        reach = special.ndtri(0.5 * (1 + confidence))
+        for k, (name, value) in enumerate((("first_order", first), ("total", total))):
+            error = np.std([found[k] for found in again], axis=0, ddof=1)
+            columns |= {
+                f"{name}_error": error,
+                f"{name}_lower": value - reach * error,
+                f"{name}_upper": value + reach * error,
+            }
+    return xr.Dataset(
+        {name: ("variable", column, {"units": "1"}) for name, column in columns.items()},
+        coords={"variable": names},
+        attrs={"base_points": len(table), "confidence": confidence, "bootstrap_samples": resamples},
+    )
+
+
+def _indices(table: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return first and total indices from values (base points, k + 2)."""
+    a, mixed, b = table[:, :1], table[:, 1:-1], table[:, -1:]
+    variance = np.var(np.concatenate((a, b)))
+    if variance == 0:  # a resample of few points
+        return np.zeros(mixed.shape[1]), np.zeros(mixed.shape[1])
+    first = (b * (mixed - a)).mean(axis=0) / variance
+    return first, 0.5 * ((a - mixed) ** 2).mean(axis=0) / variance
