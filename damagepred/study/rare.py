@@ -26,7 +26,7 @@ from damagepred.archive.provenance import provenance
 from damagepred.errors import InputError, SolverError, StudyError
 from damagepred.scene import Scene
 from damagepred.study.capacity import Question, asked_of, margin
-from damagepred.study.sample import joint_sequence
+from damagepred.study.sample import joint_places
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.warm_up import warm_up
 from damagepred.study.workers import LocalPool, WorkerDied
@@ -135,7 +135,7 @@ def rare_event(
         known = _read(folder)
         there = len(known)
         design = asked.design()
-        joints = len(joint_sequence(asked.scene)) if design.joint else 0
+        joints = len(joint_places(asked.scene).x) if design.joint else 0
         with _Solver(folder, asked.scene, workers, executor, timeout, known) as solver:
             found = subset_simulation(
                 solver.margins, len(design.wall) + len(design.joint) * joints, samples=samples,
@@ -167,7 +167,7 @@ def normals_to_wall(
     scene = settings.scene.with_values({place: float(v[0]) for place, v in values.items()})
     if not design.joint:
         return scene, {}
-    return scene, design.joint_values_from(normals[count:].reshape(len(design.joint), -1), joint_sequence(scene))
+    return scene, design.joint_values_from(normals[count:].reshape(len(design.joint), -1), joint_places(scene))
 
 
 # -- what workers do --------------------------------------------------------------------------------------------------

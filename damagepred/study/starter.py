@@ -20,6 +20,7 @@ samples = 32              # walls to sample; a larger -n on the command line ext
 seed = 1                  # the same seed gives the same walls
 sampler = "sobol"         # or "lhs" (cannot be extended), "random"
 # stop_at_category = 3    # left out, a path ends at the highest category; "none": at the end of the movement
+# movement = "path"       # what is kept of each wall; or "sampled", the end of its own movement alone, or "both"
 
 [scene.wall]              # seen in elevation
 length = "6 m"

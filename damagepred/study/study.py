@@ -94,6 +94,8 @@ class Study:
     def __init__(self, settings: StudySettings) -> None:
         self.settings = settings
         self.design = settings.design()
+        if self.design.by_distance is not None:  # better refused here than wall by wall
+            self.design.joint_values(0, joint_places(settings.scene))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Study:

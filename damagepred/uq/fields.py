@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from damagepred.errors import InputError
 
@@ -34,14 +33,14 @@ def course_noise(innovation: FloatArray, sequence: IntArray, correlation: float)
     if correlation == 0.0:
         return innovation
     fresh = np.sqrt(1.0 - correlation**2)
-    noise = np.empty_like(innovation)
+    noise = fresh * innovation
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[0] - 1))
-    for start, end in zip(starts, np.append(starts[1:], len(sequence))):
-        # the first joint has the full variance, not that of an innovation
-        noise[start] = innovation[start]
-        noise[start + 1 : end], _ = signal.lfilter(
-            [fresh], [1.0, -correlation], innovation[start + 1 : end], zi=[correlation * innovation[start]]
-        )
+    lengths = np.diff(np.append(starts, len(sequence)))
+    # the first joint has the full variance, not that of an innovation
+    noise[starts] = innovation[starts]
+    for step in range(1, lengths.max()):  # all sequences at once, one joint after the other
+        here = starts[lengths > step] + step
+        noise[here] += correlation * noise[here - 1]
     return noise
 
 

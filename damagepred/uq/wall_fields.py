@@ -25,8 +25,11 @@ from damagepred.uq.variable import JointField
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-REPAIR = 0.01
-"""Largest change of a correlation that makes a matrix positive definite and is passed over."""
+REPAIR = 0.02
+"""Largest change of a correlation along the wall, of the normals, that is accepted where it makes a matrix definite.
+
+Two fields with the same correlation length need it where their distributions are of different kinds: that of a table's
+normals falls off more slowly at short distances."""
 
 
 class JointPlaces(NamedTuple):
@@ -149,7 +152,7 @@ class WallFields:
                 matrix -= part * earlier
             matrix /= factor[k, k] ** 2
             try:
-                triangles.append(_cholesky(matrix))
+                triangles.append(_cholesky(matrix, REPAIR / factor[k, k] ** 2))
             except linalg.LinAlgError:
                 raise InputError(_impossible(self._names[field], bool(factor[k, :k].any()))) from None
             independent.append(matrix)
@@ -161,8 +164,9 @@ class WallFields:
 def _impossible(name: str, correlated: bool) -> str:
     if correlated:
         return (
-            f'[correlation] "{name}": fields with such different correlation lengths cannot be so strongly correlated; '
-            "make the former more alike or the correlation weaker."
+            f'[correlation] "{name}": its field and another change so differently along the wall, by their correlation '
+            "lengths or their distributions, that they cannot be so strongly correlated; make the former more alike, "
+            "or the correlation weaker."
         )
     return (
         f'[variables."{name}"] field: no values with this distribution can be correlated like that; give the field '
@@ -211,13 +215,20 @@ class _ToNormals:
         return np.asarray(self._curve(correlation))
 
 
-def _cholesky(matrix: FloatArray) -> FloatArray:
+def _cholesky(matrix: FloatArray, most: float) -> FloatArray:
     """Return the lower factor of a correlation matrix, or of one near it that is positive definite.
+
+    Parameters
+    ----------
+    matrix : array (n, n)
+        Symmetric, 1 on the diagonal.
+    most : float
+        Largest change of an element.
 
     Raises
     ------
     LinAlgError
-        If that changes a correlation by more than ``REPAIR``.
+        If no matrix so near it is found by its eigenvalues.
     """
     with _blas().limit(limits=1):
         try:
@@ -227,7 +238,7 @@ def _cholesky(matrix: FloatArray) -> FloatArray:
             mended = (vector * np.maximum(value, 1e-9)) @ vector.T
             scale = 1.0 / np.sqrt(np.diag(mended))
             mended *= np.outer(scale, scale)
-            if np.abs(mended - matrix).max() > REPAIR:
+            if np.abs(mended - matrix).max() > most:
                 raise
             return np.asfortranarray(linalg.cholesky(mended, lower=True))
 

@@ -121,8 +121,8 @@ def test_salib_and_openturns_get_the_same_indices(hooks: StudyFunction) -> None:
     theirs = with_openturns.main(size)
     rows, _, _ = hooks.sobol_rows(size, seed=1)
     table = hooks(rows)[with_salib.OUTPUT].values.reshape(size, -1)
-    # OpenTURNS divides by (n - 1/2) times the variance of A, here by n times that of A and B together; its first order is
-    # Jansen's, from B instead of from A
+    # OpenTURNS divides by (n - 1/2) times the variance of A, here by n times that of A and B together; its first order
+    # is Jansen's, from B instead of from A
     of_a, of_both = table[:, 0].var(ddof=1) * (size - 0.5), table[:, [0, -1]].var() * size
     np.testing.assert_allclose(theirs["total"] * of_a / of_both, ours["total"], rtol=1e-9)
     jansen = 1 - 0.5 * ((table[:, -1:] - table[:, 1:-1]) ** 2).sum(axis=0) / of_a
