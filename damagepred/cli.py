@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import ExitStack
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -88,17 +89,23 @@ def study(
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
     timeout: Annotated[float | None, typer.Option("--timeout", help="Seconds a wall may take.")] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
+    ] = None,
 ) -> None:
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.study import Study
+    from damagepred.study.cluster import connect
     from damagepred.study.settings import StudySettings
     from damagepred.study.until import run_until
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
-    with screen.StudyBar() as bar:
+    with ExitStack() as open_until_the_end:
+        client = open_until_the_end.enter_context(connect(scheduler)) if scheduler else None
+        bar = open_until_the_end.enter_context(screen.StudyBar())
         ending = run_until(
-            Study(settings), folder, samples, workers, timeout=timeout, retry_failed=retry_failed,
+            Study(settings), folder, samples, workers, client, timeout=timeout, retry_failed=retry_failed,
             on_progress=bar.update,
         )  # fmt: skip
     summary = ending.summary
@@ -121,14 +128,21 @@ def study(
 
 
 @app.command()
-def status(folder: StudyFolderPath) -> None:
-    """Show what is done, failed and left, and the estimate so far."""
-    from damagepred.study.standing import standing
+def status(
+    folder: StudyFolderPath,
+    watch: Annotated[bool, typer.Option("--watch", help="Show it again and again, until all is done.")] = False,
+    every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
+) -> None:
+    """Show what is done, failed and left, and the estimate so far; the study may be running."""
+    from damagepred.study.standing import standing, watching
 
-    report = standing(folder)
-    for line in report.lines:
-        screen.say(line)
-    screen.table("Share of walls by category reached by the end of the movement", report.columns, report.rows)
+    title = "Share of walls by category reached by the end of the movement"
+    for report in watching(folder, every) if watch else (standing(folder),):
+        if watch:
+            screen.clear()
+        for line in report.lines:
+            screen.say(line)
+        screen.table(title, report.columns, report.rows)
 
 
 @app.command()

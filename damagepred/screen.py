@@ -43,6 +43,12 @@ def quantity(option: str, text: str, unit: str) -> float:
         raise InputError(f"{option} {text!r}: {error}.") from None
 
 
+def clear() -> None:
+    """Begin at the top of the screen again, if there is one."""
+    if _out.is_terminal:
+        _out.clear()
+
+
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table, its numbers to the right."""
     from rich.table import Table

@@ -232,9 +232,10 @@ class StudyFolder:
 
     def failed(self) -> dict[int, dict[str, Any]]:
         """Return the record of each failed sample."""
-        return {i: self._failure(i) for i in sorted(self.failed_samples())}
+        return {i: self.failure(i) for i in sorted(self.failed_samples())}
 
-    def _failure(self, sample: int) -> dict[str, Any]:
+    def failure(self, sample: int) -> dict[str, Any]:
+        """Return the record of one failed sample."""
         file = self.failure_file(sample)
         try:
             content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))

@@ -6,10 +6,13 @@ in it: each is run again, alone. Only one that gets lost alone as well has faile
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from itertools import islice
 from typing import Any, NamedTuple, Protocol
+
+import numpy as np
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import StudyError
@@ -23,6 +26,13 @@ PARTS = 10_000
 """Files that a study is to have at most, roughly."""
 SHORTEST, LONGEST = 2.0, 30.0
 """Seconds of work in a batch: little of it is lost when all is killed, and a file is not written for every wall."""
+
+
+UNKNOWN = 8
+"""Workers that an executor is taken to have that does not tell."""
+
+RECOUNT = 10.0
+"""Seconds after which the workers of an executor are counted again."""
 
 
 class Lost(NamedTuple):
@@ -46,7 +56,9 @@ class Lost(NamedTuple):
 class Engine(Protocol):
     """What runs batches."""
 
-    width: int
+    @property
+    def width(self) -> int:
+        """Batches that run at a time."""
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
         """Hand over a batch."""
@@ -73,13 +85,22 @@ class GivenExecutor:
     """
 
     def __init__(self, folder: str, executor: Executor | Any) -> None:
-        client = getattr(executor, "_client", executor)  # Dask's own executor knows its client
+        self._client = getattr(executor, "_client", executor)  # Dask's own executor knows its client
         if hasattr(executor, "get_executor"):
-            executor = executor.get_executor()
+            executor = executor.get_executor(pure=False)
         self.folder, self.executor = folder, executor
-        threads = client.nthreads().values() if hasattr(client, "nthreads") else ()
-        known = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
-        self.width = max(1, sum(threads) or (known if isinstance(known, int) else 8))
+        self._width, self._counted = UNKNOWN, -np.inf
+
+    @property
+    def width(self) -> int:
+        """Samples that run at a time; a cluster may grow."""
+        if time.monotonic() - self._counted > RECOUNT:
+            self._counted = time.monotonic()
+            known = getattr(self.executor, "_max_workers", None) or getattr(self.executor, "num_workers", None)
+            if hasattr(self._client, "nthreads"):
+                known = sum(self._client.nthreads().values())
+            self._width = known if isinstance(known, int) and known > 0 else UNKNOWN
+        return self._width
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
         """Hand a batch to the executor."""

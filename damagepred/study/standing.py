@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +13,9 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
 from damagepred.study.words import duration
+
+READ = ("damage_category", "run_time", "limit_deflection")
+"""Results that it takes to tell where a study stands; the others are not read."""
 
 MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
 
@@ -53,7 +58,7 @@ def standing(path: str | Path) -> Standing:
         If it is no study folder.
     """
     folder = StudyFolder(path)
-    ds = folder.results()
+    ds = folder.results(READ)
     state = ds["status"].values
     total, failed = len(state), int((state == FAILED).sum())
     remaining = int((state == MISSING).sum())
@@ -66,10 +71,28 @@ def standing(path: str | Path) -> Standing:
             f"{duration(each)} a wall" + (f", about {duration(each * remaining)} of work left" if remaining else "")
         )
     lines += _limits(ds)
-    for sample, record in list(folder.failed().items())[:5]:
+    for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
     columns = ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
     return Standing(total, total - remaining, failed, remaining, lines, columns, _rows(ds, failed))
+
+
+def watching(path: str | Path, every: float) -> Iterator[Standing]:
+    """Read where a study stands again and again, until no wall is left to be solved.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder.
+    every : float
+        Seconds between two looks.
+    """
+    while True:
+        found = standing(path)
+        yield found
+        if not found.remaining:
+            return
+        time.sleep(every)
 
 
 def _limits(ds: xr.Dataset) -> list[str]:

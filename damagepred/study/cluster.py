@@ -1,0 +1,44 @@
+"""Workers on other machines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from damagepred.errors import InputError
+
+PATIENCE = 10.0
+"""Seconds to wait for a scheduler to answer."""
+
+
+def connect(address: str) -> Any:
+    """Return a client of a Dask scheduler, which a study takes as its executor.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, such as ``tcp://192.168.1.2:8786``, or the path of its scheduler file (``*.json``).
+
+    Raises
+    ------
+    InputError
+        If ``distributed`` is not installed, nothing answers at the address, or the scheduler has no workers.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--scheduler needs the package distributed: pip install 'damagepred[dask]'") from None
+    where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
+    try:
+        if address.endswith(".json") and not Path(address).is_file():  # Dask would wait for it
+            raise FileNotFoundError(f"{address} does not exist")
+        client = Client(**where, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"--scheduler {address}: no Dask scheduler answers there ({type(error).__name__}: {error}); give what "
+            "`dask scheduler` prints, such as tcp://192.168.1.2:8786, or the path of its scheduler file (*.json)."
+        ) from None
+    if not client.nthreads():
+        client.close()
+        raise InputError(f"--scheduler {address}: has no workers yet; start some with `dask worker {address}`.")
+    return client
