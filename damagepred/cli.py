@@ -176,6 +176,36 @@ def rare(
         raise typer.Exit(SOME_FAILED)
 
 
+@app.command("two-level")
+def two_level(
+    file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],
+    category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
+    at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
+    budget: Annotated[float | None, typer.Option("--budget", help="Work in all, in walls of the study.")] = None,
+    pilot: Annotated[int, typer.Option("--pilot", min=10, help="Walls of the pilot run.")] = 32,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+) -> None:
+    """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
+    from damagepred.study.settings import StudySettings
+    from damagepred.study.two_level import run_two_level
+
+    found = run_two_level(
+        StudySettings.from_toml(file).with_samples(None, seed), category, screen.quantity("--at", at, "m"),
+        output or file.with_suffix(".two"), pilot=pilot, budget=budget, workers=workers,
+        on_pilot=lambda report: screen.say(report.line()),
+    )  # fmt: skip
+    e = found.estimate
+    screen.say(
+        f"P(category >= {category} at {at}) = {e.value:.4g}, {e.lower:.4g} to {e.upper:.4g} ({e.confidence:.0%}), from "
+        f"{found.fine} walls and {found.coarse} coarse ones; as sure as {e.effective_samples:.0f} walls alone"
+    )
+    if found.left_out:
+        screen.say(f"{found.left_out} samples were left out because a wall failed", error=True)
+        raise typer.Exit(SOME_FAILED)
+
+
 @app.command()
 def fragility(
     folder: StudyFolderPath,

@@ -74,7 +74,7 @@ def asked_of(settings: StudySettings, question: Question) -> StudySettings:
     }
     how = replace(
         settings.study, sampler="random", replicates=1, table=None, table_columns=(), importance={}, nominal_share=0.0,
-        stop_when=None, time_budget=None, stop_at_category=question.category,
+        stop_when=None, time_budget=None, stop_at_category=question.category, coarse={}, movement="path",
     )  # fmt: skip
     return replace(
         settings,

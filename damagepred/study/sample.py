@@ -80,7 +80,24 @@ def sampled_wall(
     scene = settings.scene.with_values(values)
     if not design.joint:
         return scene, {}
-    return scene, design.joint_values(sample, joint_places(scene))
+    drawn_on = settings.study.fields_from
+    if drawn_on is None:
+        return scene, design.joint_values(sample, joint_places(scene))
+    return scene, _on_nearest(design.joint_values(sample, joint_places(drawn_on)), drawn_on, scene)
+
+
+def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) -> dict[str, FloatArray]:
+    """Return for each joint of a scene the values of the nearest joint of another, of its own kind if there are any."""
+    from scipy.spatial import KDTree
+
+    theirs, ours = wall_geometry(drawn_on).joints, wall_geometry(scene).joints
+    nearest = np.empty(len(ours.kind), dtype=np.int64)
+    for kind in np.unique(ours.kind):
+        here, there = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
+        there = there if there.size else np.arange(len(theirs.kind))
+        tree = KDTree(np.column_stack((theirs.x[there], theirs.y[there])))
+        nearest[here] = there[tree.query(np.column_stack((ours.x[here], ours.y[here])))[1]]
+    return {place: values[nearest] for place, values in fields.items()}
 
 
 def joint_sequence(scene: Scene) -> NDArray[np.int64]:

@@ -65,6 +65,11 @@ class Sampling:
         Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be.
     time_budget : float or None
         Begin no more walls after this time (s).
+    coarse : dict
+        Tables of a coarser wall that stands beside each sampled one, as far as they differ from the scene's, such as
+        ``[study.coarse.wall] block_length = "480 mm"``: a control variate (``damagepred two-level``).
+    fields_from : Scene or None
+        The wall on whose joints the fields are drawn, if not the scene's own; a joint has the value of the nearest.
     store_fields : bool
         Whether the design file also records every joint's values. They follow from the seed; the record is for the
         archive.
@@ -88,6 +93,8 @@ class Sampling:
     nominal_share: Pure = Field(default=0.0, ge=0, lt=1)
     stop_when: StopWhen | None = None
     time_budget: Duration | None = Field(default=None, gt=0)
+    coarse: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    fields_from: Scene | None = None
     store_fields: bool = True
     stop_at_category: Stop = None
     movement: Literal["path", "sampled", "both"] = "path"

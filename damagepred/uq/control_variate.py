@@ -1,0 +1,151 @@
+"""A coarse wall beside the fine one: a control variate whose mean many cheap walls tell.
+
+With fine results f and coarse results c of the same samples, and coarse results alone of further samples, the estimate
+is ``mean(f - a c) + a mean(further c)``. It is unbiased for any a that the averaged samples did not choose. So a is
+chosen for each fifth of the samples by the other four (cross-fitting).
+
+Does it pay? With correlation r and cost ratio k = coarse over fine, the best allocation needs
+``(sqrt(1 - r^2) + sqrt(k r^2))^2`` of the cost of plain sampling for the same error (Peherstorfer, Willcox and
+Gunzburger 2016, for two models).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.uq.estimate import Estimate, student_factor
+
+FloatArray = NDArray[np.float64]
+
+WORTH_IT = 0.8
+"""It pays if it is to cost no more than this share of plain sampling, and no more than all of it at the pessimistic end
+of what the pilot says of the correlation."""
+
+FOLDS = 5
+
+
+class PilotReport(NamedTuple):
+    """What a pilot run says of a control variate.
+
+    Attributes
+    ----------
+    samples : int
+        Of the pilot.
+    correlation, correlation_lower, correlation_upper : float
+        Of fine and coarse results, with a 90 % interval (Fisher).
+    cost_ratio : float
+        Cost of a coarse result over that of a fine one.
+    relative_cost, relative_cost_worst : float
+        Cost over that of plain sampling for the same error, at the correlation found and at the end of its interval
+        that is nearer to 0.
+    coarse_per_fine : float
+        Coarse results for each fine one in the best allocation, those of the same samples counted.
+    pays : bool
+        Whether it is worth it.
+    """
+
+    samples: int
+    correlation: float
+    correlation_lower: float
+    correlation_upper: float
+    cost_ratio: float
+    relative_cost: float
+    relative_cost_worst: float
+    coarse_per_fine: float
+    pays: bool
+
+    def allocation(self, budget: float) -> tuple[int, int]:
+        """Return how many fine and coarse results a budget allows.
+
+        Parameters
+        ----------
+        budget : float
+            In fine results' cost.
+
+        Returns
+        -------
+        fine, coarse : int
+            Coarse results include those of the fine ones' samples; 0 if the control variate does not pay.
+        """
+        if not self.pays:
+            return max(int(budget), 1), 0
+        fine = max(int(budget / (1 + self.coarse_per_fine * self.cost_ratio)), 2 * FOLDS)
+        return fine, max(round(fine * self.coarse_per_fine), fine + 2)
+
+    def line(self) -> str:
+        """Say it in a sentence."""
+        return (
+            f"correlation {self.correlation:.2f} ({self.correlation_lower:.2f} to {self.correlation_upper:.2f}, 90 %), "
+            f"a coarse wall costs {self.cost_ratio:.2f} of a fine one: the same error for {self.relative_cost:.2f} of "
+            f"the cost ({self.relative_cost_worst:.2f} at worst) with {self.coarse_per_fine:.1f} coarse walls a fine "
+            "one: " + ("it pays" if self.pays else "it does not pay")
+        )
+
+
+def relative_cost(correlation: float, cost_ratio: float) -> tuple[float, float]:
+    """Return the cost over that of plain sampling for the same error, and the coarse results a fine one it takes."""
+    shared = min(correlation**2, 1.0 - 1e-6)
+    each = max(np.sqrt(shared / ((1 - shared) * cost_ratio)), 1.0)
+    return float((1 - shared + shared / each) * (1 + each * cost_ratio)), float(each)
+
+
+def read_pilot(fine: FloatArray, coarse: FloatArray, fine_cost: float, coarse_cost: float) -> PilotReport:
+    """Judge a control variate by results of the same samples.
+
+    Parameters
+    ----------
+    fine, coarse : array (samples,)
+        Results.
+    fine_cost, coarse_cost : float
+        Of one result each, in the same unit.
+    """
+    count, ratio = len(fine), coarse_cost / fine_cost
+    spread = float(np.std(fine)) * float(np.std(coarse))
+    if count < 5 or spread == 0:
+        return PilotReport(count, 0.0, -1.0, 1.0, ratio, 1 + ratio, 1 + ratio, 1.0, False)
+    found = float(np.clip(np.corrcoef(fine, coarse)[0, 1], -1, 1))
+    centre = np.arctanh(np.clip(found, -1 + 1e-9, 1 - 1e-9))
+    low, high = (float(np.tanh(centre + sign * 1.645 / np.sqrt(count - 3))) for sign in (-1, 1))
+    near = 0.0 if low * high < 0 else min(abs(low), abs(high))
+    cost, each = relative_cost(found, ratio)
+    worst = relative_cost(near, ratio)[0]
+    return PilotReport(count, found, low, high, ratio, cost, worst, each, bool(cost <= WORTH_IT and worst <= 1.0))
+
+
+def two_level(fine: FloatArray, coarse: FloatArray, further: FloatArray, *, confidence: float = 0.9) -> Estimate:
+    """Estimate the mean of the fine results.
+
+    Parameters
+    ----------
+    fine, coarse : array (n,)
+        Results of the same independent samples.
+    further : array (m,)
+        Coarse results of other independent samples.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Estimate
+        ``effective_samples`` are fine results of plain sampling with the same standard error.
+    """
+    fine, coarse, further = (np.asarray(v, dtype=np.float64) for v in (fine, coarse, further))
+    n, m = len(fine), len(further)
+    fold = np.arange(n) % FOLDS
+    coefficient = np.array([_coefficient(fine[fold != k], coarse[fold != k]) for k in range(FOLDS)])[fold] * m / (n + m)
+    rest, common = fine - coefficient * coarse, float(coefficient.mean())
+    value = float(rest.mean() + common * further.mean())
+    # another coefficient shifts a fold's mean, which the coarse mean takes back: no scatter of the samples
+    centred = rest + coefficient * float(np.concatenate((coarse, further)).mean())
+    error = float(np.sqrt(centred.var(ddof=1) / n + common**2 * further.var(ddof=1) / m))
+    factor = student_factor(confidence, n - 1)
+    like = float(fine.var(ddof=1)) / error**2 if error > 0 else np.inf
+    return Estimate(value, error, value - factor * error, value + factor * error, confidence, n, like)
+
+
+def _coefficient(fine: FloatArray, coarse: FloatArray) -> float:
+    spread = float(coarse.var())
+    return float(((fine - fine.mean()) * (coarse - coarse.mean())).mean()) / spread if spread > 0 else 0.0

@@ -1,0 +1,70 @@
+"""Two levels: unbiased, as sure as stated, and taken only where it pays."""
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from damagepred.uq.control_variate import read_pilot, relative_cost, two_level
+
+
+def pair(correlation: float, n: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Hits of two walls whose capacities are correlated; the coarse one is biased."""
+    x = random.standard_normal(n)
+    y = correlation * x + np.sqrt(1 - correlation**2) * random.standard_normal(n)
+    return (x > 1.0) * 1.0, (y > 0.7) * 1.0
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
+def test_unbiased_and_as_sure_as_stated(correlation: float) -> None:
+    exact = special.ndtr(-1.0)
+    found = []
+    for seed in range(400):
+        random = np.random.default_rng(seed)
+        fine, coarse = pair(correlation, 60, random)
+        found.append(two_level(fine, coarse, pair(correlation, 600, random)[1]))
+    values = np.array([f.value for f in found])
+    assert abs(values.mean() - exact) < 4 * values.std(ddof=1) / np.sqrt(len(values))
+    assert np.sqrt(np.mean([f.error**2 for f in found])) == pytest.approx(values.std(ddof=1), rel=0.15)
+    hits = sum(f.lower <= exact <= f.upper for f in found)
+    assert stats.binom.cdf(hits, 400, 0.87) > 1e-3  # of intervals that state 0.9, of few hits
+    assert hits < 390
+
+
+def test_the_cost_is_what_the_allocation_brings() -> None:
+    """The formula against the variance of the estimator, minimised by hand."""
+    for correlation, ratio in ((0.95, 0.1), (0.8, 0.02), (0.5, 0.3)):
+        each = np.linspace(1, 60, 20000)
+        by_hand = (1 - correlation**2 * (1 - 1 / each)) * (1 + each * ratio)
+        cost, best = relative_cost(correlation, ratio)
+        assert cost == pytest.approx(by_hand.min(), rel=1e-4)
+        assert best == pytest.approx(each[by_hand.argmin()], abs=0.02)
+    # with many coarse walls, what two formulas say is the same
+    assert relative_cost(0.95, 0.01)[0] == pytest.approx((np.sqrt(1 - 0.95**2) + 0.95 * 0.1) ** 2)
+
+
+def test_the_gain_that_the_pilot_promises_is_there() -> None:
+    random = np.random.default_rng(1)
+    fine, coarse = pair(0.995, 400, random)
+    report = read_pilot(fine, coarse, 1.0, 0.02)
+    assert report.pays
+    assert "it pays" in report.line()
+    n, m = report.allocation(200.0)
+    assert n + m * 0.02 == pytest.approx(200, rel=0.02)
+    errors = []
+    for seed in range(200):
+        random = np.random.default_rng([2, seed])
+        fine, coarse = pair(0.995, n, random)
+        errors.append(two_level(fine, coarse, pair(0.995, m - n, random)[1]).value)
+    share = special.ndtr(-1.0)
+    assert np.var(errors) / (share * (1 - share) / 200) == pytest.approx(report.relative_cost, rel=0.4)
+
+
+def test_what_does_not_pay_is_left() -> None:
+    random = np.random.default_rng(1)
+    for correlation, ratio in ((0.3, 0.01), (0.9, 0.9)):
+        report = read_pilot(*pair(correlation, 200, random), 1.0, ratio)
+        assert not report.pays
+        assert report.allocation(50) == (50, 0)
+    # a few samples do not prove much, and results that are all alike prove nothing
+    assert read_pilot(*pair(0.9, 8, random), 1.0, 0.3).pays is False
+    assert read_pilot(np.zeros(30), np.zeros(30), 1.0, 0.01).pays is False
