@@ -12,11 +12,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import pandas as pd
@@ -30,7 +26,6 @@ from damagepred.plotting.sheet import DPI, new_figure, set_title
 from damagepred.scene.site import site_class, standard_footing
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
-from damagepred.study.workers import one_thread_each, prepare_worker
 
 HERE = Path(__file__).resolve().parent
 FOOTINGS = {"light": "clad_frame", "veneer": "masonry_veneer", "full_masonry": "full_masonry"}
@@ -56,19 +51,16 @@ def main() -> int:
     cases = [(f, k) for f in options.footings for k in options.kinds]
     wanted = {k: options.movements or MOVEMENTS[k] for k in options.kinds}
     everything = sorted({m for movements in wanted.values() for m in movements})
-    with workers(options.workers) as executor:
-        for millimetres in everything:  # the dear ones last
-            for footing, kind in cases:
-                if millimetres not in wanted[kind]:
-                    continue
-                study = Study(settings(footing, kind, millimetres))
-                folder = place(options.output, footing, kind, millimetres)
-                summary = study.run(folder, options.samples, executor=executor)
-                print(
-                    f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True
-                )
-                if summary.interrupted:
-                    return 130
+    for millimetres in everything:  # the dear ones last
+        for footing, kind in cases:
+            if millimetres not in wanted[kind]:
+                continue
+            study = Study(settings(footing, kind, millimetres))
+            folder = place(options.output, footing, kind, millimetres)
+            summary = study.run(folder, options.samples, workers=options.workers)
+            print(f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True)
+            if summary.interrupted:
+                return 130
     return 3 * report(options.output)
 
 
@@ -104,16 +96,6 @@ def present(output: Path, footing: str, kind: str) -> list[float]:
     """Return the movements (mm) of which there is a study."""
     names = [p.name for p in output.glob(f"{footing}_{kind}_*mm.dp")]
     return sorted(float(name.removeprefix(f"{footing}_{kind}_").removesuffix("mm.dp")) for name in names)
-
-
-@contextmanager
-def workers(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Start processes that serve all studies, one thread each."""
-    with (
-        one_thread_each(),
-        ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=prepare_worker) as executor,
-    ):
-        yield executor
 
 
 def report(output: Path) -> bool:
