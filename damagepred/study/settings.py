@@ -258,6 +258,11 @@ class StudySettings:
         check(wall, how.importance)
         if how.stop_when is not None:
             how.stop_when.check()
+            if how.movement == "sampled" and how.stop_when.quantity == "probability":
+                raise InputError(
+                    f'{source}: [study.stop_when]: with movement = "sampled" each wall is known at its own movement '
+                    'alone, which tells no probability at one; take quantity = "median", or movement = "both".'
+                )
             if how.stop_when.category > (highest := damage_table(self.scene.damage).highest):
                 raise InputError(f"{source}: [study.stop_when] category: the damage table goes up to {highest}.")
             if how.stop_when.first % how.replicates:

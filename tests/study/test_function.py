@@ -113,7 +113,7 @@ def test_correlated_variables_have_no_sobol_indices() -> None:
 
 
 def test_salib_and_openturns_get_the_same_indices(hooks: StudyFunction) -> None:
-    size = 16
+    size = 8
     ours = hooks.sobol(with_salib.OUTPUT, size, seed=1, resamples=0)
     salib = with_salib.main(size)
     np.testing.assert_allclose(salib["first"], ours["first_order"], rtol=0, atol=1e-12)

@@ -16,6 +16,7 @@ from damagepred.study.settings import StudySettings
 from damagepred.study.standing import standing
 from damagepred.uq.exceedance import exceedance
 from tests.conftest import SMALL_STUDY
+from tests.study.test_ground import JACKS, MOUND, WALL
 
 
 def run(folder: Path, movement: str, samples: int = 6) -> xr.Dataset:
@@ -59,6 +60,23 @@ def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
         exceedance(end, 1, 0.005)
 
 
+@pytest.mark.parametrize(("ground", "measure"), [(MOUND, "surface_movement"), (JACKS, "central_deflection")])
+def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
+    """A mound's movement is the sampled one; jacks that let go end the movement there, and the wall is known there."""
+    study = Study(StudySettings.from_dict(tomllib.loads(WALL + ground)))
+    outputs = (measure, "damage_category", "crack_width_max", "base_reaction")
+    vectors = study.function().from_unit(np.full((1, len(study.design.wall)), 0.3))
+    end = study.function(outputs, movement="sampled")(vectors)
+    path = study.function(outputs, movement="path")(vectors).isel(sample=0)
+    last = int(np.flatnonzero(np.isfinite(path["base_reaction"].values))[-1])
+    for name in outputs:
+        assert end[name].values[0] == path[name].values[last]
+    if ground is MOUND:
+        assert end[measure].values[0] == vectors[0, study.design.wall.index("mound.surface_movement")]
+    else:
+        assert last < study.settings.scene.movement.increments, "jacks that never let go test nothing"
+
+
 def test_where_the_end_counts_a_path_goes_to_it() -> None:
     tables = tomllib.loads(SMALL_STUDY.replace("stop_at_category = 4", ""))
     for movement, last in (("path", 4), ("sampled", np.inf), ("both", np.inf)):
@@ -66,6 +84,10 @@ def test_where_the_end_counts_a_path_goes_to_it() -> None:
         assert StudySettings.from_dict(tables).last_category == last
     tables["study"]["stop_at_category"] = 2
     assert StudySettings.from_dict(tables).last_category == 2
+    tables["study"] |= {"movement": "sampled", "stop_when": {"category": 1, "at": "8 mm", "half_width": 0.05}}
+    with pytest.raises(InputError, match="tells no probability at one"):
+        StudySettings.from_dict(tables)
+    tables["study"].pop("stop_when")
     tables["study"]["movement"] = "end"
     with pytest.raises(InputError, match="movement = 'end': must be 'path', 'sampled' or 'both'"):
         StudySettings.from_dict(tables)

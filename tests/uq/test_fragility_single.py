@@ -43,10 +43,10 @@ def test_the_fit_is_that_of_a_probit_by_another_way(seed: int) -> None:
 
 def test_the_truth_is_found_and_lies_in_the_band_about_nine_times_in_ten() -> None:
     inside = 0
-    for seed in range(40):
-        fit = fit_fragility(walls(np.random.default_rng([7, seed]), 250), categories=[1], bootstrap=100, seed=seed)
+    for seed in range(30):
+        fit = fit_fragility(walls(np.random.default_rng([7, seed]), 250), categories=[1], bootstrap=60, seed=seed)
         inside += int(float(fit["median_lower"][0]) <= 8.0 <= float(fit["median_upper"][0]))
-    assert 31 <= inside <= 40  # 36 expected; 5 % of 40 binomial draws lie outside 32 to 39
+    assert 22 <= inside <= 30  # 27 expected; 22 or fewer come in 1 % of binomial draws
 
 
 def test_the_empirical_curve_pools_adjacent_violators() -> None:
