@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
+from scipy.interpolate import PchipInterpolator
 
 FloatArray = NDArray[np.float64]
 
@@ -143,6 +144,7 @@ class Mixture:
         self.breaks: FloatArray = np.unique(scores[np.isfinite(scores)])
         self._grid_z = np.linspace(-6.0, 6.0, 1201)
         self._grid_x = self._solve(self._grid_z, *self._bracket(self._grid_z))
+        self._near = PchipInterpolator(self._grid_z, self._grid_x)
 
     def cdf(self, x: ArrayLike) -> FloatArray:
         """Return the probability of at most x."""
@@ -187,10 +189,11 @@ class Mixture:
         flat = given.ravel()
         cell = np.searchsorted(self._grid_z, flat)
         inside = (cell > 0) & (cell < len(self._grid_z))
-        low, high = np.empty_like(flat), np.empty_like(flat)
-        low[inside], high[inside] = self._grid_x[cell[inside] - 1], self._grid_x[cell[inside]]
-        low[~inside], high[~inside] = self._bracket(flat[~inside])
-        return self._solve(flat, low, high).reshape(np.shape(z))
+        found = np.empty_like(flat)
+        between, wanted = cell[inside], flat[inside]
+        found[inside] = self._solve(wanted, self._grid_x[between - 1], self._grid_x[between], self._near(wanted))
+        found[~inside] = self._solve(flat[~inside], *self._bracket(flat[~inside]))
+        return found.reshape(np.shape(z))
 
     def _score(self, x: FloatArray) -> FloatArray:
         below = x < self._middle
@@ -204,8 +207,18 @@ class Mixture:
         each = np.array([from_normal(part, z) for part in self.parts]).reshape(len(self.parts), -1)
         return each.min(axis=0), each.max(axis=0)
 
-    def _solve(self, z: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Find the values with given normal scores between bounds, by the Illinois method and bisection in turn."""
+    def _solve(self, z: FloatArray, low: FloatArray, high: FloatArray, near: FloatArray | None = None) -> FloatArray:
+        """Find the values with given normal scores between bounds, by the Illinois method and bisection in turn.
+
+        Parameters
+        ----------
+        z : array (n,)
+            Normal scores.
+        low, high : array (n,)
+            Bounds of the values.
+        near : array (n,), optional
+            Where to look first.
+        """
         x = np.where(np.isneginf(z), low, high)
         is_atom = np.zeros(len(z), dtype=bool)
         for atom, first, last in zip(self.atoms, self._atom_from, self._atom_to):
@@ -217,8 +230,11 @@ class Mixture:
         for turn in range(200):
             if not open_.size:
                 break
-            with np.errstate(invalid="ignore", divide="ignore"):
-                middle = b - at_b * (b - a) / (at_b - at_a)
+            if turn == 0 and near is not None:
+                middle = near[open_]
+            else:
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    middle = b - at_b * (b - a) / (at_b - at_a)
             halve = ~np.isfinite(middle) | (middle <= a) | (middle >= b) | (turn % 8 == 7)
             middle = np.where(halve, 0.5 * (a + b), middle)
             value = self._score(middle) - wanted
