@@ -186,8 +186,9 @@ def run_all(engine: Engine, folder: str, batches: Batches, interrupts: Callable[
     running: dict[Any, Batch] = {}
     again: list[Batch] = []
     lost: dict[int, int] = {}
+    stopping = False
     while True:
-        while not interrupts() and len(running) < 2 * engine.width:
+        while not interrupts() and not stopping and len(running) < 2 * engine.width:
             batch = again.pop(0) if again else batches.next()
             if batch is None:
                 break
@@ -211,7 +212,10 @@ def run_all(engine: Engine, folder: str, batches: Batches, interrupts: Callable[
             found = _result(future, folder, batch)
             if isinstance(found, list):
                 for outcome in found:
-                    batches.note(outcome.seconds)
+                    if outcome.status == HANDED_BACK:
+                        stopping = True  # somebody has asked the study's folder for it
+                    else:
+                        batches.note(outcome.seconds)
                 yield from (outcome for outcome in found if outcome.status != HANDED_BACK)
             elif interrupts():
                 continue  # not its fault, perhaps: it stays to be run

@@ -1,0 +1,144 @@
+"""What a thousand walls cost: the solid wall of the full-scale test, per-joint strengths, full paths.
+
+Run: python studies/throughput/run.py [--walls 1000] [--workers 1 2]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import shutil
+import sys
+import tempfile
+import threading
+import time
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.study import Study, open_study
+from damagepred.study.sample import run_batch
+from damagepred.study.settings import StudySettings
+from damagepred.study.warm_up import warm_up
+
+HERE = Path(__file__).resolve().parent
+DATA = HERE.parents[1] / "data"
+
+
+def solid_wall_study(samples: int) -> StudySettings:
+    """Return the study of data/bryant_study.toml for the solid wall, each path followed to its end at 8 mm."""
+    tables = tomllib.loads((DATA / "bryant_study.toml").read_text(encoding="utf-8"))
+    scene = tomllib.loads((DATA / "bryant_dishing.toml").read_text(encoding="utf-8"))
+    del tables["variables"]["movement.central_deflection"]
+    tables["study"] |= {"title": "Bryant (1993) solid wall, 8 mm", "samples": samples, "stop_at_category": "none"}
+    return StudySettings.from_dict({**tables, "scene": scene})
+
+
+class Watch(threading.Thread):
+    """Looks at the worker processes of this one until told to stop: the most memory each has held, and its time."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.over, self.memory, self.seconds = threading.Event(), {}, {}
+
+    def run(self) -> None:
+        """Look four times a second."""
+        tick = os.sysconf("SC_CLK_TCK")
+        while not self.over.wait(0.25):
+            for process in Path("/proc").glob("[0-9]*"):
+                try:
+                    fields = (process / "stat").read_text().rpartition(")")[2].split()
+                    if int(fields[1]) != os.getpid():
+                        continue
+                    status = (process / "status").read_text()
+                except OSError:  # it has just ended
+                    continue
+                peak = [line.split()[1] for line in status.splitlines() if line.startswith("VmHWM")]
+                if peak:
+                    self.memory[process.name] = int(peak[0]) / 1024
+                    self.seconds[process.name] = (int(fields[11]) + int(fields[12])) / tick
+
+
+def measure(walls: int, workers: int, folder: Path) -> dict[str, Any]:
+    """Run the study and return what it took."""
+    study, watch = Study(solid_wall_study(walls)), Watch()
+    first: list[float] = []
+    watch.start()
+    began, cpu = time.perf_counter(), time.process_time()
+    summary = study.run(folder, workers=workers, on_progress=lambda s: first.append(time.perf_counter()))
+    total, parent = time.perf_counter() - began, time.process_time() - cpu
+    watch.over.set()
+    watch.join()
+    if summary.failed:
+        print(f"{summary.failed} walls failed", file=sys.stderr)
+    solving = float(np.nansum(open_study(folder)["run_time"].values))
+    parts = list((folder / "parts").iterdir())
+    size = {name: sum(f.stat().st_size for f in files) for name, files in (
+        ("parts", parts), ("results", [folder / "results.nc"]), ("design", [folder / "design.nc"]),
+    )}  # fmt: skip
+    return {
+        "walls": walls, "workers": workers, "total_s": total, "walls_solved_in_s": solving,
+        "worker_processor_s": sum(watch.seconds.values()), "parent_processor_s": parent,
+        "processor_ms_a_wall": 1e3 * sum(watch.seconds.values()) / walls,
+        "busy": solving / (workers * total), "peak_MB_a_worker": max(watch.memory.values(), default=float("nan")),
+        "parts": len(parts), "bytes_a_wall": {name: value / walls for name, value in size.items()},
+        "load_average": os.getloadavg()[0],
+    }  # fmt: skip
+
+
+def overhead(walls: int, folder: Path) -> dict[str, float]:
+    """Return what a wall takes besides being drawn, assembled, solved and judged (ms), processor and clock."""
+    study = Study(solid_wall_study(walls))
+    study.run(folder, samples=1, workers=1)
+    study._prepare(StudyFolder(folder), walls)
+    warm_up(study.settings.scene)
+    values = study.design.wall_values(walls)
+    batches = [[(i, {k: float(v[i]) for k, v in values.items()}) for i in range(a, min(a + 4, walls))]
+               for a in range(1, walls, 4)]  # fmt: skip
+    run_batch(str(folder), batches[0])
+    clock, cpu, solving, count = 0.0, 0.0, 0.0, 0
+    for batch in batches[1:]:
+        began, cpu_began = time.perf_counter(), time.process_time()
+        outcomes = run_batch(str(folder), batch)
+        clock, cpu = clock + time.perf_counter() - began, cpu + time.process_time() - cpu_began
+        solving, count = solving + sum(o.seconds for o in outcomes), count + len(outcomes)
+    return {"clock_ms": 1e3 * (clock - solving) / count, "processor_ms_in_all": 1e3 * cpu / count}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--walls", type=int, default=1000, help="how many (1000)")
+    parser.add_argument("--workers", type=int, nargs="+", default=[2], help="runs, with so many processes each (2)")
+    parser.add_argument("--efficiency", type=int, default=100, help="walls to compare 1 with 2 workers; 0: not (100)")
+    parser.add_argument("--results", type=Path, default=HERE / "results" / "throughput.json", help="what was measured")
+    options = parser.parse_args()
+    began = time.perf_counter()
+    warm_up(solid_wall_study(1).scene)
+    found: dict[str, Any] = {"kernels_ready_s": time.perf_counter() - began, "runs": []}
+    with tempfile.TemporaryDirectory(dir=HERE) as place:
+        found["overhead"] = overhead(min(options.walls, 41), Path(place) / "overhead.dp")
+        print("overhead a wall:", json.dumps(found["overhead"]), flush=True)
+        for workers in options.workers:
+            found["runs"].append(measure(options.walls, workers, Path(place) / f"{workers}.dp"))
+            print(json.dumps(found["runs"][-1], indent=1), flush=True)
+        if options.efficiency:
+            rates = {}
+            for workers in (1, 2):
+                row = measure(options.efficiency * workers, workers, Path(place) / f"efficiency-{workers}.dp")
+                rates[workers] = row["processor_ms_a_wall"], row
+                print(json.dumps(row, indent=1), flush=True)
+            found["efficiency_by_processor_time"] = rates[1][0] / rates[2][0]
+            print("processor time a wall, 1 worker over 2:", found["efficiency_by_processor_time"])
+        shutil.rmtree(place, ignore_errors=True)
+    found["peak_MB_parent"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    options.results.parent.mkdir(parents=True, exist_ok=True)
+    options.results.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
