@@ -37,7 +37,7 @@ from damagepred.errors import InputError, StudyError
 MISSING = SAMPLE_STATUS.index("missing")
 FAILED = SAMPLE_STATUS.index("failed")
 
-_NOTES = (".lock", ".writer")
+_BEGUN = (".lock", ".writer", ".stop", "parts", "failures", "manifest.json", "design.nc")
 """What may stand in a folder before a study does."""
 
 _PART = re.compile(r"samples?-(\d+)(?:-(\d+))?\.nc")
@@ -71,8 +71,8 @@ class StudyFolder:
         """Whether the folder holds a study."""
         return self.study_file.is_file()
 
-    def create(self, study_toml: str, manifest: Mapping[str, Any]) -> None:
-        """Make the folder.
+    def create(self, study_toml: str, manifest: Mapping[str, Any], design: xr.Dataset) -> None:
+        """Make the folder. The frozen study comes last: where it is, all else is.
 
         Parameters
         ----------
@@ -80,20 +80,33 @@ class StudyFolder:
             Frozen copy of the study.
         manifest : mapping
             Plain values.
+        design : xarray.Dataset
+            Every input of every sample.
 
         Raises
         ------
         StudyError
             If there is something else in its place, or it cannot be written.
         """
-        if self.path.exists() and (not self.path.is_dir() or any(p.name not in _NOTES for p in self.path.iterdir())):
+        if not self._can_begin():
             raise StudyError(
                 f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o."
             )
         self._make(self.parts)
         self._make(self.failures)
         self.write_manifest(manifest)
+        write_dataset(design, self.design_file)
         write_whole(self.study_file, lambda p: p.write_text(study_toml, encoding="utf-8"))
+
+    def _can_begin(self) -> bool:
+        """Tell whether there is nothing here but what a run leaves that was killed before it had made the folder."""
+        if not self.path.exists():
+            return True
+        if not self.path.is_dir():
+            return False
+        if any(True for folder in (self.parts, self.failures) for _ in _names(folder)):
+            return False
+        return all(name in _BEGUN or re.fullmatch(r"\..*\.tmp", name) for name in _names(self.path))
 
     def _make(self, folder: Path) -> None:
         try:

@@ -20,6 +20,7 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
+from damagepred.assembly import wall_geometry
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, StudyError
 from damagepred.scene import Scene
@@ -34,6 +35,10 @@ if TYPE_CHECKING:
     from damagepred.study.rare import RareEvent
 
 FloatArray = NDArray[np.float64]
+
+
+MOST_VALUES = 25_000_000
+"""Values of joints that a design records at most (200 MB); they follow from the seed in any case."""
 
 
 class Progress(NamedTuple):
@@ -306,8 +311,7 @@ class Study:
     def _prepare(self, folder: StudyFolder, asked: int) -> int:
         """Make or check the folder and its design; return the number of samples drawn."""
         if not folder.exists:
-            folder.create(self.settings.to_toml(), self._manifest(asked))
-            self._write_design(folder, asked)
+            folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
             return asked
         folder.require()
         frozen = read_frozen(folder.study_text())
@@ -375,7 +379,7 @@ class Study:
         -------
         xarray.Dataset
             One variable for each sampled number, named by its place: on (sample,), or on (sample, joint) if it varies
-            from joint to joint and the study stores fields.
+            from joint to joint, the study stores fields, and they are not too many (``MOST_VALUES``).
         """
         values = self.design.wall_values(samples)
         columns: dict[str, Any] = {"sample": np.arange(samples), **values}
@@ -383,8 +387,10 @@ class Study:
             columns["weight"] = weight
         if self.settings.study.store_fields and self.design.joint and not self._geometry_varies():
             places = joint_places(self.settings.scene)
-            drawn = [self.design.joint_values(i, places) for i in range(samples)]
-            columns |= {place: np.array([d[place] for d in drawn]) for place in self.design.joint}
+            joints = len(wall_geometry(self.settings.scene).joints.kind)
+            if samples * joints * len(self.design.joint) <= MOST_VALUES:
+                drawn = [self.design.joint_values(i, places) for i in range(samples)]
+                columns |= {place: np.array([d[place] for d in drawn]) for place in self.design.joint}
         extra = {
             place: Variable(
                 ("sample", "joint") if place in self.design.joint else ("sample",),

@@ -51,6 +51,48 @@ def test_the_design_is_there_before_any_part_and_the_folder_reads_while_it_runs(
     assert all(there >= reported for reported, there in seen), "what is acknowledged is there"
 
 
+@pytest.mark.parametrize("moment", ["manifest.json", "design.nc", "study.toml"])
+def test_killed_while_the_folder_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
+    """Whatever was there by then is no hindrance, and no half-made study is taken for one."""
+    from damagepred.archive import files
+    from damagepred.archive import folder as module
+
+    honest = files.write_whole
+
+    def deadly(path: Path, write) -> None:
+        if path.name == moment:
+            (path.parent / f".{path.name}.abc.tmp").touch()  # what a kill leaves, with nobody to tidy up
+            raise KeyboardInterrupt
+        honest(path, write)
+
+    for where in (files, module):
+        monkeypatch.setattr(where, "write_whole", deadly)
+    folder = StudyFolder(tmp_path / "study.dp")
+    with pytest.raises(KeyboardInterrupt):
+        run(folder.path, samples=1)
+    assert not folder.exists
+    with pytest.raises(InputError, match="is not a study folder"):
+        open_study(folder.path)
+    monkeypatch.undo()
+    run(folder.path, samples=1)
+    assert open_study(folder.path)["status"].values.tolist() == [0]
+    assert not list(folder.path.glob(".*.tmp"))
+
+
+def test_a_design_records_the_joints_of_as_many_walls_as_is_sensible(monkeypatch: pytest.MonkeyPatch) -> None:
+    from damagepred.study import study as module
+
+    study = Study(settings())
+    places = set(study.design.joint)
+    stored = study.design_dataset(3)
+    assert places <= set(stored.data_vars)
+    values = sum(stored[place].size for place in places)
+    monkeypatch.setattr(module, "MOST_VALUES", values)
+    assert places <= set(study.design_dataset(3).data_vars)
+    monkeypatch.setattr(module, "MOST_VALUES", values - 1)
+    assert not places & set(study.design_dataset(3).data_vars)
+
+
 def test_the_lock_of_a_killed_writer_is_no_hindrance(done: Path) -> None:
     script = f"""
 import time
