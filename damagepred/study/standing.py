@@ -13,6 +13,7 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
 from damagepred.study.words import duration
+from damagepred.uq.estimate import effective_samples, probability
 
 READ = ("damage_category", "run_time", "limit_deflection")
 """Results that it takes to tell where a study stands; the others are not read."""
@@ -70,6 +71,9 @@ def standing(path: str | Path) -> Standing:
         lines.append(
             f"{duration(each)} a wall" + (f", about {duration(each * remaining)} of work left" if remaining else "")
         )
+    if "weight" in ds and total > remaining:
+        weight = np.asarray(ds["weight"].values, dtype=np.float64)[state != MISSING]
+        lines.append(f"importance sampling: {effective_samples(weight):.0f} effective walls; shares are weighted")
     lines += _limits(ds)
     for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
@@ -110,8 +114,6 @@ def _limits(ds: xr.Dataset) -> list[str]:
 
 
 def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
-    from scipy.stats import binomtest
-
     if "damage_category" not in ds:
         return []
     good = ~np.isin(ds["status"].values, (MISSING, FAILED))
@@ -119,13 +121,17 @@ def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
     count = len(worst)
     if not count:
         return []
+    weight = np.asarray(ds["weight"].values[good], dtype=np.float64) if "weight" in ds else None
+    replicates = int(ds.attrs.get("replicates", 1))
+    label = np.flatnonzero(good) % replicates if replicates > 1 else None
     rows = []
     for category in range(int(ds.attrs["highest_category"]) + 1):
-        here, beyond = int((worst == category).sum()), int((worst >= category).sum())
-        low, high = binomtest(beyond, count).proportion_ci(0.9, method="wilson")
-        bounds = f"{beyond / (count + failed):.3f} - {(beyond + failed) / (count + failed):.3f}" if failed else "-"
+        here = probability(worst == category, weight=weight, replicate=label)
+        beyond = probability(worst >= category, weight=weight, replicate=label)
+        share = count / (count + failed)
+        bounds = f"{beyond.value * share:.3f} - {beyond.value * share + 1 - share:.3f}" if failed else "-"
         rows.append(
-            [f"{category} {CATEGORIES[category].replace('_', ' ')}", str(here), f"{here / count:.3f}",
-             f"{beyond / count:.3f}", f"{low:.3f} - {high:.3f}", bounds]
+            [f"{category} {CATEGORIES[category].replace('_', ' ')}", str(int((worst == category).sum())),
+             f"{here.value:.3f}", f"{beyond.value:.3f}", f"{beyond.lower:.3f} - {beyond.upper:.3f}", bounds]
         )  # fmt: skip
     return rows

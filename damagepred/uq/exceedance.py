@@ -17,7 +17,15 @@ from damagepred.uq.estimate import (
     probability,
     student_factor,
 )
-from damagepred.uq.fragility import COLLAPSED, COMPLETE, FAILED, capacities, fit_lognormal, movement_measure
+from damagepred.uq.fragility import (
+    COLLAPSED,
+    COMPLETE,
+    FAILED,
+    capacities,
+    fair_weights,
+    fit_lognormal,
+    movement_measure,
+)
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
@@ -207,4 +215,5 @@ def median_movement(
 
 def _median(known: Walls, heavy: FloatArray) -> float:
     used = heavy > 0
-    return fit_lognormal(known.lower[used], known.upper[used], heavy[used]).median
+    counts = fair_weights(heavy[used], known.upper[used])
+    return fit_lognormal(known.lower[used], known.upper[used], counts).median

@@ -357,19 +357,22 @@ def _curve(
 ) -> dict[str, Any]:
     lower, upper, failed, end = capacities(ds, category, intensity)
     good, single = ~failed, ds["damage_category"].ndim == 1
-    fit = fit_lognormal(lower[good], upper[good])
-    medians, dispersions, bands = _bootstrap(lower[good], upper[good], grid, bootstrap, seed, category, fit)
+    weight = _weights(ds, upper, good)
+    fit = fit_lognormal(lower[good], upper[good], weight[good])
+    medians, dispersions, bands = _bootstrap(
+        lower[good], upper[good], weight[good], grid, bootstrap, seed, category, fit
+    )
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]
-    undamaged = fit_lognormal(np.where(failed, end, lower), upper)
+    undamaged = fit_lognormal(np.where(failed, end, lower), upper, weight)
     step = np.asarray(ds[intensity].values, dtype=np.float64)
     # a failed wall counted as damaged: at the increment that could not be solved
     following = end if single else _next_increment(lower, step)
-    damaged = fit_lognormal(lower, np.where(failed, following, upper))
+    damaged = fit_lognormal(lower, np.where(failed, following, upper), weight)
     return {
         "probability": fit.probability(grid) if fit.status == "fitted" else np.full(len(grid), np.nan),
         "probability_lower": _quantile(bands, tails[0], len(grid)),
         "probability_upper": _quantile(bands, tails[1], len(grid)),
-        "empirical": (_isotonic if single else _kaplan_meier)(lower[good], upper[good], grid),
+        "empirical": (_isotonic if single else _kaplan_meier)(lower[good], upper[good], weight[good], grid),
         "median": fit.median,
         "median_lower": _quantile(medians, tails[0]),
         "median_upper": _quantile(medians, tails[1]),
@@ -385,6 +388,31 @@ def _curve(
     }
 
 
+def _weights(ds: xr.Dataset, upper: FloatArray, good: NDArray[np.bool_]) -> FloatArray:
+    """Return what each wall of ``capacities`` counts for: 1, or its weight from importance sampling."""
+    if "weight" not in ds:
+        return np.ones(len(upper))
+    known = np.isin(ds["status"].values, (COMPLETE, COLLAPSED, FAILED))
+    return fair_weights(np.asarray(ds["weight"].values, dtype=np.float64)[known], upper, good)
+
+
+def fair_weights(weight: FloatArray, upper: FloatArray, good: NDArray[np.bool_] | None = None) -> FloatArray:
+    """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
+
+    Parameters
+    ----------
+    weight, upper : array (walls,)
+        Weights, and capacities' upper bounds, infinite where the category was not reached.
+    good : array of bool (walls,), optional
+        Walls that did not fail.
+    """
+    reached = np.isfinite(upper) & (weight > 0)
+    if good is not None:
+        reached &= good
+    total = float(weight[reached].sum())
+    return weight * (reached.sum() / total) if total > 0 else weight
+
+
 def _next_increment(lower: FloatArray, steps: FloatArray) -> FloatArray:
     marks = np.unique(steps[np.isfinite(steps)])
     return marks[np.minimum(np.searchsorted(marks, lower, side="right"), len(marks) - 1)]
@@ -397,7 +425,14 @@ def _quantile(values: FloatArray, percent: float, size: int | None = None) -> An
 
 
 def _bootstrap(
-    lower: FloatArray, upper: FloatArray, grid: FloatArray, resamples: int, seed: int, category: int, fit: Fit
+    lower: FloatArray,
+    upper: FloatArray,
+    weight: FloatArray,
+    grid: FloatArray,
+    resamples: int,
+    seed: int,
+    category: int,
+    fit: Fit,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Fit resampled walls; return medians, dispersions and probabilities of those resamples that can be fitted."""
     if fit.status != "fitted" or resamples == 0:
@@ -408,7 +443,7 @@ def _bootstrap(
     fits = []
     for _ in range(resamples):
         drawn = random.integers(len(lower), size=len(lower))
-        count = np.bincount(which.ravel()[drawn], minlength=len(intervals)).astype(np.float64)
+        count = np.bincount(which.ravel()[drawn], weight[drawn], len(intervals)).astype(np.float64)
         again = fit_lognormal(intervals[:, 0], intervals[:, 1], count)
         if again.status == "fitted":
             fits.append(again)
@@ -419,18 +454,20 @@ def _bootstrap(
     )
 
 
-def _kaplan_meier(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatArray:
+def _kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
     """Share of walls that have reached the category, with a wall that has not as censored at its last movement."""
-    from scipy.stats import CensoredData, ecdf
-
-    censored = np.isinf(upper)
-    if censored.all():
+    reached = np.isfinite(upper)
+    if not reached.any():
         return np.zeros(len(grid))
-    found = ecdf(CensoredData.right_censored(np.where(censored, lower, upper), censored))
-    return np.asarray(found.cdf.evaluate(grid * (1 + 1e-9)))
+    last = np.where(reached, upper, lower)
+    movement = np.unique(upper[reached])
+    falling = np.array([weight[reached & (upper == m)].sum() for m in movement])
+    standing = np.array([weight[last >= m].sum() for m in movement])
+    steps = 1.0 - np.cumprod(1.0 - falling / standing)
+    return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
 
 
-def _isotonic(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatArray:
+def _isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
     """Share of walls that have reached the category, rising with the movement, where each is known at one alone.
 
     Adjacent violators are pooled (Ayer and others 1955), which is the maximum likelihood estimate from such data.
@@ -438,10 +475,11 @@ def _isotonic(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatAr
     from scipy.optimize import isotonic_regression
 
     reached = np.isfinite(upper)
-    movement, place, count = np.unique(np.where(reached, upper, lower), return_inverse=True, return_counts=True)
+    movement, place = np.unique(np.where(reached, upper, lower), return_inverse=True)
     if not len(movement):
         return np.zeros(len(grid))
-    share = np.bincount(place.ravel(), weights=reached) / count
+    count = np.bincount(place.ravel(), weights=weight)
+    share = np.bincount(place.ravel(), weights=weight * reached) / count
     steps = isotonic_regression(share, weights=count).x
     return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
 
