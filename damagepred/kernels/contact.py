@@ -50,6 +50,20 @@ def relative(interfaces, displacement, i):
 
 
 @law
+def draw_together(interfaces, i, normal, shear, moment, force):
+    """Add to ``force`` what interface i does to its bodies, by its forces (N) and the moment about its middle (N m)."""
+    n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
+    pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
+    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
+    force[a] += pull_x
+    force[a + 1] += pull_y
+    force[a + 2] += normal * interfaces.arm_normal_a[i] + shear * interfaces.arm_shear_a[i] + moment
+    force[b] -= pull_x
+    force[b + 1] -= pull_y
+    force[b + 2] -= normal * interfaces.arm_normal_b[i] + shear * interfaces.arm_shear_b[i] + moment
+
+
+@law
 def gather(tile, displacement):
     """Bring the displacements of the blocks to the interfaces that join them."""
     for i in range(LANES):

@@ -11,7 +11,7 @@ Where the frozen numbers agree with the live law, so do the two.
 
 import numpy as np
 
-from damagepred.kernels.contact import relative
+from damagepred.kernels.contact import draw_together, relative
 from damagepred.kernels.jit import kernel, law, rule
 from damagepred.kernels.joint import capped, wear_of
 
@@ -326,7 +326,6 @@ def joint_forces(
     bound, dilated, opened = frozen
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
-        n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, mn, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         plain = live and is_plain(properties, i)
@@ -367,15 +366,7 @@ def joint_forces(
         row[0], row[1], row[2] = nn, ns, nm
         row[3], row[4], row[5] = sn, ss, sm
         row[6], row[7], row[8] = mn, ms, mm
-        pull_x = total_n * n_x + total_s * n_y
-        pull_y = total_n * n_y - total_s * n_x
-        a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
-        force[a] += pull_x
-        force[a + 1] += pull_y
-        force[a + 2] += total_n * interfaces.arm_normal_a[i] + total_s * interfaces.arm_shear_a[i] + total_m
-        force[b] -= pull_x
-        force[b + 1] -= pull_y
-        force[b + 2] -= total_n * interfaces.arm_normal_b[i] + total_s * interfaces.arm_shear_b[i] + total_m
+        draw_together(interfaces, i, total_n, total_s, total_m, force)
 
 
 @kernel

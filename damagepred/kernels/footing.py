@@ -1,6 +1,6 @@
 """Forces of footing sections that follow a law of their own, in place of that of their contacts."""
 
-from damagepred.kernels.contact import relative
+from damagepred.kernels.contact import draw_together, relative
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.section import section_response, section_settle
 
@@ -35,16 +35,7 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
         row[0], row[1], row[2] = nn / h, 0.0, nm / h
         row[3], row[4], row[5] = 0.0, ss, 0.0
         row[6], row[7], row[8] = mn / h, 0.0, mm / h
-        n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
-        pull_x = axial * n_x + transverse * n_y
-        pull_y = axial * n_y - transverse * n_x
-        a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
-        force[a] += pull_x
-        force[a + 1] += pull_y
-        force[a + 2] += axial * interfaces.arm_normal_a[i] + transverse * interfaces.arm_shear_a[i] + moment
-        force[b] -= pull_x
-        force[b + 1] -= pull_y
-        force[b + 2] -= axial * interfaces.arm_normal_b[i] + transverse * interfaces.arm_shear_b[i] + moment
+        draw_together(interfaces, i, axial, transverse, moment, force)
 
 
 @kernel
