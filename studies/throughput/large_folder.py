@@ -1,0 +1,65 @@
+"""How long a folder of many walls takes to list, to go on with, and to read: made of copies of one solved wall.
+
+Run: python studies/throughput/large_folder.py [--walls 100000]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from run import solid_wall_study
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.parts import joined, read_part, write_part
+from damagepred.study import Study
+from damagepred.study.dispatch import PARTS
+from damagepred.study.standing import standing
+
+
+def timed(what: str, do: Callable[[], object]) -> None:
+    """Say how long something takes."""
+    began = time.perf_counter()
+    do()
+    print(f"{what}: {time.perf_counter() - began:.2f} s", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--walls", type=int, default=100_000, help="how many (100000)")
+    options = parser.parse_args()
+    study = Study(solid_wall_study(options.walls))
+    with tempfile.TemporaryDirectory() as place:
+        folder = StudyFolder(Path(place) / "large.dp")
+        study.run(folder.path, samples=1)
+        (first,) = folder.part_files()
+        row = read_part(first)
+        each = max(1, options.walls // PARTS)
+        timed(f"drawing and writing the design of {options.walls} walls", lambda: study._prepare(folder, options.walls))
+        began = time.perf_counter()
+        files = 0
+        for start in range(1, options.walls - each, each):
+            rows = joined([row] * each)
+            rows["sample"].values[:] = np.arange(start, start + each)
+            write_part(folder.part_file(start, start + each - 1), rows)
+            files += 1
+        print(f"writing {files} parts of {each} walls: {1e3 * (time.perf_counter() - began) / files:.1f} ms each")
+        timed("listing what is done", folder.finished)
+        timed("status, nothing consolidated", lambda: standing(folder.path))
+        timed("consolidating", folder.consolidate)
+        timed("status, all consolidated", lambda: standing(folder.path))
+        timed("reading all", folder.results)
+        size = sum(f.stat().st_size for f in folder.parts.iterdir())
+        print(f"parts {size / options.walls:.0f}, results.nc {folder.results_file.stat().st_size / options.walls:.0f} "
+              f"bytes a wall")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
