@@ -176,6 +176,28 @@ def rare(
         raise typer.Exit(SOME_FAILED)
 
 
+@app.command()
+def estimate(
+    folder: StudyFolderPath,
+    category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
+    at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
+    confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
+    study_file: Annotated[
+        Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
+    ] = None,
+) -> None:
+    """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
+    from damagepred.study.epistemic import alternatives, lines
+    from damagepred.study.settings import StudySettings
+
+    movement = screen.quantity("--at", at, "m")
+    others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
+    for line in lines(
+        alternatives(folder, category, movement, others=others, confidence=confidence), category, movement
+    ):
+        screen.say(line)
+
+
 @app.command("two-level")
 def two_level(
     file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],

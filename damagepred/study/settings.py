@@ -65,6 +65,9 @@ class Sampling:
         Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be.
     time_budget : float or None
         Begin no more walls after this time (s).
+    epistemic : dict
+        Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls
+        are not run anew but weighted (``damagepred estimate``).
     coarse : dict
         Tables of a coarser wall that stands beside each sampled one, as far as they differ from the scene's, such as
         ``[study.coarse.wall] block_length = "480 mm"``: a control variate (``damagepred two-level``).
@@ -93,6 +96,7 @@ class Sampling:
     nominal_share: Pure = Field(default=0.0, ge=0, lt=1)
     stop_when: StopWhen | None = None
     time_budget: Duration | None = Field(default=None, gt=0)
+    epistemic: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
     coarse: dict[str, dict[str, Any]] = Field(default_factory=dict)
     fields_from: Scene | None = None
     store_fields: bool = True

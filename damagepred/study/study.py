@@ -318,7 +318,7 @@ class Study:
         was, now = frozen.to_dict(), self.settings.to_dict()
         for content in (was, now):
             # how many walls are run does not change them, and the design tells whether a table's are the same
-            for key in ("samples", "stop_when", "time_budget", "table"):
+            for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
                 content["study"].pop(key, None)
         if differences := differing_keys(was, now):
             raise StudyError(
