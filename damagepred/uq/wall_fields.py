@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 from scipy.interpolate import PchipInterpolator
-from threadpoolctl import ThreadpoolController
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.correlation import NatafCurve
 from damagepred.uq.marginals import Marginal
 from damagepred.uq.variable import JointField
@@ -122,8 +121,7 @@ class WallFields:
         InputError
             If no values can be correlated as the fields say.
         """
-        one_thread = _blas()
-        with one_thread.limit(limits=1):  # threads would add up in another order, and change the last digits
+        with one_blas_thread():  # threads would add up in another order, and change the last digits
             found = np.empty_like(independent)
             for kind in self._kinds(places):
                 for k, triangle in enumerate(kind.triangles):
@@ -230,7 +228,7 @@ def _cholesky(matrix: FloatArray, most: float) -> FloatArray:
     LinAlgError
         If no matrix so near it is found by its eigenvalues.
     """
-    with _blas().limit(limits=1):
+    with one_blas_thread():
         try:
             return np.asfortranarray(linalg.cholesky(matrix, lower=True))
         except linalg.LinAlgError:
@@ -241,8 +239,3 @@ def _cholesky(matrix: FloatArray, most: float) -> FloatArray:
             if np.abs(mended - matrix).max() > most:
                 raise
             return np.asfortranarray(linalg.cholesky(mended, lower=True))
-
-
-@lru_cache(maxsize=1)
-def _blas() -> ThreadpoolController:
-    return ThreadpoolController().select(user_api="blas")

@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import ThreadpoolController
 
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium import bond_loads, contact_stresses, settle
 from damagepred.kernels.footing import settle_sections
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.explicit import describe_block
@@ -466,13 +466,11 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although nothing has come loose.
     """
-    # the matrices are small: threads would spend their time waiting for each other
-    one_thread = ThreadpoolController().select(user_api="blas")
     path = Path(while_loading(model), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
         before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
-        with one_thread.limit(limits=1):
+        with one_blas_thread():
             worst = path.advance(1.0, number / increments)
             if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
                 worst, ended = path.end_where_nothing_is_carried(kept, worst), True
@@ -497,7 +495,8 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         if collapsed:
             return
         if number == 0:
-            path.control_load()
+            with one_blas_thread():
+                path.control_load()
         if number == 0 and model.supports.after_load.any():
-            with one_thread.limit(limits=1):
+            with one_blas_thread():
                 path.hold(held_after_load(model, state.displacement))
