@@ -1,8 +1,7 @@
 """One thread for BLAS while small matrices are worked on: more would spend their time waiting for each other.
 
-Limits of BLAS hold for the whole process. Walls may be solved side by side in threads of one process; so the limit is
-set by the first that comes and lifted by the last that goes. (OpenBLAS heeds only the thread that set it: if another is
-the last, the limit stays.)
+Walls may be solved side by side in threads of one process. Whether a limit holds for the thread that sets it or for all
+depends on the BLAS; so everyone sets it, and only the last that goes lifts it again.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
@@ -24,28 +22,26 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController().select(user_api="blas")
 
 
-class _Limit:
-    """How many hold the limit, and how to lift it."""
+class _Holders:
+    """How many hold the limit."""
 
     def __init__(self) -> None:
-        self.lock, self.holders = threading.Lock(), 0
-        self.limiter: Any = None
+        self.lock, self.count = threading.Lock(), 0
 
 
-_LIMIT = _Limit()
+_HOLDERS = _Holders()
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let BLAS work with one thread, in the whole process, as long as anyone is in here."""
-    with _LIMIT.lock:
-        if _LIMIT.holders == 0:
-            _LIMIT.limiter = _blas().limit(limits=1)
-        _LIMIT.holders += 1
+    """Let BLAS work with one thread as long as anyone is in here."""
+    with _HOLDERS.lock:
+        limiter = _blas().limit(limits=1)
+        _HOLDERS.count += 1
     try:
         yield
     finally:
-        with _LIMIT.lock:
-            _LIMIT.holders -= 1
-            if _LIMIT.holders == 0:
-                _LIMIT.limiter.restore_original_limits()
+        with _HOLDERS.lock:
+            _HOLDERS.count -= 1
+            if _HOLDERS.count == 0:
+                limiter.restore_original_limits()

@@ -22,19 +22,22 @@ def _two_threads():
 
 def test_holds_until_the_last_has_gone():
     inside, leave = threading.Event(), threading.Event()
+    seen: list[set[int]] = []
 
     def other() -> None:
         with one_blas_thread():
             inside.set()
             leave.wait(10)
+            seen.append(threads())
 
     thread = threading.Thread(target=other)
-    thread.start()
-    assert inside.wait(10)
     with one_blas_thread():
-        leave.set()
-        thread.join(10)
-        assert threads() == {1}  # the one that set the limit has gone
+        assert threads() == {1}
+        thread.start()
+        assert inside.wait(10)
+    leave.set()
+    thread.join(10)
+    assert seen == [{1}]  # after the first has gone
 
 
 def test_is_lifted_after_an_error():
