@@ -59,7 +59,7 @@ class SubsetEstimate(NamedTuple):
     probability : float
         Of a margin of 0 or less.
     variation : float
-        Its coefficient of variation: levels as if independent, which measurements bear out (README).
+        Its coefficient of variation, the levels taken as independent (Au and Beck 2001): low where they are not.
     lower, upper, confidence : float
         Confidence interval, lognormal, and its level.
     levels : tuple of Level
