@@ -556,15 +556,22 @@ def contact_stresses(interfaces, properties, ground, memory, displacement, progr
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
         middle, shear, turn = relative(interfaces, displacement, i)
+        k_n, k_s, plain = properties.normal_stiffness[i], properties.shear_stiffness[i], is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = middle + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
             opening[i, k] = u_n
-            sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = live_contact(
-                properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
-            )
+            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            if plain:
+                cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
+                friction = properties.residual_friction[i] if cracked else properties.friction[i]
+                sigma[i, k], tau[i, k], _, _, _ = plain_contact(k_n, k_s, cohesion, friction, cracked, e, u_s)
+            else:
+                sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = live_contact(
+                    properties, i, cracked, memory.opened[i, k], e, u_s
+                )
 
 
 @kernel
