@@ -183,7 +183,8 @@ def solve(
         ``gridpoint`` where blocks are deformable; SI units; see ``damagepred.archive.schema.VARIABLES``. The attribute
         ``status`` is complete, collapsed, failed or interrupted; ``solver_method`` tells which solver it was. Of a wall
         that collapsed, ``collapse_progress`` is the progress of the last equilibrium that was found, the collapse
-        multiplier of a live load, and it fell at most ``collapse_progress_uncertainty`` later.
+        multiplier of a live load, and it fell at most ``collapse_progress_uncertainty`` later. Of a footing whose jacks
+        or outer supports carry nothing before the full movement, ``limit`` says which, ``limit_deflection`` where (m).
 
     Raises
     ------

@@ -208,11 +208,9 @@ def section_joint() -> Joint:
 
 def soil_joint(scene: Scene) -> Joint:
     """Return the law of the soil: springs that press, and rub."""
-    normal = scene.soil.stiffness(scene.movement.kind)
-    shear = normal if scene.soil.shear_stiffness is None else scene.soil.shear_stiffness
     return Joint(
-        normal_stiffness=normal,
-        shear_stiffness=shear,
+        normal_stiffness=scene.soil.stiffness(scene.movement.kind),
+        shear_stiffness=scene.soil.stiffness_along(scene.movement.kind),
         tensile_strength=0.0,
         cohesion=0.0,
         friction=scene.soil.friction,

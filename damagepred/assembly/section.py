@@ -56,8 +56,6 @@ class Sections(NamedTuple):
         Likewise its pressure over ``HELD`` f'c (1/N).
     first_cracked : array (s, 2, 2)
         Strain at mid-depth and curvature x depth of the cracked state at the moment that cracks top and bottom, N = 0.
-    gross_second_moment : array (s,)
-        I_g of the concrete alone (m4).
     cracked_second_moment : array (s, 2)
         I_cr, with the top and with the bottom in tension, in terms of concrete (m4); at most I_g.
     cracking_moment : array (s,)
@@ -92,7 +90,6 @@ class Sections(NamedTuple):
     wires_pull: FloatArray
     crush: FloatArray
     first_cracked: FloatArray
-    gross_second_moment: FloatArray
     cracked_second_moment: FloatArray
     cracking_moment: FloatArray
     exponent: FloatArray
@@ -213,7 +210,6 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         "wires_pull": 1.0 / wires,
         "crush": -modulus / (HELD * concrete.compressive_strength) * faces @ flexibility,
         "first_cracked": np.array([first(0), first(1)]),
-        "gross_second_moment": gross.gross,
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
         "exponent": concrete.branson_exponent,
