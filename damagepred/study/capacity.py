@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.damage import damage_table
-from damagepred.errors import InputError
+from damagepred.errors import InputError, SolverError
 from damagepred.path import follow, model_of
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
@@ -85,11 +86,33 @@ def asked_of(settings: StudySettings, question: Question) -> StudySettings:
     )
 
 
-def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -> float:
-    """Solve one wall and return how far it is from a category: 0 or less if it is reached by the movement asked for.
+class Margin(NamedTuple):
+    """How far a wall is from a category: 0 or less if it is reached by the movement asked for.
+
+    Attributes
+    ----------
+    least, most : float
+        Of a wall that was solved, both are the same. Of one that failed on its way: as if it had reached the category
+        right after that, and infinite, as if it never had.
+    why : str
+        Why it failed, if it did.
+    """
+
+    least: float
+    most: float
+    why: str = ""
+
+
+NOTHING_KNOWN = Margin(-1.0, np.inf)
+"""Of a wall whose path could not even begin."""
+
+
+def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -> Margin:
+    """Solve one wall and return how far it is from a category.
 
     That is the movement at which it is reached over the one asked for, less 1; of a wall that does not reach it on
-    its path, how much further the path went, and how much wider the widest crack would have to be.
+    its path, how much further the path went, and how much wider the widest crack would have to be. A wall whose path
+    cannot be followed to its end, but beyond the movement asked for, is one of the latter.
 
     Parameters
     ----------
@@ -99,24 +122,25 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
         Values of each joint.
     question : Question
         What is asked.
-
-    Raises
-    ------
-    SolverError
-        If the path cannot be followed.
     """
     model = model_of(scene, fields)
     limit = damage_table(scene.damage).limits[question.category - 1]
     full = model.central_deflection if model.surface_movement is None else model.surface_movement
     before, width_before = 0.0, 0.0
-    for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
-        moved = step.increment.progress * full
-        if model.deflection is not None and model.surface_movement is None:
-            moved = max(abs(step.increment.deflection), before)
-        width = step.verdict.crack_width_max
-        if step.verdict.damage_category >= question.category:
-            # within the step the widest crack is taken to grow in proportion
-            share = (limit - width_before) / (width - width_before) if width >= limit > width_before else 1.0
-            return (before + share * (moved - before)) / question.at - 1.0
-        before, width_before = moved, width
-    return max(before / question.at - 1.0, 0.0) + max(1.0 - width_before / limit, 1e-9)
+    try:
+        for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
+            moved = step.increment.progress * full
+            if model.deflection is not None and model.surface_movement is None:
+                moved = max(abs(step.increment.deflection), before)
+            width = step.verdict.crack_width_max
+            if step.verdict.damage_category >= question.category:
+                # within the step the widest crack is taken to grow in proportion
+                share = (limit - width_before) / (width - width_before) if width >= limit > width_before else 1.0
+                reached = (before + share * (moved - before)) / question.at - 1.0
+                return Margin(reached, reached)
+            before, width_before = moved, width
+    except (SolverError, ArithmeticError, np.linalg.LinAlgError) as error:
+        if before < question.at * (1 - 1e-9):  # a step's rounding is no reason to say that it was not followed
+            return Margin(before / question.at - 1.0, np.inf, f"{type(error).__name__}: {error}")
+    beyond = max(before / question.at - 1.0, 0.0) + max(1.0 - width_before / limit, 1e-9)
+    return Margin(beyond, beyond)

@@ -72,6 +72,8 @@ class SubsetEstimate(NamedTuple):
         Of the last level, standard normals.
     margins : array (samples,)
         Theirs.
+    failed : int
+        Evaluations that were NaN.
     """
 
     probability: float
@@ -84,6 +86,7 @@ class SubsetEstimate(NamedTuple):
     reached: bool
     samples: FloatArray
     margins: FloatArray
+    failed: int = 0
 
 
 def subset_simulation(
@@ -95,6 +98,7 @@ def subset_simulation(
     seed: int = 0,
     max_levels: int = 10,
     confidence: float = 0.9,
+    failed_reached: bool = False,
     on_level: Callable[[Level], None] | None = None,
 ) -> SubsetEstimate:
     """Estimate a small probability.
@@ -103,8 +107,7 @@ def subset_simulation(
     ----------
     limit_state : callable
         Given independent standard normals, array (n, dimensions), and the numbers of these evaluations, array of int
-        (n,), returns margins, array (n,): 0 or less is failure, and the smaller the nearer to it. NaN counts as not
-        failed.
+        (n,), returns margins, array (n,): 0 or less is reached, and the smaller the nearer to it. NaN: it is not known.
     dimensions : int
         Number of standard normals.
     samples : int
@@ -117,6 +120,9 @@ def subset_simulation(
         Levels after which it gives up.
     confidence : float
         Of the interval.
+    failed_reached : bool
+        Whether NaN counts as reached. The probability lies between those of two runs, one each way: a run estimates
+        what it counts without bias, whatever the regions look like in which nothing is known.
     on_level : callable, optional
         Called with each ``Level`` as it is known.
 
@@ -137,14 +143,14 @@ def subset_simulation(
     True
     """
     chains, length = _sizes(samples, level_share)
-    margin = _Counted(limit_state, dimensions)
+    margin = _Counted(limit_state, failed_reached)
     z = np.array([generator(seed, Stream.SUBSET, i).standard_normal(dimensions) for i in range(samples)])
     g = margin(z)
     levels: list[Level] = []
     step, acceptance, chained = FIRST_STEP, np.nan, False
     while True:
         worst = np.sort(g)
-        limit = max(float(0.5 * (worst[chains - 1] + worst[chains])), 0.0)
+        limit = float(0.5 * (worst[chains - 1] + worst[chains])) if worst[chains - 1] > 0 else 0.0
         reached = g <= limit
         share = float(reached.mean())
         levels.append(Level(limit, share, _variation(reached, share, chains if chained else samples), acceptance))
@@ -157,7 +163,7 @@ def subset_simulation(
         start = generator(seed, Stream.SUBSET_START, len(levels)).permutation(np.flatnonzero(reached))[:chains]
         z, g, acceptance, step = _climb(margin, z[start], g[start], limit, length, step, seed)
         chained = True
-    return _estimate(levels, g, z, margin.count, confidence)
+    return _estimate(levels, g, z, margin, confidence)
 
 
 def _sizes(samples: int, level_share: float) -> tuple[int, int]:
@@ -173,13 +179,15 @@ def _sizes(samples: int, level_share: float) -> tuple[int, int]:
 class _Counted:
     """A limit state whose evaluations are numbered."""
 
-    def __init__(self, limit_state: LimitState, dimensions: int) -> None:
-        self.limit_state, self.dimensions, self.count = limit_state, dimensions, 0
+    def __init__(self, limit_state: LimitState, failed_reached: bool) -> None:
+        self.limit_state, self.count, self.failed = limit_state, 0, 0
+        self.instead = 0.0 if failed_reached else np.inf
 
     def __call__(self, z: FloatArray) -> FloatArray:
         g = np.asarray(self.limit_state(z, np.arange(self.count, self.count + len(z))), dtype=np.float64)
         self.count += len(z)
-        return np.where(np.isnan(g), np.inf, g)
+        self.failed += int(np.isnan(g).sum())
+        return np.where(np.isnan(g), self.instead, g)
 
 
 def _climb(
@@ -220,7 +228,7 @@ def _variation(reached: NDArray[np.bool_], share: float, chains: int) -> float:
     return float(np.sqrt((1 - share) / (share * reached.size) * max(1 + dependence, 1e-2)))
 
 
-def _estimate(levels: list[Level], g: FloatArray, z: FloatArray, evaluations: int, confidence: float) -> SubsetEstimate:
+def _estimate(levels: list[Level], g: FloatArray, z: FloatArray, margin: _Counted, confidence: float) -> SubsetEstimate:
     probability = float(np.prod([level.share for level in levels]))
     reached = levels[-1].limit == 0.0
     variation = float(np.sqrt(sum(level.variation**2 for level in levels)))
@@ -233,5 +241,6 @@ def _estimate(levels: list[Level], g: FloatArray, z: FloatArray, evaluations: in
         spread = factor * np.sqrt(np.log1p(variation**2))
         lower, upper = probability * np.exp(-spread), min(probability * np.exp(spread), 1.0)
     return SubsetEstimate(
-        probability, variation, float(lower), float(upper), confidence, tuple(levels), evaluations, reached, z, g
-    )
+        probability, variation, float(lower), float(upper), confidence, tuple(levels), margin.count, reached, z, g,
+        margin.failed,
+    )  # fmt: skip

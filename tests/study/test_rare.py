@@ -1,16 +1,21 @@
 """Rare categories of a study: the same however they are run, and what random sampling finds where it can."""
 
+import json
 import tomllib
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import special
 
-from damagepred.errors import InputError, StudyError
-from damagepred.study import Study
-from damagepred.study.capacity import Question, asked_of, margin
-from damagepred.study.rare import normals_to_wall, rare_event
+from damagepred.errors import ConvergenceError, InputError, StudyError
+from damagepred.scene import Scene
+from damagepred.study import Study, capacity, rare_walls
+from damagepred.study.capacity import NOTHING_KNOWN, Margin, Question, asked_of, margin
+from damagepred.study.rare import rare_event
+from damagepred.study.rare_walls import normals_to_wall
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
@@ -40,7 +45,7 @@ def test_a_margin_is_negative_where_the_category_is_reached() -> None:
         scene, fields = normals_to_wall(asked, design, row)
         wall = damagepred.solve(scene, fields=fields)
         reached = wall["central_deflection"].values[wall["damage_category"].values >= 1]
-        found = margin(scene, fields, Question(1, 4e-3))
+        found = margin(scene, fields, Question(1, 4e-3)).most
         first = reached[0] if reached.size else np.inf
         step = 4e-3 / 3
         if np.isfinite(first):
@@ -71,6 +76,90 @@ def test_interrupted_and_run_by_others_it_is_the_same(tmp_path: Path) -> None:
     assert again.estimate.probability == whole.estimate.probability
     np.testing.assert_array_equal(again.estimate.samples, whole.estimate.samples)
     assert log.read_text().splitlines(keepends=True)[:20] == lines[:20]
+
+
+@pytest.mark.parametrize(("steps", "known"), [(0, None), (2, None), (3, "not by 4 mm"), (5, "not by 4 mm")])
+def test_a_wall_that_fails_on_its_way_is_known_as_far_as_it_came(
+    steps: int, known: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = asked_of(settings(), Question(4, 4e-3))
+    scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
+    whole = margin(scene, fields, Question(4, 4e-3))
+    assert whole.least == whole.most > 0  # category 4 is far off
+    follow = capacity.follow
+
+    def breaks_off(*given: object) -> Iterator[object]:
+        for k, step in enumerate(follow(*given)):  # type: ignore[arg-type]
+            if k > steps:
+                raise ConvergenceError("no equilibrium")
+            yield step
+
+    monkeypatch.setattr(capacity, "follow", breaks_off)
+    found = margin(scene, fields, Question(4, 4e-3))
+    if known:
+        assert found.least == found.most > 0
+    else:
+        assert found.least == pytest.approx(steps / 3 - 1)  # three increments to 4 mm
+        assert found.most == np.inf
+        assert "no equilibrium" in found.why
+
+
+FRICTION_ONLY = (
+    TINY[: TINY.index("[variables")]
+    + """
+[variables."joint.friction"]
+distribution = "normal"
+mean = 1.0
+std = 0.1
+[variables."joint.tensile_strength"]
+distribution = "normal"
+mean = 0.1e6
+std = 0.01e6
+"""
+)
+
+
+def injected(scene: Scene, fields: object, question: Question) -> Margin:
+    """A known answer: reached if friction is 3 deviations low, not known if strength is 2 deviations high."""
+    z = (scene.joint.friction - 1.0) / 0.1, (scene.joint.tensile_strength - 0.1e6) / 0.01e6
+    return NOTHING_KNOWN._replace(why="injected") if z[1] > 2.0 else Margin(z[0] + 3.0, z[0] + 3.0)
+
+
+def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rare_walls, "margin", injected)
+    lower, upper = special.ndtr(-3.0) * special.ndtr(2.0), special.ndtr(-3.0) * special.ndtr(2.0) + special.ndtr(-2.0)
+    low, high, inside = [], [], 0
+    with ThreadPoolExecutor(1) as executor:
+        for seed in range(8):
+            asked = settings(FRICTION_ONLY.replace("seed = 7", f"seed = {seed}"))
+            found = rare_event(asked, ASKED, tmp_path / str(seed), samples=200, executor=executor)
+            low.append(found.estimate.probability)
+            high.append(found.failed_damaged.probability)
+            inside += found.interval[0] <= lower and upper <= found.interval[1]
+            assert found.failed > 0
+            assert "failed before 4 mm" in "\n".join(found.lines(ASKED))
+        again = rare_event(asked, ASKED, tmp_path / "7", samples=200, executor=executor)
+    for values, exact in ((low, lower), (high, upper)):
+        assert abs(np.mean(values) - exact) < 3.5 * np.std(values, ddof=1) / np.sqrt(8)
+    assert inside >= 5  # each end holds with 95 %, here of very few walls
+    # nothing is solved twice: the first level is shared, and a second call solves nothing
+    assert again.solved_now == 0
+    assert again.interval == found.interval
+    assert found.solved_now <= found.estimate.evaluations + found.failed_damaged.evaluations - 200
+    lines = (tmp_path / "7" / "walls.jsonl").read_text()
+    old = "".join(json.dumps(json.loads(line)[:4]) + "\n" for line in lines.splitlines())
+    (tmp_path / "7" / "walls.jsonl").write_text(old)  # as earlier versions wrote it
+    with ThreadPoolExecutor(1) as executor:
+        assert rare_event(asked, ASKED, tmp_path / "7", samples=200, executor=executor).interval == found.interval
+
+
+def test_without_failures_there_is_one_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rare_walls, "margin", lambda *given: injected(*given)._replace(least=0.5, most=0.5))
+    with ThreadPoolExecutor(1) as executor:
+        found = rare_event(settings(FRICTION_ONLY), ASKED, tmp_path / "a", samples=100, executor=executor)
+    assert found.failed == 0
+    assert found.failed_damaged is found.estimate
+    assert not (tmp_path / "a" / "walls_failed_reached.jsonl").exists()
 
 
 @pytest.mark.slow

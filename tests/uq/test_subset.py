@@ -86,6 +86,34 @@ def test_unbiased_and_as_sure_as_stated_many_times(name: str) -> None:
     check(name, 300, 1000)
 
 
+@pytest.mark.parametrize(
+    ("unknown_from", "lower", "upper"),
+    [
+        # nothing is known of a third of what is reached; of few that are far more often than it; of what is next to it
+        (lambda z: z[:, 1] > 0.43, special.ndtr(-3.0) * special.ndtr(0.43), None),
+        (lambda z: z[:, 1] > 2.0, special.ndtr(-3.0) * special.ndtr(2.0), None),
+        (lambda z: (z[:, 0] > 2.8) & (z[:, 0] < 3.2), special.ndtr(-3.2), special.ndtr(-2.8)),
+    ],
+)
+def test_what_is_not_known_is_bounded(
+    unknown_from: Callable[[Array], Array], lower: float, upper: float | None
+) -> None:
+    """Failures injected into a problem with a known answer: one run each way is unbiased for its bound."""
+
+    def g(z: Array, _: Array) -> Array:
+        return np.where(unknown_from(z), np.nan, 3.0 - z[:, 0])
+
+    if upper is None:
+        edge = 0.43 if lower < 0.001 else 2.0
+        upper = lower + special.ndtr(-edge)
+    for reached, exact in ((False, lower), (True, upper)):
+        found = [subset_simulation(g, 2, samples=400, seed=s, failed_reached=reached) for s in range(24)]
+        values = np.array([f.probability for f in found])
+        assert abs(values.mean() - exact) < 3.5 * values.std(ddof=1) / np.sqrt(24) + 0.3 * values.var() / exact
+        assert stats.binom.cdf(sum(f.lower <= exact <= f.upper for f in found), 24, 0.8) > 1e-3
+        assert all(f.failed > 0 for f in found)
+
+
 def test_a_likely_event_needs_one_level() -> None:
     found = subset_simulation(linear(0.5), 3, samples=500)
     assert len(found.levels) == 1
