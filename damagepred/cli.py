@@ -31,6 +31,14 @@ SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_defau
 StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
 
 
+class Export(StrEnum):
+    """Other programs that curves are written for."""
+
+    pelicun = "pelicun"
+    openquake = "openquake"
+    openquake_discrete = "openquake-discrete"
+
+
 class Intensity(StrEnum):
     """Measure of the movement."""
 
@@ -239,6 +247,12 @@ def fragility(
     ] = None,
     confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 200,
+    export: Annotated[
+        Export | None, typer.Option("--export", help="Write for another program, beside -o or the study folder.")
+    ] = None,
+    categories: Annotated[
+        str | None, typer.Option("--categories", help="Categories to fit, such as 1,2,3; by default all.")
+    ] = None,
 ) -> None:
     """Fit fragility curves to a study."""
     from damagepred.archive.files import check_writable, write_dataset, write_whole
@@ -247,21 +261,30 @@ def fragility(
     from damagepred.uq.fragility import fit_fragility
 
     check_writable(output, plot, csv)
+    wanted = screen.whole_numbers("--categories", categories) if categories else None
     curves = fit_fragility(
-        open_study(folder), intensity=intensity and intensity.value, confidence=confidence, bootstrap=bootstrap
-    )
+        open_study(folder), intensity=intensity and intensity.value, categories=wanted, confidence=confidence,
+        bootstrap=bootstrap,
+    )  # fmt: skip
     screen.fragility_table(curves)
     if output is not None:
         write_dataset(curves.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
     if csv is not None:
-        frame = curves[["probability", "probability_lower", "probability_upper", "empirical"]].to_dataframe()
+        from damagepred.exports import curves_frame
+
+        frame = curves_frame(curves)
         write_whole(csv, lambda p: frame.to_csv(p))
         screen.say(f"wrote {csv}")
     if plot is not None:
         from damagepred.plotting import save_fragility_picture
 
         screen.say(f"drew {save_fragility_picture(curves, plot)}")
+    if export is not None:
+        from damagepred.exports import export_curves
+
+        for file in export_curves(curves, export.value, output or folder):
+            screen.say(f"wrote {file}")
 
 
 @app.command()

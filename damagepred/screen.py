@@ -43,6 +43,22 @@ def quantity(option: str, text: str, unit: str) -> float:
         raise InputError(f"{option} {text!r}: {error}.") from None
 
 
+def whole_numbers(option: str, text: str) -> list[int]:
+    """Read a list of whole numbers, parted by commas, from the command line.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    from damagepred.errors import InputError
+
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"{option} {text!r}: must be whole numbers parted by commas, such as 1,2,3.") from None
+
+
 def clear() -> None:
     """Begin at the top of the screen again, if there is one."""
     if _out.is_terminal:

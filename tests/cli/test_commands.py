@@ -14,6 +14,7 @@ import pytest
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from tests.cli.conftest import Run
+from tests.made_up import made_up_study
 
 SMALL_SCENE = """
 title = "small wall"
@@ -200,3 +201,19 @@ def test_counts_must_be_positive(command: Run, small_study_file: Path, argument:
     assert result.code == 2
     assert f"'{argument}'" in result.err
     assert "greater than or equal" in result.err
+
+
+def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "house.dp"
+    made_up_study(folder, 60)
+    result = command("fragility", folder, "--export", "pelicun", "--categories", "1,2", "--bootstrap", 0)
+    assert result.code == 0, result.err
+    assert (tmp_path / "house_pelicun.csv").is_file()
+    assert (tmp_path / "house_pelicun.json").is_file()
+    result = command("fragility", folder, "--export", "openquake", "-o", tmp_path / "c.nc", "--bootstrap", 0)
+    assert result.code == 2
+    assert "have no curve to export: category 3: never reached; category 4: never reached" in result.err
+    assert "--categories 1,2" in result.err
+    result = command("fragility", folder, "--categories", "one")
+    assert result.code == 2
+    assert "--categories 'one': must be whole numbers parted by commas" in result.err

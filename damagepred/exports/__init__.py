@@ -1,0 +1,18 @@
+"""Fragility curves and studies for other programs: datasets in, files and tables out."""
+
+from damagepred.exports.files import FORMATS, export_curves, export_place
+from damagepred.exports.frames import curves_frame, parameters_frame, walls_frame
+from damagepred.exports.openquake import openquake_xml
+from damagepred.exports.pelicun import pelicun_config, pelicun_frame
+
+__all__ = [
+    "FORMATS",
+    "curves_frame",
+    "export_curves",
+    "export_place",
+    "openquake_xml",
+    "parameters_frame",
+    "pelicun_config",
+    "pelicun_frame",
+    "walls_frame",
+]

@@ -1,0 +1,79 @@
+"""Exports as files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from damagepred.archive.files import write_whole
+from damagepred.errors import InputError, nearest
+from damagepred.exports.openquake import openquake_xml
+from damagepred.exports.pelicun import pelicun_config, pelicun_frame
+
+FORMATS = {"pelicun": "_pelicun.csv", "openquake": "_openquake.xml", "openquake-discrete": "_openquake_discrete.xml"}
+"""What can be exported, and the end of the file's name."""
+
+
+def export_place(kind: str, beside: str | Path) -> Path:
+    """Return where an export goes: beside a file or study folder, under its name.
+
+    Parameters
+    ----------
+    kind : str
+        One of ``FORMATS``.
+    beside : str or Path
+        Such as ``curves.nc`` or ``house.dp``.
+
+    Raises
+    ------
+    InputError
+        If the format is not known.
+    """
+    if kind not in FORMATS:
+        raise InputError(f"format = {kind!r}: exports are {', '.join(FORMATS)}." + nearest(kind, FORMATS))
+    place = Path(beside)
+    return place.with_name(place.stem + FORMATS[kind])
+
+
+def export_curves(
+    curves: xr.Dataset, kind: str, beside: str | Path, categories: Sequence[int] | None = None
+) -> list[Path]:
+    """Write fragility curves for another program.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it.
+    kind : {"pelicun", "openquake", "openquake-discrete"}
+        For pelicun a damage model as CSV, and beside it, as JSON, the options an assessment needs to know the demand;
+        for OpenQuake a fragility model as NRML 0.5.
+    beside : str or Path
+        See ``export_place``.
+    categories : sequence of int, optional
+        By default all.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the curves cannot be told so; the message says why.
+    StudyError
+        If a file cannot be written.
+    """
+    place = export_place(kind, beside)
+    if kind == "pelicun":
+        frame, options = pelicun_frame(curves, categories=categories), place.with_suffix(".json")
+        config = json.dumps(pelicun_config(curves), indent=2) + "\n"
+        write_whole(place, lambda p: frame.to_csv(p))
+        write_whole(options, lambda p: p.write_text(config, encoding="utf-8"))
+        return [place, options]
+    xml = openquake_xml(curves, "discrete" if kind.endswith("discrete") else "continuous", categories=categories)
+    write_whole(place, lambda p: p.write_text(xml, encoding="utf-8"))
+    return [place]

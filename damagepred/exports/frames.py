@@ -1,0 +1,79 @@
+"""Plain tables of curves and walls, for spreadsheets and whoever works with pandas."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import SAMPLE_STATUS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
+    """Return the points of all curves, a row for each category and intensity.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by category and intensity (m, or 1 for a ratio); columns ``category_name``, ``probability`` with
+        ``_lower`` and ``_upper``, and ``empirical``.
+    """
+    points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
+    frame = curves[points].to_dataframe()
+    if "category_name" in frame:
+        frame.insert(0, "category_name", frame.pop("category_name"))
+    return frame
+
+
+def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
+    """Return what the curves are made of, a row for each category.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by category: median and dispersion with their bands, how many walls reached it, how the fit went.
+    """
+    return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()
+
+
+def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
+    """Return the walls of a study, a row each: inputs, how it ended, and what was worst on its path.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``damagepred.open_study`` returns it.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by sample. ``status`` in words; what has an increment is the largest of its path, NaN (-1 for a
+        category) where nothing is known.
+    """
+    # joints' own values, where a design has them, are no column of a table of walls
+    alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
+    frame = ds[alone].reset_coords(drop=True).to_dataframe()
+    if "status" in frame:
+        frame["status"] = [SAMPLE_STATUS[s] for s in ds["status"].values]
+    for name in ("damage_category", "crack_width_max", "dpc_opening_max", "central_deflection", "deflection_ratio"):
+        if name in ds.variables and ds[name].dims == ("sample", "increment"):
+            values = ds[name].values
+            lowest = -1 if values.dtype.kind in "iu" else -np.inf
+            worst = np.where(np.isfinite(values), values, lowest).max(axis=1, initial=lowest)
+            column = name if name == "damage_category" else f"{name.removesuffix('_max')}_max"
+            frame[column] = worst if values.dtype.kind in "iu" else np.where(np.isneginf(worst), np.nan, worst)
+    return frame

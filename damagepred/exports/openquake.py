@@ -1,0 +1,125 @@
+"""Fragility curves as a fragility model of OpenQuake (NRML 0.5).
+
+NRML knows a fixed list of intensities, all of earthquakes; PGD, a displacement of the ground in cm, is the nearest to
+a movement of the ground under a house, so lengths are written in cm under that name. A deflection ratio has no unit and
+is written as it is, under the same name. The description says what PGD stands for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+from xml.etree import ElementTree as Tree
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import special
+
+from damagepred.errors import InputError
+from damagepred.exports.states import LimitStates, limit_states, require_order
+
+FloatArray = NDArray[np.float64]
+
+NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
+INTENSITY = "PGD"
+MODEL = "masonry_wall"
+"""Name of the model and its function, unless another is given: the taxonomy of exposed assets."""
+
+NOTHING = 1e-6
+"""Probability of the least category below which OpenQuake is told that there is no damage."""
+
+ALL = 1 - 1e-6
+"""Probability of the worst category up to which curves are told; OpenQuake keeps them level beyond."""
+
+LEVELS = 60
+"""Of a discrete function, evenly spaced in the logarithm."""
+
+
+def openquake_xml(
+    curves: xr.Dataset,
+    form: Literal["continuous", "discrete"] = "continuous",
+    identifier: str = MODEL,
+    categories: Sequence[int] | None = None,
+) -> str:
+    """Return a fragility model as NRML 0.5.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it.
+    form : {"continuous", "discrete"}
+        Lognormal functions by mean and standard deviation of the capacity itself, as NRML wants them (not of its
+        logarithm); or probabilities at levels, between which OpenQuake interpolates.
+    identifier : str
+        Of model and function: letters, digits, and ``_ - .``; assets name it as their taxonomy.
+    categories : sequence of int, optional
+        By default all.
+
+    Raises
+    ------
+    InputError
+        If a category has no curve, curves cross, or the identifier has other characters.
+    """
+    if form not in ("continuous", "discrete"):
+        raise InputError(f"form = {form!r}: must be 'continuous' or 'discrete'.")
+    if not identifier or not all(c.isascii() and (c.isalnum() or c in "_-.") for c in identifier):
+        raise InputError(f"identifier = {identifier!r}: may have letters, digits, '_', '-' and '.' alone.")
+    states = limit_states(curves, categories)
+    require_order(states, "OpenQuake")
+    root = Tree.Element("nrml", {"xmlns": NAMESPACE})
+    model = Tree.SubElement(
+        root, "fragilityModel", {"id": identifier, "assetCategory": "buildings", "lossCategory": "structural"}
+    )
+    Tree.SubElement(model, "description").text = _description(states)
+    Tree.SubElement(model, "limitStates").text = " ".join(states.name)
+    function = Tree.SubElement(model, "fragilityFunction", {"id": identifier, "format": form})
+    (_continuous if form == "continuous" else _discrete)(function, states)
+    Tree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + Tree.tostring(root, encoding="unicode") + "\n"
+
+
+def _continuous(function: Tree.Element, states: LimitStates) -> None:
+    function.set("shape", "logncdf")
+    low, high = _range(states)
+    Tree.SubElement(
+        function, "imls", {"imt": INTENSITY, "noDamageLimit": _text(low), "minIML": _text(low), "maxIML": _text(high)}
+    )
+    variance = states.dispersion**2
+    mean = _factor(states) * states.median * np.exp(variance / 2)
+    for name, m, spread in zip(states.name, mean, mean * np.sqrt(np.expm1(variance))):
+        Tree.SubElement(function, "params", {"ls": name, "mean": _text(m), "stddev": _text(spread)})
+
+
+def _discrete(function: Tree.Element, states: LimitStates) -> None:
+    low, high = _range(states)
+    levels = np.geomspace(low, high, LEVELS)
+    imls = Tree.SubElement(function, "imls", {"imt": INTENSITY, "noDamageLimit": _text(low)})
+    imls.text = " ".join(map(_text, levels))
+    for name, probability in zip(states.name, states.probability(levels / _factor(states))):
+        Tree.SubElement(function, "poes", {"ls": name}).text = " ".join(f"{p:.9g}" for p in probability)
+
+
+def _range(states: LimitStates) -> tuple[float, float]:
+    """Return between which levels the curves are told."""
+    below = states.median * np.exp(states.dispersion * special.ndtri(NOTHING))
+    beyond = states.median * np.exp(states.dispersion * special.ndtri(ALL))
+    return _factor(states) * float(below.min()), _factor(states) * float(beyond.max())
+
+
+def _factor(states: LimitStates) -> float:
+    return 100.0 if states.units == "m" else 1.0
+
+
+def _description(states: LimitStates) -> str:
+    measure, unit = states.measure.replace("_", " "), "cm" if states.units == "m" else "no unit"
+    of = "; ".join(f"{name}: category {c} or worse" for name, c in zip(states.name, states.category))
+    largest = f"{_factor(states) * states.largest:.4g}{' cm' if states.units == 'm' else ''}"
+    return (
+        f"{states.title}. {INTENSITY} stands for the {measure} ({unit}). {of}. Walls were moved to {largest} "
+        "at most: beyond that the curves are extrapolated."
+    )
+
+
+def _text(value: float) -> str:
+    return f"{value:.12g}"

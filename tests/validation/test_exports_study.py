@@ -1,0 +1,36 @@
+"""The study that has exported curves read by the programs they are meant for."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.exports import pelicun_frame
+
+STUDY = Path(__file__).resolve().parents[2] / "studies" / "exports"
+
+
+def test_the_study_compares_the_curves_it_says() -> None:
+    spec = importlib.util.spec_from_file_location("exports_run", STUDY / "run.py")
+    assert spec is not None
+    assert spec.loader is not None
+    run = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(run)
+    for measure, (_, unit, _, medians, dispersion) in run.CASES.items():
+        row = pelicun_frame(run.known_curves(measure)).iloc[0]
+        assert row["Demand-Unit"] == unit
+        assert [row[f"LS{i}-Theta_0"] for i in range(1, 5)] == list(medians)
+        assert np.allclose([row[f"LS{i}-Theta_1"] for i in range(1, 5)], dispersion, rtol=0)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("program", ["pelicun", "openquake"])
+def test_the_programs_read_what_was_written(program: str) -> None:
+    run = subprocess.run([sys.executable, str(STUDY / "run.py"), "--only", program], capture_output=True, text=True)
+    if "pip" in run.stderr and run.returncode and "failed:" not in run.stderr:
+        pytest.skip(f"no environment for {program} can be made here: {run.stderr.strip().splitlines()[-1]}")
+    assert run.returncode == 0, run.stdout + run.stderr
