@@ -61,7 +61,5 @@ def made_up_study(
     assert set(values) <= set(VARIABLES)
     write_dataset(ds, place.results_file)
     for sample in failed:
-        place.record_failure(
-            sample, "not_converged", "no equilibrium was found in increment 1", {"joint.friction": 0.7}
-        )
+        place.record_failure(sample, "not_converged", "no equilibrium in increment 1", {"joint.friction": 0.7})
     return folder

@@ -9,7 +9,7 @@ NAMES = ("very_slight", "slight", "moderate", "severe")
 def curves_of(median: list[float], dispersion: list[float], measure: str = "deflection_ratio") -> xr.Dataset:
     """Curves as fit_fragility returns them, with given parameters; a NaN median is a category without a curve."""
     m, b, count = np.array(median), np.array(dispersion), len(median)
-    grid = np.linspace(0.0, 1.5 * np.nanmax(m), 31)
+    grid = np.linspace(0.0, 1.5 * np.nanmax(m, initial=0.0), 31)
     with np.errstate(divide="ignore"):
         probability = special.ndtr((np.log(grid) - np.log(m)[:, None]) / b[:, None])
     status = np.where(np.isfinite(m), "fitted", "never reached")
