@@ -20,6 +20,7 @@ from damagepred.version import __version__
 
 if TYPE_CHECKING:
     from damagepred.assembly import Assembly
+    from damagepred.damage.simple import simple_methods
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
     from damagepred.path import solve
     from damagepred.scene import Scene
@@ -37,6 +38,7 @@ _HOMES = {
     "StudyError": "errors",
     "fit_fragility": "uq.fragility",
     "open_study": "study",
+    "simple_methods": "damage.simple",
     "solve": "path",
     "subset_simulation": "uq.subset",
 }
@@ -52,6 +54,7 @@ __all__ = [
     "__version__",
     "fit_fragility",
     "open_study",
+    "simple_methods",
     "solve",
     "subset_simulation",
 ]

@@ -1,19 +1,47 @@
 """From openings to cracks to categories of damage. Needs no solver, so archives can be judged again."""
 
 from damagepred.damage.cracks import Cracks, find_cracks, largest_group
+from damagepred.damage.deep_beam import BeamStrain, beam_strain, deflection_over_strain
 from damagepred.damage.joints import JointMap
 from damagepred.damage.judge import Verdict, category_of, damage_table, judge
+from damagepred.damage.limits import (
+    MovementLimit,
+    StrainTable,
+    construction_limits,
+    load_movement_limits,
+    load_strain_table,
+)
+from damagepred.damage.simple import (
+    SimpleVerdict,
+    angular_distortion,
+    simple_categories,
+    simple_category,
+    simple_methods,
+)
 from damagepred.damage.table import DamageTable, load_table
 
 __all__ = [
+    "BeamStrain",
     "Cracks",
     "DamageTable",
     "JointMap",
+    "MovementLimit",
+    "SimpleVerdict",
+    "StrainTable",
     "Verdict",
+    "angular_distortion",
+    "beam_strain",
     "category_of",
+    "construction_limits",
     "damage_table",
+    "deflection_over_strain",
     "find_cracks",
     "judge",
     "largest_group",
+    "load_movement_limits",
+    "load_strain_table",
     "load_table",
+    "simple_categories",
+    "simple_category",
+    "simple_methods",
 ]

@@ -1,0 +1,124 @@
+"""Limits of the simple methods: tensile strains, and movements of the ground. They are data, each with its source."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from damagepred.data_files import data_file
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StrainTable:
+    """Categories of damage by tensile strain.
+
+    Attributes
+    ----------
+    name, source, confidence : str
+        Where the limits come from, and how surely.
+    limits : tuple of float
+        Largest strain of category 0, 1, ... (1); a strain that meets a limit belongs to the lower category.
+    """
+
+    name: str
+    source: str
+    confidence: str
+    limits: tuple[float, ...]
+
+    def by_strain(self, strain: ArrayLike) -> NDArray[np.int8]:
+        """Return the category of a tensile strain (1), element by element; -1 where it is NaN."""
+        given = np.asarray(strain, dtype=np.float64)
+        # a hair of tolerance: 0.05 % computed as 0.0500000000001 % is 0.05 %
+        found = np.searchsorted(np.array(self.limits) * (1 + 1e-12), given, side="left")
+        return np.where(np.isnan(given), -1, found).astype(np.int8)
+
+
+@dataclass(frozen=True)
+class MovementLimit:
+    """A movement that walls are said to bear.
+
+    Attributes
+    ----------
+    author, about : str
+        Whose it is, and what lies beyond it.
+    measure : {"angular_distortion", "deflection_ratio"}
+        Of the ground under the wall.
+    one_in : tuple of float
+        The limit's reciprocal (1), at each length over height.
+    length_over_height : tuple of float
+        Where it depends on it; otherwise empty.
+    kind : str or None
+        The movement, dishing or doming, for which it holds; None: both.
+    deflection : float or None
+        Central deflection that must not be exceeded, either (m).
+    confidence : str
+        How surely it is known.
+    """
+
+    author: str
+    about: str
+    measure: str
+    one_in: tuple[float, ...]
+    length_over_height: tuple[float, ...] = ()
+    kind: str | None = None
+    deflection: float | None = None
+    confidence: str = "memory"
+
+    def value(self, length: float, height: float) -> float:
+        """Return the limit (1) for a wall of given size (m)."""
+        limit = 1 / self.one_in[0]
+        if self.length_over_height:
+            limit = float(np.interp(length / height, self.length_over_height, 1 / np.array(self.one_in)))
+        return limit if self.deflection is None else min(limit, self.deflection / length)
+
+
+@lru_cache(maxsize=1)
+def load_strain_table() -> StrainTable:
+    """Read the limiting tensile strains of Boscardin and Cording (1989)."""
+    content = _read("limiting_tensile_strain")
+    categories = sorted(content["category"], key=lambda c: c["number"])
+    limits = tuple(float(c["from"]) for c in categories[1:])
+    return StrainTable(content["name"], content["source"], content["confidence"], limits)
+
+
+@lru_cache(maxsize=1)
+def load_movement_limits() -> tuple[MovementLimit, ...]:
+    """Read all limits of movement: deflection ratios, angular distortions, and those of AS 2870 by construction."""
+    limits = [
+        MovementLimit(
+            author=row["author"], about=row["about"], measure=content["measure"], one_in=_several(row["one_in"]),
+            length_over_height=tuple(row.get("length_over_height", ())), kind=row.get("kind"),
+            confidence=row["confidence"],
+        )
+        for content in (_read("deflection_ratio"), _read("angular_distortion")) for row in content["limit"]
+    ]  # fmt: skip
+    return (*limits, *construction_limits().values())
+
+
+@lru_cache(maxsize=1)
+def construction_limits() -> dict[str, MovementLimit]:
+    """Read AS 2870 Table 4.1, the design deflection of a footing by construction, such as ``"full_masonry"``."""
+    content = _read("as2870_deflection_limits")
+    return {
+        name: MovementLimit(
+            author=content["name"], about=name.replace("_", " "), measure="deflection_ratio",
+            one_in=(float(row["span_over_deflection"]),), deflection=float(row["deflection"]),
+            confidence=content["confidence"],
+        )
+        for name, row in content.items() if isinstance(row, dict)
+    }  # fmt: skip
+
+
+def _read(name: str) -> dict:
+    return tomllib.loads(data_file("damage", f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def _several(value: float | Sequence[float]) -> tuple[float, ...]:
+    return tuple(value) if isinstance(value, Sequence) else (float(value),)

@@ -1,0 +1,201 @@
+"""The simple methods, to compare the model of bricks and joints with: damage from the ground's movement alone."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from damagepred.damage.deep_beam import beam_strain
+from damagepred.damage.limits import load_movement_limits, load_strain_table
+from damagepred.errors import InputError
+from damagepred.scene import Scene
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FloatArray = NDArray[np.float64]
+
+
+class SimpleVerdict(NamedTuple):
+    """What the limiting tensile strain says of a wall; arrays of the shape of the deflection ratio.
+
+    Attributes
+    ----------
+    bending_strain, diagonal_strain : array
+        Of the deep beam (1), tension positive.
+    category : array of int8
+        By the larger of the two; 4 stands for 4 and 5, -1 for an unknown movement (NaN).
+    """
+
+    bending_strain: FloatArray
+    diagonal_strain: FloatArray
+    category: NDArray[np.int8]
+
+
+def simple_category(
+    scene: Scene,
+    deflection_ratio: ArrayLike | None = None,
+    *,
+    ground_strain: float = 0.0,
+    modulus_ratio: float | None = None,
+) -> SimpleVerdict:
+    """Judge a wall by the limiting tensile strain of a deep beam that follows the ground.
+
+    The methods of Burland and Wroth (1974) and, with a ground strain, Boscardin and Cording (1989); see
+    ``damagepred.damage.deep_beam``. Of the scene they read the wall's length and height, the movement, and of the
+    bricks Poisson's ratio; openings, joints and dpc they do not know.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    deflection_ratio : array_like, optional
+        Central deflection over length (1). By default that of the scene's movement, if it is prescribed.
+    ground_strain : float
+        Horizontal strain of the ground (1), tension positive.
+    modulus_ratio : float, optional
+        E/G (1); by default 2 (1 + nu) of the bricks.
+
+    Raises
+    ------
+    InputError
+        If the footing of the scene finds its own form and no deflection ratio is given.
+
+    Examples
+    --------
+    >>> wall = Scene.from_dict({"wall": {"length": 6.0, "height": 2.4}})
+    >>> simple_category(wall, [1 / 3000, 1 / 2000, 1 / 800, 1 / 300]).category.tolist()
+    [1, 2, 3, 4]
+    """
+    ratio = _own_ratio(scene) if deflection_ratio is None else deflection_ratio
+    nu = scene.block.poisson_ratio
+    strain = beam_strain(
+        ratio, scene.wall.length, scene.wall.height, scene.movement.kind,
+        2 * (1 + nu) if modulus_ratio is None else modulus_ratio, ground_strain=ground_strain, poisson_ratio=nu,
+    )  # fmt: skip
+    return SimpleVerdict(strain.bending, strain.diagonal, load_strain_table().by_strain(strain.largest))
+
+
+def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_ratio: float | None = None) -> xr.Dataset:
+    """Judge every increment of a solved wall, or of all walls of a study, by the limiting tensile strain.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of ``damagepred.solve`` or ``damagepred.open_study``; its ``deflection_ratio`` is read, and its scene.
+    ground_strain, modulus_ratio : float
+        See ``simple_category``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``bending_strain``, ``diagonal_strain`` and ``simple_category``, of the shape of ``deflection_ratio``.
+
+    Raises
+    ------
+    InputError
+        If the dataset has no scene, or its walls differ in length, height or Poisson's ratio.
+    """
+    if "scene" not in ds.attrs or "deflection_ratio" not in ds.variables:
+        raise InputError(
+            "the dataset has no scene or no 'deflection_ratio'; it needs the result of a scene or a study."
+        )
+    for place in ("wall.length", "wall.height", "block.poisson_ratio"):
+        if place in ds.variables:
+            raise InputError(f"'{place}' differs from wall to wall; judge each wall by simple_category.")
+    ratio = ds["deflection_ratio"]
+    scene = Scene.from_dict(tomllib.loads(str(ds.attrs["scene"])), source="the dataset's scene")
+    found = simple_category(scene, ratio.values, ground_strain=ground_strain, modulus_ratio=modulus_ratio)
+    table = load_strain_table()
+    about = "of a deep beam that follows the ground"
+    values = {
+        "bending_strain": (found.bending_strain, {"units": "1", "long_name": f"bending strain {about}"}),
+        "diagonal_strain": (found.diagonal_strain, {"units": "1", "long_name": f"diagonal strain {about}"}),
+        "simple_category": (found.category, {"long_name": f"damage category {about}, by {table.name}"}),
+    }
+    return xr.Dataset(
+        {name: (ratio.dims, *value) for name, value in values.items()},
+        coords={name: ds[name] for name in ("deflection_ratio", "central_deflection") if name in ds.variables},
+    )
+
+
+def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> float:
+    """Return the largest slope of the ground relative to the line through the ends of the wall (1).
+
+    Parameters
+    ----------
+    scene : Scene
+        With a prescribed movement: its form counts. Where the footing finds its own, the curvature is taken as uniform:
+        4 times the deflection ratio.
+    deflection_ratio : float, optional
+        By default that of the movement.
+    """
+    ratio = _own_ratio(scene) if deflection_ratio is None else float(deflection_ratio)
+    movement, length = scene.movement, scene.wall.length
+    if not movement.prescribed or movement.central_deflection == 0:
+        return 4 * ratio
+    x = np.linspace(0.0, length, 4001)
+    slope = float(np.abs(np.gradient(movement.profile(x, length), x, edge_order=2)).max())
+    return slope * ratio / (movement.central_deflection / length)
+
+
+def simple_methods(
+    scene: Scene,
+    deflection_ratio: float | None = None,
+    *,
+    ground_strain: float = 0.0,
+    modulus_ratio: float | None = None,
+) -> pd.DataFrame:
+    """Return what the simple methods say of a wall: a row for each limit, and whether the movement exceeds it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall and its movement.
+    deflection_ratio : float, optional
+        Central deflection over length (1); by default that of the scene's movement, if it is prescribed.
+    ground_strain, modulus_ratio : float
+        See ``simple_category``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``method``, ``about`` (what lies beyond the limit), ``measure``, ``value``, ``limit`` (both 1),
+        ``exceeded`` and ``confidence`` in the limit.
+
+    Raises
+    ------
+    InputError
+        If the footing of the scene finds its own form and no deflection ratio is given.
+    """
+    import pandas as pd
+
+    ratio = _own_ratio(scene) if deflection_ratio is None else float(deflection_ratio)
+    verdict = simple_category(scene, ratio, ground_strain=ground_strain, modulus_ratio=modulus_ratio)
+    table = load_strain_table()
+    strain = float(max(verdict.bending_strain, verdict.diagonal_strain))
+    rows = [
+        (f"limiting tensile strain ({table.source})", f"category {number}", "tensile_strain", strain, limit,
+         bool(verdict.category >= number), table.confidence)
+        for number, limit in enumerate(table.limits, start=1)
+    ]  # fmt: skip
+    values = {"deflection_ratio": ratio, "angular_distortion": angular_distortion(scene, ratio)}
+    for known in load_movement_limits():
+        if known.kind in (None, scene.movement.kind):
+            value, limit = values[known.measure], known.value(scene.wall.length, scene.wall.height)
+            exceeded = value > limit * (1 + 1e-12)
+            rows.append((known.author, known.about, known.measure, value, limit, exceeded, known.confidence))
+    return pd.DataFrame(rows, columns=["method", "about", "measure", "value", "limit", "exceeded", "confidence"])
+
+
+def _own_ratio(scene: Scene) -> float:
+    if not scene.movement.prescribed:
+        raise InputError(
+            f"movement.shape = '{scene.movement.shape}': the footing finds its own form, so its deflection is not "
+            "known beforehand; give deflection_ratio, for instance that of the solved wall."
+        )
+    return scene.movement.central_deflection / scene.wall.length
