@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import dataset, name_categories
 from damagepred.assembly import Assembly, Model, wall_model
-from damagepred.damage import JointMap, Verdict, damage_table, judge
+from damagepred.damage import (
+    GROUP_COUNTS,
+    Frames,
+    JointMap,
+    SightLines,
+    Verdict,
+    damage_table,
+    judge,
+)
 from damagepred.errors import SolverError
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
@@ -46,13 +54,40 @@ class Step(NamedTuple):
         Equilibrium.
     verdict : Verdict
         Cracks and category; the highest category once part of the wall came loose.
-    opening_width_change : array (openings,)
-        Change of width at the upper end of the jambs (m), NaN where an opening has only one jamb.
     """
 
     increment: Increment
     verdict: Verdict
-    opening_width_change: FloatArray
+
+
+class Gauges(NamedTuple):
+    """What a wall is measured with: where its joints, its courses and the corners of its openings lie."""
+
+    joints: JointMap
+    lines: SightLines
+    frames: Frames
+
+
+_KNOWN: list[tuple[Model, Gauges]] = []
+"""Gauges of the last models: samples of one geometry share them."""
+
+
+def gauges(model: Model) -> Gauges:
+    """Return what a model is measured with; that of another model of the very same geometry, if there was one."""
+    parts = (model.interfaces, model.blocks, model.jambs)
+    for other, known in _KNOWN:
+        same = all(a is b for a, b in zip(parts, (other.interfaces, other.blocks, other.jambs)))
+        if same and other.thickness == model.thickness:
+            return known
+    blocks, jambs, joints = model.blocks, model.jambs, joint_map(model)
+    centroid = np.column_stack((blocks.x, blocks.y))
+    made = Gauges(
+        joints,
+        SightLines.of_blocks(blocks.x, blocks.y, blocks.course, joints.dpc_level),
+        Frames(jambs.block, jambs.arm, centroid[jambs.block] + jambs.arm),
+    )
+    _KNOWN[:] = [(model, made), *_KNOWN[:3]]
+    return made
 
 
 def joint_map(model: Model) -> JointMap:
@@ -91,25 +126,14 @@ def follow(
     SolverError
         If an increment cannot be solved.
     """
-    joints = joint_map(model)
+    joints = gauges(model).joints
     highest = damage_table(damage).highest
     for increment in solve_path(model, solver, increments) if run is None else run:
         cracked = increment.state == ContactState.CRACKED
         verdict = judge(joints, increment.opening, increment.slip, cracked, damage)
         if increment.collapsed:
             verdict = verdict._replace(damage_category=highest)
-        yield Step(increment, verdict, _width_change(model, increment))
-
-
-def _width_change(model: Model, increment: Increment) -> FloatArray:
-    jambs = model.jambs
-
-    def moved(block: NDArray[np.int64], arm_y: FloatArray) -> FloatArray:
-        x, _, rotation = increment.displacement[block].T
-        return np.asarray(x - rotation * arm_y)
-
-    change = moved(jambs.right_block, jambs.right_arm_y) - moved(jambs.left_block, jambs.left_arm_y)
-    return np.where((jambs.left_block >= 0) & (jambs.right_block >= 0), change, np.nan)
+        yield Step(increment, verdict)
 
 
 def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
@@ -253,7 +277,9 @@ def _support_force(increment: Increment) -> FloatArray:
 
 
 def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
-    """Return what is known of each increment as a whole: arrays (increments,), openings (increments, openings).
+    """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
+
+    Of all there is ``group_count`` alone, the coordinate of ``crack_group_width``, does not begin with increments.
 
     Parameters
     ----------
@@ -262,6 +288,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     steps : list of Step
         Its path.
     """
+    _, lines, frames = gauges(model)
+    moved = np.array([s.increment.displacement for s in steps])
     progress = np.array([s.increment.progress for s in steps])
     deflection = progress * model.central_deflection
     if model.deflection is not None:
@@ -276,8 +304,10 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         "factorisations": np.array([s.increment.factorisations for s in steps], dtype=np.int64),
         "base_reaction": np.array([s.increment.base_reaction for s in steps]),
         **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
-        "opening_width_change": np.array([s.opening_width_change for s in steps]).reshape(len(steps), -1),
-    }
+        **frames.distortion(moved)._asdict(),
+        **lines.deviation(moved)._asdict(),
+        "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
+    }  # fmt: skip
     if model.surface_movement is not None:
         values["surface_movement"] = progress * model.surface_movement
     if model.jacks is not None:
@@ -291,6 +321,14 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     values["damage_category"] = values["damage_category"].astype(np.int8)
     return values
+
+
+def rules_kept(damage: Damage) -> dict[str, dict[str, float]]:
+    """Return what of the rules is an attribute of a variable that was found by them."""
+    return {
+        "dpc_separation_length": {"opening_threshold": damage.dpc_threshold},
+        "crack_group_width": {"group_distance": damage.group_distance},
+    }
 
 
 def without_zone_fields(step: Step) -> Step:
@@ -379,9 +417,9 @@ def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
 def _collect(
     model: Model, steps: list[Step], damage: Damage, attributes: Mapping[str, object], store_zones: bool
 ) -> xr.Dataset:
-    blocks, face, joints = model.blocks, model.interfaces, joint_map(model)
+    blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
     per_joint = face.contact_area.shape[1]
-    openings = len(model.jambs.left_block)
+    openings = len(model.jambs.block)
     table = damage_table(damage)
 
     def stacked(name: str) -> NDArray:
@@ -422,6 +460,7 @@ def _collect(
          "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
          **_zoning(model)},
     )  # fmt: skip
-    ds["dpc_separation_length"].attrs["opening_threshold"] = damage.dpc_threshold
+    for name, more in rules_kept(damage).items():
+        ds[name].attrs.update(more)
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")
     return ds

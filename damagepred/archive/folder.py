@@ -363,6 +363,7 @@ class _Pieces:
         self.values: dict[str, np.ndarray] = {}
         self.dims: dict[str, tuple[str, ...]] = {}
         self.attributes: dict[str, dict[str, Any]] = {}
+        self.coordinates: dict[str, np.ndarray] = {}
 
     def put(self, part: Columns, take: np.ndarray | None = None) -> None:
         rows = part["sample"].values
@@ -370,6 +371,8 @@ class _Pieces:
         if take is not None:
             keep &= take
         for name, column in part.items():
+            if column.dims == (name,) and name not in ("sample", "increment"):
+                self.coordinates[name] = column.values
             if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
                 continue
             if name not in self.values:
@@ -391,7 +394,9 @@ class _Pieces:
     def dataset(self) -> xr.Dataset:
         status = self._status()
         status[status == FLAG_FILL] = MISSING
-        ds = dataset({"sample": np.arange(self.samples), **self.values}, {}, {"status": ("sample",), **self.dims})
+        known = {"sample": np.arange(self.samples), **self.values}
+        known |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}
+        ds = dataset(known, {}, {"status": ("sample",), **self.dims})
         for name, attributes in self.attributes.items():
             ds[name].attrs.update(attributes)
         return ds

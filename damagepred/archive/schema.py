@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
@@ -108,9 +108,17 @@ VARIABLES: dict[str, Variable] = {
     "damage_category": Variable(_STEP, None, "damage category of the wall proper, above any dpc", CATEGORIES),
     "crack_width_max": Variable(_STEP, "m", "widest crack of the wall proper, above any dpc"),
     "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of category 1 or more"),
+    "group_count": Variable(("group_count",), "1", "number of cracks that make a group"),
+    "crack_group_width": Variable(
+        (*_STEP, "group_count"), "m", "largest width of which so many cracks of the wall proper lie in one group, or 0"
+    ),
     "base_crack_width_max": Variable(_STEP, "m", "widest crack in the courses below the dpc"),
     "dpc_opening_max": Variable(_STEP, "m", "widest opening of the damp-proof course"),
     "dpc_separation_length": Variable(_STEP, "m", "length over which the dpc is open by more than opening_threshold"),
+    "dpc_slip_max": Variable(_STEP, "m", "largest slip of the damp-proof course, either way"),
+    "tilt_max": Variable(_STEP, "1", "largest deviation of the wall proper from plumb, over about a metre"),
+    "slope_max": Variable(_STEP, "1", "largest deviation of courses of the wall proper from level, over about a metre"),
+    "base_slope_max": Variable(_STEP, "1", "largest deviation of the lowest course from level, over about a metre"),
     # the end of the movement alone, of a study that keeps it besides the path
     **{
         f"end_{name}": Variable(("sample",), unit, f"{what}, at the end of the sample's movement", flags)
@@ -118,11 +126,18 @@ VARIABLES: dict[str, Variable] = {
             ("damage_category", None, "damage category of the wall proper, above any dpc", CATEGORIES),
             ("crack_width_max", "m", "widest crack of the wall proper, above any dpc", ()),
             ("dpc_opening_max", "m", "widest opening of the damp-proof course", ()),
+            ("tilt_max", "1", "largest deviation of the wall proper from plumb", ()),
+            ("slope_max", "1", "largest deviation of courses of the wall proper from level", ()),
             ("central_deflection", "m", "deflection of the footing's centre relative to its ends", ()),
             ("deflection_ratio", "1", "central deflection over the length between the ends", ()),
             ("surface_movement", "m", "movement of the ground's surface under the footing", ()),
         )
     },
+    "end_crack_group_width": Variable(
+        ("sample", "group_count"),
+        "m",
+        "largest width of which so many cracks lie in one group, or 0, at the end of the sample's movement",
+    ),
     # openings
     "opening_left": Variable(_OPENING, "m", "left edge of the opening"),
     "opening_sill": Variable(_OPENING, "m", "height of the opening's sill"),
@@ -130,6 +145,12 @@ VARIABLES: dict[str, Variable] = {
     "opening_height": Variable(_OPENING, "m", "height of the opening"),
     "opening_width_change": Variable(
         (*_STEP, *_OPENING), "m", "change of the width at the upper end of the jambs, widening positive"
+    ),
+    "opening_distortion": Variable(
+        (*_STEP, *_OPENING), "1", "largest change of the right angle at a corner of the opening, in radians, either way"
+    ),
+    "opening_diagonal_change": Variable(
+        (*_STEP, *_OPENING), "m", "change of length of the diagonal that has shortened most, lengthening positive"
     ),
     # the footing
     "support_x": Variable(("support",), "m", "place of the support along the wall"),

@@ -2,6 +2,8 @@
 
 Version 1: one netCDF-4 file a sample in ``parts/``.
 Version 2: parts are in netCDF's classic format, and one may hold a run of samples. Variables are those of version 1.
+Version 3: what other damage tables ask for is kept besides: ``crack_group_width``, slopes, distortion of openings.
+Older archives simply lack it; ``damagepred.judge_again`` says what it then does without.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ def _unchanged(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
-MIGRATIONS: dict[int, Migration] = {1: _unchanged}
+MIGRATIONS: dict[int, Migration] = {1: _unchanged, 2: _unchanged}
 """What makes a dataset of one version one of the next."""
 
 

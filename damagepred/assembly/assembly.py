@@ -47,7 +47,7 @@ GRAVITY = 9.81
 BEARING = 1e-4
 """Width of a bearing (m): a knife edge, that hardly hinders a block from turning."""
 
-NO_JAMBS = Jambs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
+NO_JAMBS = Jambs.none()
 
 
 class Grounded(NamedTuple):

@@ -237,20 +237,25 @@ class Jacks(NamedTuple):
 
 
 class Jambs(NamedTuple):
-    """Points whose distance tells how an opening's width changes: the upper ends of its two jambs.
+    """The ends of the two jambs of each opening, which tell how it is distorted; o openings.
+
+    The ends stand counter-clockwise: lower left, lower right, upper right, upper left.
 
     Attributes
     ----------
-    left_block, right_block : array of int (o,)
-        Blocks that hold the points.
-    left_arm_y, right_arm_y : array (o,)
-        Height of each point above its block's centroid (m).
+    block : array of int (o, 4)
+        Blocks that hold the ends, -1 where the opening has no such jamb.
+    arm : array (o, 4, 2)
+        Place of each end relative to its block's centroid (m).
     """
 
-    left_block: IntArray
-    right_block: IntArray
-    left_arm_y: FloatArray
-    right_arm_y: FloatArray
+    block: IntArray
+    arm: FloatArray
+
+    @classmethod
+    def none(cls) -> Jambs:
+        """Return those of a wall without openings."""
+        return cls(np.empty((0, 4), dtype=np.int64), np.empty((0, 4, 2)))
 
 
 class BlockLaw(NamedTuple):

@@ -343,25 +343,23 @@ def _roof(scene: Scene, bricks: tuple[Brick, ...]) -> FloatArray:
 
 
 def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
-    """Find the blocks at the upper ends of each opening's jambs, where the test measured the change in width."""
-    left, right, arm_left, arm_right = [], [], [], []
+    """Find the blocks at the ends of each opening's jambs; at the upper ones the test measured the change in width."""
     box = np.array([b[:4] for b in bricks])
-    for hole in scene.opening:
-        level = np.isclose(box[:, 3], _nearest(box[:, 3], hole.top))
-        west = np.flatnonzero(level & np.isclose(box[:, 2], _nearest(box[:, 2], hole.x)))
-        east = np.flatnonzero(level & np.isclose(box[:, 0], _nearest(box[:, 0], hole.right)))
-        # an opening at the very end of the wall has one jamb: its width is measured from there to nowhere
-        a, b = (int(west[0]) if west.size else -1), (int(east[0]) if east.size else -1)
-        left.append(a)
-        right.append(b)
-        arm_left.append(hole.top - geometry.blocks.y[a] if a >= 0 else 0.0)
-        arm_right.append(hole.top - geometry.blocks.y[b] if b >= 0 else 0.0)
-    return Jambs(
-        np.array(left, dtype=np.int64),
-        np.array(right, dtype=np.int64),
-        np.array(arm_left),
-        np.array(arm_right),
-    )
+    left, bottom, right, top = box.reshape(-1, 4).T
+    block = np.full((len(scene.opening), 4), -1, dtype=np.int64)
+    arm = np.zeros((len(scene.opening), 4, 2))
+    for number, hole in enumerate(scene.opening):
+        lowest, highest = np.isclose(bottom, _nearest(bottom, hole.y)), np.isclose(top, _nearest(top, hole.top))
+        west, east = np.isclose(right, _nearest(right, hole.x)), np.isclose(left, _nearest(left, hole.right))
+        ends = ((lowest, west, hole.x, hole.y), (lowest, east, hole.right, hole.y),
+                (highest, east, hole.right, hole.top), (highest, west, hole.x, hole.top))  # fmt: skip
+        for end, (level, side, x, y) in enumerate(ends):
+            # an opening at the very end of the wall has one jamb: its width is measured from there to nowhere
+            found = np.flatnonzero(level & side)
+            if found.size:
+                block[number, end] = found[0]
+                arm[number, end] = x - geometry.blocks.x[found[0]], y - geometry.blocks.y[found[0]]
+    return Jambs(block, arm)
 
 
 def _nearest(values: FloatArray, target: float) -> float:

@@ -1,9 +1,11 @@
 """From openings to cracks to categories of damage. Needs no solver, so archives can be judged again."""
 
-from damagepred.damage.cracks import Cracks, find_cracks, largest_group
+from damagepred.damage.cracks import Cracks, find_cracks, group_widths, largest_group
 from damagepred.damage.deep_beam import BeamStrain, beam_strain, deflection_over_strain
+from damagepred.damage.deviation import Deviation, SightLines, deviation_limits
+from damagepred.damage.distortion import Distortion, Frames, sticking_limits
 from damagepred.damage.joints import JointMap
-from damagepred.damage.judge import Verdict, category_of, damage_table, judge
+from damagepred.damage.judge import GROUP_COUNTS, Verdict, category_of, damage_table, judge
 from damagepred.damage.limits import (
     MovementLimit,
     StrainTable,
@@ -21,11 +23,16 @@ from damagepred.damage.simple import (
 from damagepred.damage.table import DamageTable, load_table
 
 __all__ = [
+    "GROUP_COUNTS",
     "BeamStrain",
     "Cracks",
     "DamageTable",
+    "Deviation",
+    "Distortion",
+    "Frames",
     "JointMap",
     "MovementLimit",
+    "SightLines",
     "SimpleVerdict",
     "StrainTable",
     "Verdict",
@@ -35,7 +42,9 @@ __all__ = [
     "construction_limits",
     "damage_table",
     "deflection_over_strain",
+    "deviation_limits",
     "find_cracks",
+    "group_widths",
     "judge",
     "largest_group",
     "load_movement_limits",
@@ -44,4 +53,5 @@ __all__ = [
     "simple_categories",
     "simple_category",
     "simple_methods",
+    "sticking_limits",
 ]

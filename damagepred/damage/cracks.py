@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,9 @@ class Cracks(NamedTuple):
     joints: NDArray[np.int64]
 
 
+NO_CRACKS = Cracks(np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64))
+
+
 def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray) -> Cracks:
     """Join the cracked joints of the wall proper into cracks.
 
@@ -53,16 +57,17 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     cracked : array of bool (m, q)
         Whether the bond is broken.
     """
-    width = np.where(cracked, np.maximum(opening, 0.0), 0.0)
-    part = joints.is_wall & ((width.max(axis=1) > HAIRLINE) | (np.abs(slip).max(axis=1) > HAIRLINE))
+    beyond = (cracked & (opening > HAIRLINE)) | (slip > HAIRLINE) | (slip < -HAIRLINE)
+    part = np.zeros(len(joints.kind), dtype=np.bool_)
+    part[np.flatnonzero(beyond) // opening.shape[1]] = True
+    part &= joints.is_wall
     number = np.flatnonzero(part)
     if not number.size:
-        none = np.empty(0)
-        return Cracks(none, none, none, np.empty(0, np.int64))
-    touching = joints.corners[number]
-    count, label = connected_components(sparse.csr_array(touching.astype(np.int32) @ touching.T), directed=False)
-    widest = width[number].argmax(axis=1)
-    per_joint = width[number, widest]
+        return NO_CRACKS
+    count, label = _connected(joints, part, number)
+    width = np.where(cracked[number], np.maximum(opening[number], 0.0), 0.0)
+    widest = width.argmax(axis=1)
+    per_joint = width[np.arange(len(number)), widest]
     order = np.lexsort((-per_joint, label))
     first = order[np.searchsorted(label[order], np.arange(count))]
     rank = first[np.argsort(-per_joint[first], kind="stable")]
@@ -73,6 +78,18 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
         joints.contact_y[number[rank], widest[rank]],
         np.bincount(label, minlength=count)[label[rank]],
     )
+
+
+def _connected(joints: JointMap, part: BoolArray, number: NDArray[np.int64]) -> tuple[int, NDArray[np.int32]]:
+    """Return how many pieces interfaces ``number`` make, those where ``part`` is True, and the piece of each."""
+    first, second = joints.wall_neighbours
+    both = np.flatnonzero(part[first] & part[second])
+    if not both.size:
+        return len(number), np.arange(len(number), dtype=np.int32)
+    a, b = np.searchsorted(number, first[both]), np.searchsorted(number, second[both])
+    graph = sparse.csr_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(number),) * 2)
+    count, label = connected_components(graph, directed=False)
+    return int(count), label
 
 
 def largest_group(cracks: Cracks, width: float, distance: float) -> int:
@@ -86,7 +103,38 @@ def largest_group(cracks: Cracks, width: float, distance: float) -> int:
         What counts (m).
     """
     wide = cracks.width >= width * (1 - 1e-12)
-    if not wide.any():
-        return 0
-    place = np.column_stack((cracks.x[wide], cracks.y[wide]))
-    return int((cdist(place, place) <= distance * (1 + 1e-12)).sum(axis=1).max())
+    return int(_near(cracks.x[wide], cracks.y[wide], distance).sum(axis=1).max()) if wide.any() else 0
+
+
+def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:
+    """Return for each count the largest width of which so many cracks, or wider ones, make a group (m), 0 if none do.
+
+    With it the rule of any damage table is a comparison: so many cracks of at least a width lie within the distance of
+    one of them if, and only if, that width is not larger.
+
+    Parameters
+    ----------
+    cracks : Cracks
+        The cracks.
+    distance : float
+        Within which of one of them they lie (m).
+    counts : sequence of int
+        Numbers of cracks, from 2.
+    """
+    total = len(cracks.width)
+    if total < min(counts):
+        return (0.0,) * len(counts)
+    order = np.argsort(-cracks.width, kind="stable")
+    width = cracks.width[order]
+    so_far = np.cumsum(_near(cracks.x[order], cracks.y[order], distance), axis=1)  # around each, from the widest on
+    found = []
+    for count in counts:
+        enough = so_far >= count
+        last = enough.argmax(axis=1)
+        found.append(float(np.where(enough[:, -1], np.minimum(width, width[last]), 0.0).max()))
+    return tuple(found)
+
+
+def _near(x: FloatArray, y: FloatArray, distance: float) -> BoolArray:
+    place = np.column_stack((x, y))
+    return np.asarray(cdist(place, place) <= distance * (1 + 1e-12))

@@ -72,21 +72,32 @@ class JointMap:
     def is_wall(self) -> BoolArray:
         """Which interfaces are mortar joints of the wall proper, (m,): above the dpc, or all where there is none."""
         mortar = (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
-        return mortar & (self.middle_y > self._dpc_level)
+        return mortar & (self.middle_y > self.dpc_level)
 
     @cached_property
     def is_base(self) -> BoolArray:
         """Which interfaces are mortar joints below the dpc, (m,)."""
         mortar = (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
-        return mortar & (self.middle_y <= self._dpc_level)
+        return mortar & (self.middle_y <= self.dpc_level)
+
+    @cached_property
+    def dpc(self) -> IntArray:
+        """Numbers of the interfaces of the dpc."""
+        return np.flatnonzero(self.is_dpc)
+
+    @cached_property
+    def dpc_length(self) -> FloatArray:
+        """Length that each contact of the dpc stands for (m), (dpc, q)."""
+        return self.contact_length[self.dpc]
 
     @cached_property
     def middle_y(self) -> FloatArray:
         """Height of each interface's middle (m), (m,)."""
         return (self.start[:, 1] + self.end[:, 1]) / 2
 
-    @property
-    def _dpc_level(self) -> float:
+    @cached_property
+    def dpc_level(self) -> float:
+        """Height of the dpc (m), minus infinity where there is none."""
         return float(self.middle_y[self.is_dpc].max()) if self.is_dpc.any() else -np.inf
 
     @cached_property
@@ -103,3 +114,11 @@ class JointMap:
         number = number.ravel()
         rows = np.tile(np.arange(len(self.kind)), 2)
         return sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))
+
+    @cached_property
+    def wall_neighbours(self) -> tuple[IntArray, IntArray]:
+        """Pairs of interfaces of the wall proper that share a corner: the first and the second of each."""
+        own = np.flatnonzero(self.is_wall)
+        touching = self.corners[own]
+        pairs = sparse.triu(touching.astype(np.int32) @ touching.T, k=1).tocoo()
+        return own[pairs.row], own[pairs.col]

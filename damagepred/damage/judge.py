@@ -7,13 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.damage.cracks import Cracks, find_cracks, largest_group
+from damagepred.damage.cracks import Cracks, find_cracks, group_widths
 from damagepred.damage.joints import JointMap
 from damagepred.damage.table import DamageTable, load_table
 from damagepred.scene import Damage
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+
+GROUP_COUNTS = (2, 3, 4, 5)
+"""Numbers of cracks of which archives keep how wide a group they make, so that they can be judged by other rules."""
 
 
 class Verdict(NamedTuple):
@@ -27,20 +30,27 @@ class Verdict(NamedTuple):
         Widest crack of the wall proper (m).
     crack_count : int
         Separate cracks of the wall proper at least as wide as category 1 starts.
+    crack_group_width : tuple of float
+        Largest width (m) of which at least 2, 3, 4, 5 cracks of the wall proper lie in one group, 0 if there are not so
+        many; see ``damagepred.damage.cracks.group_widths`` and ``GROUP_COUNTS``.
     base_crack_width_max : float
         Widest crack in the courses below the dpc (m).
     dpc_opening_max : float
         Widest opening of the dpc (m), 0 without a dpc.
     dpc_separation_length : float
         Length over which the dpc is open by more than the threshold (m).
+    dpc_slip_max : float
+        Largest slip of the dpc, either way (m), 0 without a dpc.
     """
 
     damage_category: int
     crack_width_max: float
     crack_count: int
+    crack_group_width: tuple[float, ...]
     base_crack_width_max: float
     dpc_opening_max: float
     dpc_separation_length: float
+    dpc_slip_max: float
 
 
 def damage_table(settings: Damage) -> DamageTable:
@@ -61,12 +71,10 @@ def category_of(cracks: Cracks, table: DamageTable, settings: Damage) -> int:
     settings : Damage
         Whether and how groups count.
     """
-    category = int(table.by_width(cracks.width.max(initial=0.0)))
-    if settings.count_rule and category < table.group_category:
-        group = largest_group(cracks, table.group_width, settings.group_distance)
-        if group >= settings.group_count:
-            return table.group_category
-    return category
+    widest, group = cracks.width.max(initial=0.0), 0.0
+    if settings.count_rule:
+        group = group_widths(cracks, settings.group_distance, (settings.group_count,))[0]
+    return int(table.by_width_and_group(widest, group))
 
 
 def judge(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray, settings: Damage) -> Verdict:
@@ -85,13 +93,19 @@ def judge(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: Bool
     """
     table = damage_table(settings)
     cracks = find_cracks(joints, opening, slip, cracked)
-    gap = np.where(cracked, np.maximum(opening, 0.0), 0.0)
-    dpc_gap = np.maximum(opening[joints.is_dpc], 0.0)
+    groups = group_widths(cracks, settings.group_distance, (*GROUP_COUNTS, settings.group_count))
+    widest = cracks.width[0] if len(cracks.width) else 0.0
+    broken = np.flatnonzero(cracked)
+    gap, interface = np.ravel(opening)[broken], broken // opening.shape[1]
+    dpc_gap = opening[joints.dpc]
+    is_open = dpc_gap > settings.dpc_threshold
     return Verdict(
-        damage_category=category_of(cracks, table, settings),
-        crack_width_max=float(gap[joints.is_wall].max(initial=0.0)),
+        damage_category=int(table.by_width_and_group(widest, groups[-1] if settings.count_rule else 0.0)),
+        crack_width_max=float(gap[joints.is_wall[interface]].max(initial=0.0)),
         crack_count=int((cracks.width >= table.limits[0]).sum()),
-        base_crack_width_max=float(gap[joints.is_base].max(initial=0.0)),
+        crack_group_width=groups[:-1],
+        base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
         dpc_opening_max=float(dpc_gap.max(initial=0.0)),
-        dpc_separation_length=float(joints.contact_length[joints.is_dpc][dpc_gap > settings.dpc_threshold].sum()),
+        dpc_separation_length=float(joints.dpc_length[is_open].sum()),
+        dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
     )

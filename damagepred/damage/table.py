@@ -71,6 +71,20 @@ class DamageTable:
         # a hair of tolerance: 5 mm computed as 4.9999999999 mm is 5 mm
         return np.searchsorted(np.array(self.limits) * (1 - 1e-12), np.asarray(width), side="right").astype(np.int8)
 
+    def by_width_and_group(self, width: FloatArray | float, group_width: FloatArray | float) -> NDArray[np.int8]:
+        """Return the category by the widest crack and by a group of cracks, element by element.
+
+        Parameters
+        ----------
+        width : array or float
+            Of the widest crack (m).
+        group_width : array or float
+            Largest width of which as many cracks as make a group lie in one (m); 0 or NaN if that does not count.
+        """
+        category = self.by_width(width)
+        grouped = np.asarray(group_width) >= self.group_width * (1 - 1e-12)
+        return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
+
 
 @lru_cache(maxsize=8)
 def load_table(name: str) -> DamageTable:

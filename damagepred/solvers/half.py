@@ -40,7 +40,7 @@ OUT_OF_REACH = 1e6
 """Shear strength of a joint on the axis (Pa): more than so slack a spring carries, so that nothing slides there."""
 MIRRORED = np.array([-1.0, 1.0, -1.0])
 """Signs of x, y and rotation in a mirror."""
-NO_JAMBS = Jambs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
+NO_JAMBS = Jambs.none()
 
 
 class Mirror(NamedTuple):

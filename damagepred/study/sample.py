@@ -19,7 +19,7 @@ from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
-from damagepred.path import Step, follow, model_of, path_values, without_zone_fields
+from damagepred.path import Step, follow, model_of, path_values, rules_kept, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.warm_up import warm_up
@@ -256,6 +256,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     """
     increments = settings.scene.movement.increments
     values = path_values(model, steps)
+    group_count = values.pop("group_count")
     beyond = increments + 1 - len(steps)
     last = steps[-1].increment
     filled: dict[str, np.ndarray] = {}
@@ -278,6 +279,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     filled |= {
         "sample": np.array([sample]),
         "increment": np.arange(increments + 1),
+        "group_count": group_count,
         "status": np.array([status], dtype=np.int8),
         "run_time": np.array([seconds]),
         "apex_limited": np.array([model.apex_limited]),
@@ -286,7 +288,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     table = damage_table(settings.scene.damage)
     for name, more in (
         ("damage_category", category_attributes(table.category_names, f"{table.name}; {table.source}")),
-        ("dpc_separation_length", {"opening_threshold": settings.scene.damage.dpc_threshold}),
+        *rules_kept(settings.scene.damage).items(),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
     # a rig that lets go ends the movement

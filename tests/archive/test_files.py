@@ -22,10 +22,12 @@ STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
 SIZES = {
     "increment": STEPS, "block": BLOCKS, "contact": CONTACTS, "opening": OPENINGS, "vertex": VERTICES, "sample": 1,
     "section": 24, "support": 2, "jack": 3, "zone": 600, "gridpoint": 450, "zone_corner": 3,
+    "group_count": 4,
 }  # fmt: skip
 COUNTS = (
     "increment cycles crack_count block_course vertex_block contact_interface contact_joint sample apex_limited "
-    "zone_mesh zone_gridpoint zone_block gridpoint_block zones_in_shear zones_in_tension zones_yielded_before"
+    "zone_mesh zone_gridpoint zone_block gridpoint_block zones_in_shear zones_in_tension zones_yielded_before "
+    "group_count"
 )
 
 
@@ -46,7 +48,7 @@ def wall(seed: int = 0) -> xr.Dataset:
             values[name] = random.standard_normal(shape) * 10.0 ** random.integers(-powers, powers, shape)
             values[name] = values[name].astype(digits).astype(np.float64)
             values[name].ravel()[0] = np.nan if "central" not in name and "ratio" not in name else 0.0
-    values["increment"] = np.arange(STEPS)
+    values["increment"], values["group_count"] = np.arange(STEPS), np.arange(4) + 2
     return dataset(values, {"title": "Wände über Öffnungen", "scene": "a = 1\nb = 2\n", "complete": True, "span": 6.0})
 
 

@@ -91,8 +91,11 @@ DIMENSION_BY_NAME = [
     (r"curvature$", "m-1"),
     (r"moment$", "N m"),
     (r"_(x|y)$", None),  # places and displacements, but normals are pure
-    (r"(width|width_max|width_change|length|opening|slip|sill|left|height|deflection|movement|opening_max)$", "m"),
-    (r"(ratio|friction|count|cycles)$", "1"),
+    (
+        r"(width|width_max|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|movement|opening_max)$",
+        "m",
+    ),
+    (r"(ratio|friction|count|cycles|tilt_max|slope_max|distortion)$", "1"),
     (r"reaction$", "N"),
     (r"rotation$", "rad"),
     (r"time$", "s"),
@@ -121,7 +124,7 @@ def test_dimensions():
     assert VARIABLES["zone_gridpoint"].dims == ("zone", "zone_corner")
     allowed = {
         "increment", "block", "contact", "opening", "vertex", "sample", "zone", "gridpoint", "zone_corner", "section",
-        "support", "jack",
+        "support", "jack", "group_count",
     }  # fmt: skip
     assert {d for v in VARIABLES.values() for d in v.dims} <= allowed
 

@@ -385,26 +385,26 @@ def test_the_ground_moves_as_the_profile_tells(kind: str):
     assert (model.span, model.central_deflection) == (6.0, 0.01)
 
 
-def test_jambs_are_the_blocks_at_the_upper_corners(house: Scene):
+def test_jambs_end_at_the_corners_of_the_opening_in_blocks_beside_it(house: Scene):
     model = wall_model(house)
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     for number, hole in enumerate(house.opening):
-        for block, arm, x in (
-            (model.jambs.left_block[number], model.jambs.left_arm_y[number], hole.x),
-            (model.jambs.right_block[number], model.jambs.right_arm_y[number], hole.right),
-        ):
+        places = [(hole.x, hole.y), (hole.right, hole.y), (hole.right, hole.top), (hole.x, hole.top)]
+        for end, (block, place) in enumerate(zip(model.jambs.block[number], places)):
             corners = vertices[first[block] : first[block + 1]]
-            assert np.abs(corners - (x, hole.top)).max(axis=1).min() < 1e-9  # the corner is its own
-            assert model.blocks.y[block] + arm == pytest.approx(hole.top)
-        left, right = model.jambs.left_block[number], model.jambs.right_block[number]
-        assert model.blocks.x[left] < hole.x
-        assert model.blocks.x[right] > hole.right
+            assert np.abs(corners - place).max(axis=1).min() < 1e-9  # the corner is its own
+            centroid = np.array((model.blocks.x[block], model.blocks.y[block]))
+            np.testing.assert_allclose(centroid + model.jambs.arm[number, end], place)
+            assert hole.y < centroid[1] < hole.top  # beside the opening, not above or below it
+            assert (centroid[0] < hole.x) == (end in (0, 3))
+            assert (centroid[0] > hole.right) == (end in (1, 2))
 
 
 def test_an_opening_at_the_end_has_one_jamb():
     model = wall_model(Scene(opening=(Opening(x=0.0, y=0.9, width=0.96, height=1.5),)))
-    assert model.jambs.left_block[0] == -1
-    assert model.blocks.x[model.jambs.right_block[0]] > 0.96
+    assert model.jambs.block[0].tolist().count(-1) == 2
+    assert model.jambs.block[0, 3] == -1
+    assert model.blocks.x[model.jambs.block[0, 2]] > 0.96
 
 
 def test_geometry_is_shared_between_samples_and_not_between_walls():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from damagepred.damage import Cracks, category_of, damage_table, judge, largest_group, load_table
+from damagepred.damage import Cracks, category_of, damage_table, group_widths, judge, largest_group, load_table
 from damagepred.errors import InputError
 from damagepred.scene import Damage, Scene
 from tests.damage.pattern import COURSE, HALF, Pattern
@@ -123,6 +123,14 @@ def test_by_width_takes_arrays():
 )
 def test_groups(cracks: list, settings: dict, expected: int):
     assert category(some([(w * MM, x, y) for w, x, y in cracks]), **settings) == expected
+
+
+def test_group_widths_of_a_row():
+    row = some([(w * MM, 0.9 * i, 0.0) for i, w in enumerate((4, 2, 5, 3, 1))])
+    # around the 5: 2 and 3 beside it; around the 3: 5 and 1; no four within 1 m of one
+    np.testing.assert_allclose(group_widths(row, 1.0, (2, 3, 4)), (3 * MM, 2 * MM, 0.0))
+    np.testing.assert_allclose(group_widths(row, 2.0, (2, 3, 4, 5)), (4 * MM, 3 * MM, 2 * MM, 1 * MM))
+    assert group_widths(single(3 * MM), 1.0, (2, 3)) == (0.0, 0.0)
 
 
 def test_largest_group_counts_around_one_crack():

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.damage import find_cracks, judge
+from damagepred.damage import find_cracks, group_widths, judge, largest_group
 from damagepred.scene import Damage
 from tests.damage.pattern import Pattern
 
@@ -64,3 +64,16 @@ def test_the_order_of_joints_does_not_matter(wall: Pattern, random):
     expected = wall.judge()
     assert again._replace(dpc_separation_length=0) == expected._replace(dpc_separation_length=0)
     assert abs(again.dpc_separation_length - expected.dpc_separation_length) < 1e-9
+
+
+@SETTINGS
+@given(cracked_walls(), st.floats(0.05, 2.0))
+def test_group_widths_are_where_the_largest_group_loses_one(wall: Pattern, distance: float):
+    found = find_cracks(wall.map, wall.opening, wall.slip, wall.cracked)
+    for count, width in zip((2, 3, 5), group_widths(found, distance, (2, 3, 5))):
+        if width == 0.0:
+            assert all(largest_group(found, w, distance) < count for w in found.width)
+            continue
+        assert width in found.width
+        assert largest_group(found, width, distance) >= count
+        assert all(largest_group(found, w, distance) < count for w in found.width[found.width > width])

@@ -1,0 +1,192 @@
+"""Out of level and out of plumb: slopes that the eye sees, whether or not there are cracks."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.data_files import data_file
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class DeviationLimits(NamedTuple):
+    """Limits of slope, and the length on which it is measured; from ``data/damage/deviation.toml``.
+
+    Attributes
+    ----------
+    name, source, confidence : str
+        Where they come from, and how surely.
+    level_names : tuple of str
+        Of level 0, 1, ...
+    limits : tuple of float
+        Smallest deviation of level 1, 2, ...
+    gauge : float
+        Length on which a deviation is measured (m).
+    """
+
+    name: str
+    source: str
+    confidence: str
+    level_names: tuple[str, ...]
+    limits: tuple[float, ...]
+    gauge: float
+
+    def level(self, *deviation: FloatArray) -> NDArray[np.int8]:
+        """Return the level of the largest of some deviations, element by element; -1 where one is not known.
+
+        Parameters
+        ----------
+        *deviation : array
+            Slopes, all of one shape.
+        """
+        worst = np.max(np.broadcast_arrays(*deviation), axis=0)
+        found = np.searchsorted(np.array(self.limits) * (1 - 1e-12), worst, side="right").astype(np.int8)
+        return np.where(np.isnan(worst), np.int8(-1), found)
+
+
+@lru_cache(maxsize=1)
+def deviation_limits() -> DeviationLimits:
+    """Read the limits of slope."""
+    content = tomllib.loads(data_file("damage", "deviation.toml").read_text(encoding="utf-8"))
+    levels = sorted(content["level"], key=lambda one: one["number"])
+    return DeviationLimits(
+        content["name"], content["source"], content["confidence"],
+        tuple(one["name"] for one in levels), tuple(float(one["from"]) for one in levels[1:]),
+        float(content["gauge"]["length"]),
+    )  # fmt: skip
+
+
+class Deviation(NamedTuple):
+    """Largest slopes of a wall, as parts of one; NaN where the wall has no courses to measure on.
+
+    Attributes
+    ----------
+    tilt_max : array (...)
+        Out of plumb: of the wall proper, one brick relative to that about a gauge's length above it.
+    slope_max : array (...)
+        Out of level: of the courses of the wall proper, over about a gauge's length.
+    base_slope_max : array (...)
+        The same of the lowest course, which follows the footing.
+    """
+
+    tilt_max: FloatArray
+    slope_max: FloatArray
+    base_slope_max: FloatArray
+
+
+class SightLines(NamedTuple):
+    """Pairs of blocks along courses and up the wall, about a gauge's length apart: l along, p up.
+
+    Attributes
+    ----------
+    left, right : array of int (l,)
+        Blocks of one course.
+    length : array (l,)
+        Distance of their centroids (m).
+    in_wall, in_base : array of bool (l,)
+        Whether they belong to the wall proper, to the lowest course.
+    lower, upper : array of int (p,)
+        Blocks of the wall proper that stand one over the other.
+    height : array (p,)
+        Difference of their heights (m).
+    """
+
+    left: IntArray
+    right: IntArray
+    length: FloatArray
+    in_wall: BoolArray
+    in_base: BoolArray
+    lower: IntArray
+    upper: IntArray
+    height: FloatArray
+
+    @classmethod
+    def of_blocks(
+        cls, x: FloatArray, y: FloatArray, course: IntArray, dpc_level: float = -np.inf, gauge: float | None = None
+    ) -> SightLines:
+        """Choose the pairs.
+
+        Parameters
+        ----------
+        x, y : array (n,)
+            Centroids (m).
+        course : array of int (n,)
+            Course of each block, -1 where it has none: such blocks are left out, the footing's among them.
+        dpc_level : float
+            Height of the dpc (m); the wall proper is above.
+        gauge : float, optional
+            Length to measure on (m); by default that of the limits. Where a course, or the wall, is shorter, all of it.
+        """
+        gauge = deviation_limits().gauge if gauge is None else gauge
+        own = np.flatnonzero(course >= 0)
+        courses = [row[np.argsort(x[row])] for row in (own[course[own] == c] for c in np.unique(course[own]))]
+        along = [_along(x, row, gauge) for row in courses]
+        proper = [row for row in courses if y[row].mean() > dpc_level]
+        up = _upward(x, y, proper, gauge)
+        left, right = (np.concatenate([pair[i] for pair in along] or [np.empty(0, np.int64)]) for i in (0, 1))
+        return cls(
+            left, right, x[right] - x[left],
+            y[left] > dpc_level, course[left] == (course[own].min() if own.size else 0),
+            up[0], up[1], y[up[1]] - y[up[0]],
+        )  # fmt: skip
+
+    def deviation(self, displacement: FloatArray) -> Deviation:
+        """Measure one state, or several.
+
+        Parameters
+        ----------
+        displacement : array (..., n, 2) or (..., n, 3)
+            x, y of the blocks' centroids (m).
+        """
+        along, up = displacement[..., 0], displacement[..., 1]
+        slope = np.abs(up[..., self.right] - up[..., self.left]) / self.length
+        tilt = np.abs(along[..., self.upper] - along[..., self.lower]) / self.height
+        return Deviation(_largest(tilt), _largest(slope[..., self.in_wall]), _largest(slope[..., self.in_base]))
+
+
+def _largest(values: FloatArray) -> FloatArray:
+    return values.max(axis=-1) if values.shape[-1] else np.full(values.shape[:-1], np.nan)
+
+
+def _along(x: FloatArray, row: IntArray, gauge: float) -> tuple[IntArray, IntArray]:
+    """Return pairs of one course, left to right: each block with the farthest one within the gauge."""
+    place = x[row]
+    reach = np.searchsorted(place, place + gauge * (1 + 1e-9), side="right") - 1
+    first = np.arange(len(row))
+    long_enough = place[reach] - place >= 0.5 * min(gauge, float(place[-1] - place[0]))
+    chosen = (reach > first) & long_enough
+    return row[chosen], row[reach[chosen]]
+
+
+def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float) -> tuple[IntArray, IntArray]:
+    """Return pairs one over the other: each block with one of the two highest courses within the gauge.
+
+    In running bond one of the two has a brick right above: a pair that stands askew would take a crack between them, or
+    the stretching of the wall, for a tilt.
+    """
+    none = np.empty(0, dtype=np.int64)
+    if len(courses) < 2:
+        return none, none
+    level = np.array([y[row].mean() for row in courses])
+    askew = 0.2 * float(np.median(np.concatenate([np.diff(x[row]) for row in courses])))
+    least = 0.5 * min(gauge, float(level[-1] - level[0]))
+    lower, upper = [none], [none]
+    for number, row in enumerate(courses):
+        top = int(np.searchsorted(level, level[number] + gauge * (1 + 1e-9), side="right")) - 1
+        within = [c for c in (top, top - 1) if c > number and level[c] - level[number] >= least * (1 - 1e-9)]
+        if not within:
+            continue
+        above = np.concatenate([courses[c] for c in within])
+        gap = np.abs(x[above][None, :] - x[row][:, None])
+        nearest = gap.argmin(axis=1)  # of equals the first: the higher
+        over = gap[np.arange(len(row)), nearest] <= askew
+        lower.append(row[over])
+        upper.append(above[nearest[over]])
+    return np.concatenate(lower), np.concatenate(upper)
