@@ -483,8 +483,13 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
         Stress that breaks a bond without strength (Pa).
     load : array (m, q)
         Filled for active interfaces.
+
+    Returns
+    -------
+    float
+        The largest of these, at least 0.
     """
-    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    first_ground, heaviest = interfaces.block_a.size - ground.normal.shape[0], 0.0
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
@@ -513,6 +518,8 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
                     limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
                     strongest, compliance = properties.compressive_strength[i], 1.0 / properties.cap_shear[i]
                     load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, strongest, compliance) / limit)
+            heaviest = max(heaviest, load[i, k])
+    return heaviest
 
 
 @kernel
@@ -575,14 +582,14 @@ def contact_stresses(interfaces, properties, ground, memory, displacement, progr
 
 
 @kernel
-def energy(interfaces, properties, ground, memory, displacement, progress):
+def energy(listed, interfaces, properties, ground, memory, displacement, progress):
     """Return what the joints store (J), what softening has taken (J), and the work of the ground per progress (J).
 
-    Memory must be that of the equilibrium at the displacement.
+    Memory must be that of the equilibrium at the displacement; only listed interfaces count.
     """
     stored, softened, power = 0.0, 0.0, 0.0
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    for i in range(interfaces.block_a.size):
+    for i in listed:
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         strength, critical = properties.tensile_strength[i], properties.critical_opening[i]

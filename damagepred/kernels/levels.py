@@ -155,6 +155,11 @@ def multiply(inverses, at, size, force, from_place, displacement, to_place):
         Arrays (r, ...) and where in their rows the level begins.
     """
     inverse = inverses[at : at + size * size].reshape((size, size))
+    if force.shape[0] > 1:  # all rows at once
+        together = np.dot(np.ascontiguousarray(force[:, from_place : from_place + size]), inverse)
+        for j in range(force.shape[0]):
+            add_row(1.0, together[j], displacement[j][to_place : to_place + size])
+        return
     for j in range(force.shape[0]):
         add_row(
             1.0, np.dot(force[j][from_place : from_place + size], inverse), displacement[j][to_place : to_place + size]
@@ -302,18 +307,45 @@ def relative_displacements(listed, ties, order, displacement, relative):
 
 
 @kernel
-def take_away(amounts, slots, rows, vector):
-    """Subtract rows 3 s, 3 s + 1 and 3 s + 2 of ``rows``, times ``amounts``, from a vector, for all slots s."""
-    for s in range(slots.size):
-        for j in range(3):
-            amount, row = amounts[3 * s + j], rows[3 * slots[s] + j]
-            for i in range(vector.size):
-                vector[i] -= amount * row[i]
+def take_rows(listed, source, target):
+    """Copy some rows of an array (m, 9) to another."""
+    for i in listed:
+        for j in range(9):
+            target[i, j] = source[i, j]
 
 
 @kernel
-def with_changes(compliance, slots, change, matrix):
-    """Set ``matrix`` to 1 + compliance times the changes of stiffness.
+def changed_since(active, wanted, factorised, slot):
+    """Return the active interfaces whose stiffness is not as it was factorised, and how many of them have no slot yet.
+
+    Parameters
+    ----------
+    active : array of int
+        Interfaces to look at.
+    wanted, factorised : array (m, 9)
+        Stiffness of each interface.
+    slot : array of int (m,)
+        Where the answer of the wall to forces in an interface is kept, -1 if it is not.
+    """
+    changed, count, new = np.empty(active.size, np.int64), 0, 0
+    for i in active:
+        for j in range(9):
+            if wanted[i, j] != factorised[i, j]:
+                changed[count] = i
+                count += 1
+                if slot[i] < 0:
+                    new += 1
+                break
+    return changed[:count], new
+
+
+@kernel
+def forces_of_change(compliance, slots, change):
+    """Return which forces of changed interfaces the change makes, and the matrix that these follow from.
+
+    With a change D of the stiffness and the compliance C, displacements x without the change make forces
+    p = D (x - C p) with it, so (1 + D C) p = D x. Rows of D without entries make no force and are left out: a joint
+    that slides changes its shear force alone.
 
     Parameters
     ----------
@@ -323,15 +355,68 @@ def with_changes(compliance, slots, change, matrix):
         Those that change: rows and columns 3 slot to 3 slot + 2 of the compliance.
     change : array (s, 9)
         Change of the stiffness of each.
-    matrix : array (3 s, 3 s)
-        Filled.
+
+    Returns
+    -------
+    rows : array of int (p,)
+        3 s + j: opening (0), shear (1) or rotation (2) of changed interface s.
+    matrix : array (p, p)
+        Transposed.
     """
-    for r in range(matrix.shape[0]):
-        row = compliance[3 * slots[r // 3] + r % 3]
-        for s in range(slots.size):
-            for c in range(3):
-                total = 0.0
-                for j in range(3):
-                    total += row[3 * slots[s] + j] * change[s, 3 * j + c]
-                matrix[r, 3 * s + c] = total
+    rows, count = np.empty(3 * slots.size, np.int64), 0
+    for s in range(slots.size):
+        for j in range(3):
+            if change[s, 3 * j] != 0.0 or change[s, 3 * j + 1] != 0.0 or change[s, 3 * j + 2] != 0.0:
+                rows[count] = 3 * s + j
+                count += 1
+    rows = rows[:count]
+    columns, matrix = np.empty(count, np.int64), np.empty((count, count))
+    for c in range(count):
+        columns[c] = 3 * slots[rows[c] // 3] + rows[c] % 3
+    for r in range(count):
+        s, j = rows[r] // 3, rows[r] % 3
+        first = compliance[3 * slots[s]]
+        second, third = compliance[3 * slots[s] + 1], compliance[3 * slots[s] + 2]
+        a, b, d = change[s, 3 * j], change[s, 3 * j + 1], change[s, 3 * j + 2]
+        for c in range(count):
+            k = columns[c]
+            matrix[c, r] = a * first[k] + b * second[k] + d * third[k]
         matrix[r, r] += 1.0
+    return rows, matrix
+
+
+@kernel
+def made_by_change(rows, change, moved, force):
+    """Fill the forces (r, p) that a change of stiffness makes of relative displacements (3 s, r) of its interfaces."""
+    for c in range(rows.size):
+        s, j = rows[c] // 3, rows[c] % 3
+        for m in range(force.shape[0]):
+            total = 0.0
+            for k in range(3):
+                total += change[s, 3 * j + k] * moved[3 * s + k, m]
+            force[m, c] = total
+
+
+@kernel
+def agrees(rows, change, moved, force, share):
+    """Tell whether forces (r, p) are those that ``made_by_change`` finds anew, to a share of the largest of a row."""
+    again = np.empty_like(force)
+    made_by_change(rows, change, moved, again)
+    for m in range(force.shape[0]):
+        largest, apart = 0.0, 0.0
+        for c in range(rows.size):
+            difference = abs(again[m, c] - force[m, c])
+            if not difference < np.inf:
+                return False
+            largest, apart = max(largest, abs(force[m, c])), max(apart, difference)
+        if apart > share * largest:
+            return False
+    return True
+
+
+@kernel
+def take_away(amounts, rows, slots, reach, displacement):
+    """Subtract from displacements (r, ...) what forces (r, p) in rows of changed interfaces make: see ``_learn``."""
+    for m in range(displacement.shape[0]):
+        for c in range(rows.size):
+            add_row(-amounts[m, c], reach[3 * slots[rows[c] // 3] + rows[c] % 3], displacement[m])

@@ -481,8 +481,9 @@ def test_energy_of_an_intact_joint_is_that_of_its_springs() -> None:
     memory.cracked[:], memory.opened[:] = False, 0.0
     small = 1e-3 * displacement  # nothing slides
     sigma, tau = stresses_of(model, memory, small)
+    everything = np.arange(len(model.interfaces.kind))
     stored, softened, power = energy(
-        model.interfaces, model.properties, model.ground, memory, small, 0.0
+        everything, model.interfaces, model.properties, model.ground, memory, small, 0.0
     )  # fmt: skip
     assert stored == pytest.approx((model.interfaces.contact_area * (sigma**2 / K_N + tau**2 / K_S)).sum() / 2)
     assert (softened, power) == (0.0, 0.0)

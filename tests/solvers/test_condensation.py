@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_model
+from damagepred.kernels.equilibrium import energy
 from damagepred.scene import Scene, Solver
 from damagepred.solvers.quasi_static import quasi_static_path
+from damagepred.solvers.quasi_static.path import Path as PathOfEquilibria
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -33,3 +35,27 @@ def test_condensed_and_looked_at_joint_by_joint_are_the_same(name: str, dpc: boo
         # a wall that slides at both its ends has no one place along the footing: friction holds it anywhere near
         np.testing.assert_allclose(condensed.displacement, whole.displacement, atol=1e-4)
         np.testing.assert_array_equal(condensed.state == 1, whole.state == 1)
+        assert condensed.elastic_energy == pytest.approx(whole.elastic_energy, rel=1e-5)
+
+
+def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
+    scene = Scene.from_toml(DATA / "bryant_dishing.toml").with_values({"movement.central_deflection": 4e-3})
+    model = wall_model(scene)
+    live = np.zeros(len(model.supports.live_load))
+    live[1 : 3 * model.n_blocks : 3] = -0.2 * model.mean_block_weight * np.random.default_rng(3).random(model.n_blocks)
+    model = replace(model, supports=model.supports._replace(live_load=live))
+    path = PathOfEquilibria(model, Solver(method="quasi_static"))
+    path.advance(1.0, 0.0)
+    path.advance(1.0, 0.4)
+    assert path.equilibrium.condensed
+    listed, elsewhere = path.equilibrium.stored_beyond(path.state)
+    everything = np.arange(len(model.interfaces.kind))
+    assert 0 < len(listed) < 0.5 * len(everything)
+    by_joint = [
+        energy(
+            chosen, model.interfaces, model.properties, model.ground, path.state.memory, path.state.displacement, 0.4
+        )[0]
+        for chosen in (everything, listed)
+    ]  # fmt: skip
+    assert elsewhere > 0.2 * by_joint[0]  # else it would hardly matter
+    assert elsewhere == pytest.approx(by_joint[0] - by_joint[1], rel=1e-6)

@@ -21,15 +21,19 @@ from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.kernels.levels import (
     add_within,
+    agrees,
+    changed_since,
     couplings,
+    forces_of_change,
     hang,
     loose_springs,
+    made_by_change,
     pass_on,
     reach,
     relative_displacements,
     sweep,
     take_away,
-    with_changes,
+    take_rows,
 )
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.quasi_static.ties import ties_of
@@ -47,12 +51,12 @@ SLACK = 1e-12
 """Shear stiffness over normal stiffness up to which a joint guides but does not hold."""
 MOST_MEMORY = 6.0
 """For two dense matrices of each level (GB)."""
-CHANGED = 60
+CHANGED = 50
 """Joints that may have changed since the last factorisation, before it is done again."""
 AT_ONCE = 24
 """Joints that may change at once: beyond, it is sooner to factorise anew."""
 FAITHFUL = 1e-6
-"""Share to which the correction must agree with the joints' displacements it was made from."""
+"""Share to which forces of a correction must agree with the displacements that it ends in."""
 
 
 class LevelEquations:
@@ -214,6 +218,7 @@ class LevelEquations:
             self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.up, in_play,
             weight, self._hang,
         )  # fmt: skip
+        self._load_beyond = loads[:, self.dofs[self.start[in_play] :]]
         edge = slice(self.start[in_play - 1], self.start[in_play])
         self.edge_dofs = self.dofs[edge]
         self._edge_load = weight[:, edge] - loads[:, self.edge_dofs]
@@ -229,6 +234,11 @@ class LevelEquations:
     def edge_force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
         """Return the force of the condensed levels on the last level in play, under shares of dead and live load."""
         return self.edge_load(load, live) - self._edge_stiffness @ displacement[self.edge_dofs]
+
+    def load_beyond(self, displacement: FloatArray, load: float, live: float) -> float:
+        """Return force times displacement (J) of the loads on the condensed levels."""
+        moved = displacement[self.dofs[self.start[self.in_play] :]]
+        return load * float(self._load_beyond[0] @ moved) + live * float(self._load_beyond[1] @ moved)
 
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
         """Fill in the displacements of the condensed levels, from the last level in play outwards."""
@@ -252,7 +262,7 @@ class LevelEquations:
         stiffness : array (m, 9)
             See ``joint_forces``; only interfaces in play count.
         """
-        self.wanted[self.active] = stiffness[self.active]
+        take_rows(self.active, stiffness, self.wanted)
 
     def solve(self, force: FloatArray) -> FloatArray:
         """Return the displacements of all degrees of freedom under forces.
@@ -267,10 +277,9 @@ class LevelEquations:
         array
             Of the same shape; 0 where held or condensed.
         """
-        active = self.active
-        changed = active[(self.wanted[active] != self.stiffness[active]).any(axis=1)]
+        changed, new = changed_since(self.active, self.wanted, self.stiffness, self._slot)
         self._take_solids()
-        if self._stale >= 0 or not self._correctable(changed):
+        if self._stale >= 0 or new > AT_ONCE or self._known + new > CHANGED:
             self._factorise(changed)
             changed = changed[:0]
         right = np.take(np.atleast_2d(force), self.dofs_in_play, axis=1)
@@ -295,10 +304,6 @@ class LevelEquations:
             if tangent is not self.solid_stiffness[d]:
                 self.solid_stiffness[d] = tangent
                 self._stale = max(self._stale, int(self.solid_level[d]))
-
-    def _correctable(self, changed: IntArray) -> bool:
-        new = int((self._slot[changed] < 0).sum())
-        return new <= AT_ONCE and self._known + new <= CHANGED
 
     def _factorise(self, changed: IntArray) -> None:
         farthest = max(int(self.interface_level[changed].max(initial=-1)), self._stale)
@@ -379,21 +384,20 @@ class LevelEquations:
             self._learn(new)
         slots = self._slot[changed]
         change = self.wanted[changed] - self.stiffness[changed]
-        size = 3 * len(changed)
-        matrix, moved = np.empty((size, size)), np.empty((size, len(force)))
-        with_changes(self._compliance, slots, change, matrix)
+        rows, matrix = forces_of_change(self._compliance, slots, change)
         answer = self._sweep(force)
+        moved = np.empty((3 * len(changed), len(force)))
         relative_displacements(changed, self.ties, self.order, answer, moved)
-        _, _, gap, singular = lapack.dgesv(matrix, moved)
+        made = np.empty((len(force), len(rows)))
+        made_by_change(rows, change, moved, made)
+        # LAPACK counts along columns: to it, what stands here transposed is the matrix itself
+        _, _, forces, singular = lapack.dgesv(matrix.T, made.T, overwrite_a=1, overwrite_b=1)
         if singular:
             return None
-        for own, row in zip(gap.T, answer):
-            extra = np.einsum("sij,sj->si", change.reshape(-1, 3, 3), own.reshape(-1, 3)).ravel()
-            take_away(extra, slots, self._reach, row)
+        forces = forces.T
+        take_away(forces, rows, slots, self._reach, answer)
         relative_displacements(changed, self.ties, self.order, answer, moved)
-        if not (np.abs(moved - gap).max(axis=0) <= FAITHFUL * np.abs(gap).max(axis=0)).all():
-            return None
-        return answer
+        return answer if agrees(rows, change, moved, forces, FAITHFUL) else None
 
 
 def block_levels(model: Model, held: IntArray) -> IntArray:

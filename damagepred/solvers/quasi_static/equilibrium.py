@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
+from damagepred.kernels.balance import bring_on, out_of_balance, stays_within
 from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
 from damagepred.kernels.footing import section_forces
 from damagepred.solvers.quasi_static.equations import LevelEquations
@@ -27,6 +28,8 @@ FloatArray = NDArray[np.float64]
 
 DIRECT, FULL_STEPS = 16, 5
 """Newton steps that the law as it is gets, and how many of them are taken in full whatever they do."""
+ASTRAY, TURNS = 10.0, 2
+"""Unbalanced force over the least so far, when that was near; and steps in a row that may be so far astray."""
 HOPELESS = 1e3
 """Growth of the unbalanced force at which it is given up."""
 NUDGE = 1e-7
@@ -118,7 +121,7 @@ class Equilibrium:
         shape = model.interfaces.contact_area.shape
         self.force = np.zeros(self.dead_load.size)
         self.stiffness = np.zeros((shape[0], 9))
-        everything = np.arange(shape[0])
+        everything = self._everything = np.arange(shape[0])
         self._in_section = np.zeros(shape[0], dtype=np.bool_)
         if model.sections is not None:
             self._in_section[model.sections.interface] = True
@@ -189,17 +192,16 @@ class Equilibrium:
         self._joint_forces(self.equations.active, state, displacement, live)
         if self.condensed:
             self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
-        force = np.where(self.free, self.force, 0.0)
-        worst = float(np.abs(force * self.per_weight).max(initial=0.0))
-        if live and self.jacks is not None:
-            worst = max(worst, abs(self.gap(state, displacement)) / DEFLECTION_FOUND * self.tolerance)
         # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
-        return force, worst if np.isfinite(worst) else np.inf
+        force, worst = out_of_balance(self.force, self.free, self.per_weight)
+        if live and self.jacks is not None:
+            gap = abs(self.gap(state, displacement)) / DEFLECTION_FOUND * self.tolerance
+            worst = max(worst, gap if np.isfinite(gap) else np.inf)
+        return force, worst
 
     def _loads(self, state: State) -> None:
         """Begin with the loads."""
-        np.multiply(self.dead_load, state.load, out=self.force)
-        self.force += state.progress * self.live_load
+        bring_on(self.dead_load, self.live_load, state.load, state.progress, self.force)
         if self.jacks is not None:
             self.force += state.jack * self.jacks.push
 
@@ -213,6 +215,20 @@ class Equilibrium:
         self._joint_forces(np.arange(len(self.model.interfaces.kind)), state, state.displacement, live=True)
         return self.force
 
+    def stored_beyond(self, state: State) -> tuple[NDArray[np.int64], float]:
+        """Return the interfaces whose energy is to be counted one by one, and what all others store (J).
+
+        What is condensed is elastic and in equilibrium with its loads f: it stores (f u - F u_e) / 2 with the force F
+        and the displacements u_e on the last level in play.
+        """
+        equations = self.equations
+        if not self.condensed or self.solids is not None:
+            return self._everything, 0.0
+        moved = state.displacement
+        hanging = equations.load_beyond(moved, state.load, state.progress)
+        edge = equations.edge_force(moved, state.load, state.progress) @ moved[equations.edge_dofs]
+        return equations.active, 0.5 * (hanging - float(edge))
+
     def pull(self, load: float, progress: float) -> FloatArray:
         """Return the force that a step of dead load and movement brings on, joints as they just were."""
         force = load * self.dead_load + progress * self.rate
@@ -222,7 +238,7 @@ class Equilibrium:
 
     def lost(self, state: State) -> bool:
         """Tell whether blocks have fallen so far that there is no equilibrium to be found."""
-        return not bool((np.abs(state.displacement[self.free]) < self.lost_at).all())
+        return not stays_within(state.displacement, self.free, self.lost_at)
 
     # -- what is looked at ------------------------------------------------------------------------------------------
 
@@ -336,9 +352,13 @@ class Equilibrium:
         load = state.jack
         force, worst = self.unbalanced(state, u)
         first = least = worst
+        astray = 0
         for taken in range(steps + 1):
             if worst < self.tolerance:
                 self._note_tangent(state, u)
+                break
+            astray = astray + 1 if worst > ASTRAY * least else 0
+            if astray >= TURNS and least < CLOSE:
                 break
             step, more = self._step(force, self.gap(state, u))
             before, share, last = worst, 1.0, state.jack
@@ -355,7 +375,7 @@ class Equilibrium:
             if worst < least:
                 best, least, load = u, worst, state.jack
         state.jack = load
-        if not (np.abs(best[self.free]) < self.lost_at).all():
+        if not stays_within(best, self.free, self.lost_at):
             least = np.inf
         return best, least
 

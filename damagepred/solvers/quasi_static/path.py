@@ -133,14 +133,14 @@ class Path:
 
     # -- bonds and memory -------------------------------------------------------------------------------------------
 
-    def bond_loads(self, state: State) -> FloatArray:
-        """Return how far each bond (m, q) is loaded: 1 at its strength, 0 where it is broken already."""
+    def bond_loads(self, state: State) -> tuple[FloatArray, float]:
+        """Return how far each bond (m, q) is loaded, 1 at its strength, 0 where it is broken already; and the most."""
         model = self.model
-        bond_loads(
+        most = bond_loads(
             self._everything, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
             state.progress, self._no_strength, self._load,
         )  # fmt: skip
-        return self._load
+        return self._load, most
 
     def break_bonds(self, state: State, load: FloatArray) -> BoolArray:
         """Break the most loaded bond, and those that are loaded alike; tell which lost also what a crack had left."""
@@ -173,7 +173,8 @@ class Path:
         if solids is not None:
             yielding = solids.settle(state.displacement, state.plastic)
         spent = Spent(friction, crushing, yielding)
-        self.balance.add(state, spent, torn, self._support_power(state), gave_way, solids)
+        beyond = self.equilibrium.stored_beyond(state)
+        self.balance.add(state, spent, torn, self._support_power(state), gave_way, solids, beyond)
 
     def _support_power(self, state: State) -> float:
         """Return the work of what moves the supports per progress (J)."""
@@ -227,8 +228,7 @@ class Path:
                 continue
             if falls is None:
                 fallen = None
-            loaded = self.bond_loads(trial)
-            heaviest = float(loaded.max(initial=0.0))
+            loaded, heaviest = self.bond_loads(trial)
             if heaviest <= 1.0 + OVERLOAD:
                 self.remember(trial, gave_way=jumped)
                 state, far, halvings, misses = trial, None, max(halvings - 1, 0), misses + 1
@@ -250,7 +250,7 @@ class Path:
                 beyond, cuts = target, cuts + 1
                 over = loaded > 1.0 + OVERLOAD
                 after = loaded[over]
-                before = self.bond_loads(state)[over]
+                before = self.bond_loads(state)[0][over]
                 share = float(np.min((1.0 + 0.5 * NEAR - before) / (after - before))) if cuts < CUTS else 0.5
                 far = between(state, target, min(max(share, 1e-4), 0.95))
 
@@ -266,12 +266,12 @@ class Path:
         equilibrium.complete(ahead)
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
-        after_load = self.bond_loads(ahead)
-        over = after_load > 1.0 + OVERLOAD
-        if not over.any():
+        after_load, heaviest = self.bond_loads(ahead)
+        if heaviest <= 1.0 + OVERLOAD:
             return ahead.displacement, 1.0
+        over = after_load > 1.0 + OVERLOAD
         after_load = after_load[over]
-        before_load = self.bond_loads(state)[over]
+        before_load = self.bond_loads(state)[0][over]
         share = float(np.min((1.0 + 0.1 * NEAR - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
@@ -298,8 +298,8 @@ class Path:
         """Break what is overloaded at a standing movement, one after the other, until nothing is."""
         let_go = np.zeros_like(state.memory.cracked)
         while True:
-            load = self.bond_loads(state)
-            overloaded = load.max(initial=0.0) > 1.0 + OVERLOAD
+            load, heaviest = self.bond_loads(state)
+            overloaded = heaviest > 1.0 + OVERLOAD
             if overloaded:
                 let_go |= self.break_bonds(state, load)
             if not (self.hold_again(state, except_for=let_go) or overloaded):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
+from damagepred.kernels.balance import beyond_law
 from damagepred.kernels.equilibrium import energy
 from damagepred.solvers.footing import section_energy, section_response_of
 from damagepred.solvers.quasi_static.equilibrium import State
@@ -16,6 +17,7 @@ from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.stiffness import dead_load, live_load
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 class Spent(NamedTuple):
@@ -73,7 +75,14 @@ class WorkBalance:
         self._jack = state.jack
 
     def add(
-        self, state: State, spent: Spent, torn: float, reaction: float, gave_way: bool, solids: Solids | None
+        self,
+        state: State,
+        spent: Spent,
+        torn: float,
+        reaction: float,
+        gave_way: bool,
+        solids: Solids | None,
+        beyond: tuple[IntArray, float],
     ) -> None:
         """Add the step to a new equilibrium.
 
@@ -91,11 +100,15 @@ class WorkBalance:
             Whether the step broke bonds at standing movement.
         solids : Solids or None
             Deformable blocks.
+        beyond : (array of int, float)
+            Interfaces to look at, and what all others store; see ``Equilibrium.stored_beyond``.
         """
-        model = self._model
+        model, (listed, elsewhere) = self._model, beyond
         stored, softened, power = energy(
-            model.interfaces, model.properties, model.ground, state.memory, state.displacement, state.progress
-        )
+            listed, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
+            state.progress,
+        )  # fmt: skip
+        stored += elsewhere
         if solids is not None:
             stored += solids.stored(state.displacement, state.plastic)
         if model.sections is not None:
@@ -140,24 +153,4 @@ def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray
     sigma, tau : array (m, q)
         Normal stress, tension positive, and shear stress (Pa).
     """
-    law = model.properties
-
-    def each(values: FloatArray) -> FloatArray:
-        return np.broadcast_to(values[:, None], sigma.shape)
-
-    cracked, opened = state.memory.cracked, state.memory.opened
-    strength, critical = each(law.tensile_strength), each(law.critical_opening)
-    first = strength / each(law.normal_stiffness)
-    softens = critical > 0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        bond = np.clip((critical - np.maximum(opened, first)) / (critical - first), 0.0, 1.0)
-    bond = np.where(cracked, np.where(softens, bond, 0.0), 1.0)
-    left = each(law.residual_tensile_strength)
-    tension = sigma - (left + bond * (strength - left))
-    cohesion = each(law.residual_cohesion) + bond * each(law.cohesion - law.residual_cohesion)
-    friction = each(law.residual_friction) + bond * each(law.friction - law.residual_friction)
-    shear = np.abs(tau) - np.maximum(cohesion - sigma * friction, 0.0)
-    strongest = each(law.compressive_strength)
-    capped = np.maximum(strongest**2 - np.minimum(sigma, 0.0) ** 2, 0.0) / each(law.cap_shear)
-    shear = np.maximum(shear, np.abs(tau) - np.sqrt(capped))
-    return float(max(v.max(initial=0.0) for v in (tension, shear, -sigma - strongest)))
+    return float(beyond_law(model.properties, state.memory.cracked, state.memory.opened, sigma, tau))
