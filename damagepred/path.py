@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import dataset, name_categories
-from damagepred.assembly import Assembly, Model, wall_model
+from damagepred.assembly import Assembly, Kind, Model, wall_model
 from damagepred.damage import (
     GROUP_COUNTS,
     Frames,
@@ -308,6 +308,11 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         **lines.deviation(moved)._asdict(),
         "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
     }  # fmt: skip
+    control = model.interfaces.kind == Kind.CONTROL_JOINT
+    if control.any():
+        for way, name in ((1.0, "opening"), (-1.0, "closing")):
+            most = [float((way * s.increment.opening[control]).max()) for s in steps]
+            values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
     if model.surface_movement is not None:
         values["surface_movement"] = progress * model.surface_movement
     if model.jacks is not None:

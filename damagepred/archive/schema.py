@@ -65,7 +65,7 @@ MESH = "zone_mesh"
 """Variable that says how zones and gridpoints make a mesh, in the words of the UGRID conventions."""
 _ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "location": "node"}
 
-KINDS = ("bed_joint", "head_joint", "dpc", "footing_interface", "soil", "support", "footing_section")
+KINDS = ("bed_joint", "head_joint", "dpc", "footing_interface", "soil", "support", "footing_section", "control_joint")
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
 
@@ -119,6 +119,8 @@ VARIABLES: dict[str, Variable] = {
     "tilt_max": Variable(_STEP, "1", "largest deviation of the wall proper from plumb, over about a metre"),
     "slope_max": Variable(_STEP, "1", "largest deviation of courses of the wall proper from level, over about a metre"),
     "base_slope_max": Variable(_STEP, "1", "largest deviation of the lowest course from level, over about a metre"),
+    "control_joint_opening_max": Variable(_STEP, "m", "most by which a control joint has widened anywhere"),
+    "control_joint_closing_max": Variable(_STEP, "m", "most by which a control joint has closed anywhere"),
     # the end of the movement alone, of a study that keeps it besides the path
     **{
         f"end_{name}": Variable(("sample",), unit, f"{what}, at the end of the sample's movement", flags)

@@ -1,14 +1,15 @@
-"""Laying the bricks: courses and perpends gauged to the wall and its openings."""
+"""Laying the bricks: courses and perpends gauged to the wall, its openings and control joints."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.errors import InputError
-from damagepred.scene import Opening, Scene
+from damagepred.scene import ControlJoint, Opening, Scene
 
 
 class Brick(NamedTuple):
@@ -45,14 +46,19 @@ class Grid(NamedTuple):
 
 
 def gauge(scene: Scene) -> Grid:
-    """Space half bricks and courses so that ends, jambs, sills and heads fall on joints.
+    """Space half bricks and courses so that ends, jambs, control joints, sills and heads fall on joints.
 
-    Between two neighbouring breakpoints (an end, a jamb) lie as many half bricks as fit best, made equal; so a
-    brick differs a little from its nominal size where the opening does not suit the bond. Likewise the courses.
+    Between two neighbouring breakpoints (an end, a jamb, a control joint) lie as many half bricks as fit best, made
+    equal; so a brick differs a little from its nominal size where they do not suit the bond. Likewise the courses.
     """
     wall = scene.wall
     return Grid(
-        _spaced([0.0, wall.length] + [e for o in scene.opening for e in (o.x, o.right)], wall.block_length / 2),
+        _spaced(
+            [0.0, wall.length]
+            + [e for o in scene.opening for e in (o.x, o.right)]
+            + [joint.x for joint in scene.control_joint],
+            wall.block_length / 2,
+        ),
         _spaced([0.0, wall.height] + [e for o in scene.opening for e in (o.y, o.top)], wall.block_height),
     )
 
@@ -79,12 +85,12 @@ def lay_bricks(scene: Scene) -> list[Brick]:
     Parameters
     ----------
     scene : Scene
-        Its wall and openings.
+        Its wall, openings, control joints, and where the dpc lies.
 
     Raises
     ------
     InputError
-        If a lintel finds no bearing.
+        If a lintel finds no bearing, or a control joint would part it.
     """
     grid = gauge(scene)
     lintels = {i: span for i, hole in enumerate(scene.opening) if (span := _lintel(scene, hole, grid))}
@@ -97,6 +103,7 @@ def lay_bricks(scene: Scene) -> list[Brick]:
             set(range(course % 2, len(grid.x), 2)) if scene.wall.bond == "running" else set(range(0, len(grid.x), 2))
         )
         edges |= {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
+        edges |= {_index(grid.x, joint.x) for joint in scene.control_joint if course >= lowest_course(scene, joint)}
         edges -= {e for first, last in beams for e in range(first + 1, last)}
         joints = sorted(edges)
         bricks += [
@@ -105,6 +112,31 @@ def lay_bricks(scene: Scene) -> list[Brick]:
             if not any(first <= a and b <= last for first, last in taken)
         ]
     return bricks
+
+
+def lowest_course(scene: Scene, joint: ControlJoint) -> int:
+    """Return the first course that a control joint parts."""
+    return 0 if scene.dpc is None or joint.through_dpc else scene.dpc.course
+
+
+def parted(scene: Scene, bricks: Sequence[Brick]) -> list[tuple[int, int, ControlJoint]]:
+    """Return the pairs of bricks, by number, left and right, that meet at control joints, and at which.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its control joints.
+    bricks : sequence of Brick
+        As they are laid.
+    """
+    grid = gauge(scene)
+    pairs = []
+    for joint in scene.control_joint:
+        x = grid.x[_index(grid.x, joint.x)]
+        begins = {b.course: i for i, b in enumerate(bricks) if b.left == x and b.course >= lowest_course(scene, joint)}
+        ends = {b.course: i for i, b in enumerate(bricks) if b.right == x}
+        pairs += [(ends[course], i, joint) for course, i in begins.items() if course in ends]
+    return pairs
 
 
 def _index(lines: list[float], value: float) -> int:
@@ -122,6 +154,13 @@ def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | N
         raise InputError(
             f"opening at x = {hole.x:g} m: its lintel finds no bearing at an end of the wall; move the opening inwards"
         )
+    for joint in scene.control_joint:
+        if grid.x[first] + 1e-9 < grid.x[_index(grid.x, joint.x)] < grid.x[last] - 1e-9:
+            raise InputError(
+                f"control joint at x = {joint.x:g} m: it would part the lintel of the opening at x = {hole.x:g} m, "
+                f"which lies from {grid.x[first]:g} to {grid.x[last]:g} m; put the joint beside it, or let the "
+                "opening reach the top of the wall, where it has no lintel"
+            )
     for other in scene.opening:
         if other is hole:
             continue

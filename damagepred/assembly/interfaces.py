@@ -89,7 +89,7 @@ def bodies_of(
 def number_joints(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks) -> tuple[IntArray, Joints]:
     """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
     course = np.append(blocks.course, -1)[edges.b]
-    is_bed = (kind != Kind.HEAD_JOINT) & (course >= 0)
+    is_bed = ~np.isin(kind, (Kind.HEAD_JOINT, Kind.CONTROL_JOINT)) & (course >= 0)
     count = len(blocks.x) + 1
     key = np.where(is_bed, edges.b, count * (1 + edges.a) + edges.b)
     _, first, joint = np.unique(key, return_index=True, return_inverse=True)

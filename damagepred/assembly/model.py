@@ -27,6 +27,7 @@ class Kind(IntEnum):
     SOIL = 4
     SUPPORT = 5
     FOOTING_SECTION = 6
+    CONTROL_JOINT = 7
 
 
 class Blocks(NamedTuple):
@@ -130,7 +131,8 @@ class JointProperties(NamedTuple):
     Instead of the fracture energies there are ``critical_opening`` (m), where tension has fallen to nothing,
     w_c = 2 G_f / f_t, elastic opening included, 0 where the bond breaks at once; and ``critical_slip`` (m), which wears
     off the bond, s_c = 2 G_f / (C - C_r), 0 where slip leaves it as it is. A joint without cap has an infinite
-    ``compressive_strength``.
+    ``compressive_strength``. ``gap`` (m) is how far an interface without bond closes before it is pressed, 0 but for
+    control joints.
     """
 
     normal_stiffness: FloatArray
@@ -147,6 +149,7 @@ class JointProperties(NamedTuple):
     cap_shear: FloatArray
     critical_opening: FloatArray
     critical_slip: FloatArray
+    gap: FloatArray
 
     @property
     def wear(self) -> FloatArray:

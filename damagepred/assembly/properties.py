@@ -42,7 +42,7 @@ def joint_properties(
         Values that vary from joint to joint, by material and field name.
     """
     columns: dict[str, FloatArray] = {}
-    for name in (*JointProperties._fields[:-2], "fracture_energy", "shear_fracture_energy"):
+    for name in (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy"):
         values = np.array([_value(m, name) for m in materials])[material]
         for number, varied in fields.items():
             if name in varied:
@@ -62,6 +62,7 @@ def joint_properties(
     columns["critical_opening"] = np.divide(2.0 * energy, strength, out=np.zeros_like(energy), where=strength > 0)
     energy, lost = columns.pop("shear_fracture_energy"), columns["cohesion"] - columns["residual_cohesion"]
     columns["critical_slip"] = np.divide(2.0 * energy, lost, out=np.zeros_like(energy), where=lost > 0)
+    columns["gap"] = np.zeros_like(energy)
     return JointProperties(**columns), len(np.unique(joint[limited]))  # type: ignore[arg-type]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
-from damagepred.assembly.bond import Brick, gauge, lay_bricks
+from damagepred.assembly.bond import Brick, gauge, lay_bricks, parted
 from damagepred.assembly.footing import (
     Foundation,
     add_footing,
@@ -31,7 +31,7 @@ from damagepred.assembly.model import Ground, Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
-from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Opening, Scene, Solver, Wall
+from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Footing, Joint, Opening, Scene, Solver, Wall
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -41,9 +41,9 @@ ZONING = (
     "zone_size_footing",
 )  # fmt: skip
 """Settings that decide on zones."""
-MORTAR, DPC, BED, SOIL, SUPPORT, SECTION = range(6)
+MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL = range(7)
 """Numbers of the joint materials of a wall; BED is that between footing and first course."""
-IN_KIND = np.array([MORTAR, MORTAR, DPC, BED, SOIL, SUPPORT, SECTION])
+IN_KIND = np.array([MORTAR, MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
 """Which of them the interfaces of each kind have."""
 
 
@@ -60,24 +60,29 @@ class WallGeometry(NamedTuple):
         Of the openings.
     footing : array of int
         Blocks of the footing, left to right; none where the wall's underside itself is moved.
+    control : array of int (m,)
+        Number of the control joint that each interface belongs to, -1 if it is none.
     """
 
     geometry: Geometry
     bricks: tuple[Brick, ...]
     jambs: Jambs
     footing: IntArray
+    control: IntArray
 
 
 @lru_cache(maxsize=8)
 def _geometry(
     wall: Wall,
     opening: tuple[Opening, ...],
+    control_joint: tuple[ControlJoint, ...],
     dpc_course: int | None,
     solver: Solver,
     found: Foundation | None,
     deformable: frozenset[int] | None,
 ) -> WallGeometry:
-    scene = Scene(wall=wall, opening=opening)
+    dpc = None if dpc_course is None else Dpc(course=dpc_course)
+    scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc)
     bricks = lay_bricks(scene)
     assembly = Assembly(thickness=wall.thickness)
     for number, brick in enumerate(bricks):
@@ -86,21 +91,29 @@ def _geometry(
         assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course, chosen))
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
+    meet = parted(scene, bricks)
+    for left, right, _ in meet:
+        assembly.set_joint(left, right, Joint(), Kind.CONTROL_JOINT)
     footing = np.empty(0, dtype=np.int64)
     if found is None:
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
         footing = add_footing(assembly, found, bricks, wall.length, wall.block_length)
     geometry = assembly.geometry(solver)
-    return WallGeometry(geometry, tuple(bricks), _jambs(scene, bricks, geometry), footing)
+    numbers = {(left, right): scene.control_joint.index(joint) for left, right, joint in meet}
+    sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
+    control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
+    return WallGeometry(geometry, tuple(bricks), _jambs(scene, bricks, geometry), footing, control)
 
 
 @lru_cache(maxsize=8)
-def _footing_alone(wall: Wall, opening: tuple[Opening, ...], solver: Solver, found: Foundation) -> WallGeometry:
+def _footing_alone(known: Scene, solver: Solver, found: Foundation) -> WallGeometry:
+    wall = known.wall
     assembly = Assembly(thickness=wall.thickness)
-    bricks = lay_bricks(Scene(wall=wall, opening=opening))
+    bricks = lay_bricks(known)
     footing = add_footing(assembly, found, bricks, wall.length, wall.block_length, alone=True)
-    return WallGeometry(assembly.geometry(solver), (), NO_JAMBS, footing)
+    geometry = assembly.geometry(solver)
+    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1))
 
 
 def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
@@ -134,7 +147,9 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
     meshing = _meshing(scene.solver, bool(deformable))
-    return _geometry(scene.wall, scene.opening, course, meshing, foundation(scene), deformable)
+    # a gap's width shapes nothing
+    joints = tuple(replace(joint, width=0.0) for joint in scene.control_joint)
+    return _geometry(scene.wall, scene.opening, joints, course, meshing, foundation(scene), deformable)
 
 
 def _meshing(solver: Solver, zoned: bool) -> Solver:
@@ -191,11 +206,12 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
             "'mound'."
         )
     solver = _meshing(scene.solver, zoned=False)
-    return _model(scene, _footing_alone(scene.wall, scene.opening, solver, found), {}, line_load)
+    known = Scene(wall=scene.wall, opening=scene.opening, control_joint=scene.control_joint, dpc=scene.dpc)
+    return _model(scene, _footing_alone(known, solver, found), {}, line_load)
 
 
 def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
-    geometry, bricks, jambs, footing = known
+    geometry, bricks, jambs, footing, control = known
     blocks, interfaces = geometry.blocks, geometry.interfaces
     own_bed = len(footing) > 0 and scene.footing.joint is not None
     material = IN_KIND[interfaces.kind]
@@ -211,6 +227,8 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance, soft=len(bricks))
     properties, sections = section_law(properties, geometry, scene.footing)
     properties = brittle_where_soft(properties)
+    widths = np.array([joint.width for joint in scene.control_joint] + [0.0])
+    properties = properties._replace(gap=widths[control])
     density = np.array([s.density for s in substances])[substance]
     thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
     load = np.zeros((len(density), 3))
@@ -288,6 +306,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         soil_joint(scene),
         support_joint(scene, pulls=held),
         section_joint(),
+        control_joint(scene.joint),
     ]
 
 
@@ -320,6 +339,17 @@ def dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
         friction=dpc.friction,
         compressive_strength=joint.compressive_strength,
         cap_shear=joint.cap_shear,
+    )
+
+
+def control_joint(joint: Joint) -> Joint:
+    """Return the law of a control joint that has closed: pressed like the mortar, without bond and friction."""
+    return Joint(
+        normal_stiffness=joint.normal_stiffness,
+        shear_stiffness=joint.shear_stiffness,
+        tensile_strength=0.0,
+        cohesion=0.0,
+        friction=0.0,
     )
 
 

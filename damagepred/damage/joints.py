@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE, SOIL, SUPPORT, FOOTING_SECTION = range(7)
+BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE, SOIL, SUPPORT, FOOTING_SECTION, CONTROL_JOINT = range(8)
 """Kinds of interface, as the archive's flag values of ``contact_kind``."""
 
 

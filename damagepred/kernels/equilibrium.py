@@ -278,6 +278,7 @@ def is_plain(properties, i):
         and properties.residual_tensile_strength[i] == 0.0
         and not properties.brittle_shear[i]
         and properties.compressive_strength[i] == np.inf
+        and properties.gap[i] == 0.0
     )
 
 
@@ -524,7 +525,9 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
 
 @kernel
 def farthest_sliding(listed, level, interfaces, properties, ground, memory, displacement, progress):
-    """Return the farthest level at which a joint slides, or is crushed, whose bond still holds; -1 if none does.
+    """Return the farthest level at which a joint slides, is crushed, or closes its gap; -1 if none does.
+
+    Of those whose bond still holds.
 
     Parameters
     ----------
@@ -549,6 +552,7 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
             if sigma > properties.tensile_strength[i]:
                 slides = False  # it breaks before, and is dealt with then
                 break
+            slides |= properties.gap[i] > 0.0  # it has closed
             limit, _ = shear_limit(properties, i, memory.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
             slides |= abs(properties.shear_stiffness[i] * u_s) > limit
             slides |= sigma < -properties.compressive_strength[i]

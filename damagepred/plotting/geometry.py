@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from damagepred.damage.joints import (
     BED_JOINT,
+    CONTROL_JOINT,
     DPC,
     FOOTING_INTERFACE,
     FOOTING_SECTION,
@@ -164,6 +165,11 @@ class Faces:
     def is_dpc(self) -> BoolArray:
         """Which are the dpc, (m,)."""
         return self.kind == DPC
+
+    @property
+    def is_control(self) -> BoolArray:
+        """Which lie in control joints, (m,)."""
+        return self.kind == CONTROL_JOINT
 
     def pick(self, chosen: BoolArray) -> Faces:
         """Return those where ``chosen`` (m,) is True."""

@@ -30,6 +30,7 @@ BRICKS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
 
 BRICK_EDGE = "#a98f7c"
 SLIP_COLOUR = "#cc79a7"
+CONTROL_COLOUR = "#3b3b8f"
 DATUM = (0, (6, 4))
 """Dashes of the line where the footing was."""
 
@@ -67,8 +68,8 @@ def draw_wall(
     Returns
     -------
     Axes
-        With collections labelled ``bricks``, ``cracks`` and, if there is one and it is open, ``dpc opening``; ``slips``
-        if these are wanted and there are any.
+        With collections labelled ``bricks``, ``cracks`` and, if there is one and it is open, ``dpc opening``; ``control
+        joints`` if there are any; ``slips`` if these are wanted and there are any.
 
     Raises
     ------
@@ -107,6 +108,8 @@ def draw_wall(
         _draw_lifted(ax, gaps_of(lifted, motion, points, block, factor))
     dpc = faces.pick(faces.is_dpc)
     _draw_dpc(ax, dpc, gaps_of(dpc, motion, points, block, factor))
+    control = faces.pick(faces.is_control)
+    _draw_control_joints(ax, gaps_of(control, motion, points, block, factor))
     if slips:
         slipped = faces.pick((faces.is_mortar | faces.is_dpc) & (faces.slip > HAIRLINE))
         _draw_slips(ax, gaps_of(slipped, motion, points, block, factor))
@@ -218,6 +221,15 @@ def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
         _draw_gaps(ax, gaps[is_open], colour, np.full(count, 0.9), "dpc opening", 3)
 
 
+def _draw_control_joints(ax: Axes, gaps: FloatArray) -> None:
+    """Draw control joints (m, 4, 2) along both faces, nothing between them."""
+    if len(gaps):
+        ax.add_collection(PolyCollection(list(gaps), facecolors="white", edgecolors="none", zorder=2.5))
+        faces = np.concatenate((gaps[:, :2], gaps[:, 2:]))
+        lines = LineCollection(list(faces), colors=CONTROL_COLOUR, linewidths=1.3, zorder=3, label="control joints")
+        ax.add_collection(lines)
+
+
 def _draw_slips(ax: Axes, gaps: FloatArray) -> None:
     """Mark joints (m, 4, 2) that have slipped and are closed."""
     if len(gaps):
@@ -282,7 +294,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     ax.legend(
-        handles=_legend(ds, faces), loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=2, frameon=False,
+        handles=_legend(ds, increment, faces), loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=2, frameon=False,
         fontsize="small", borderaxespad=0.0,
     )  # fmt: skip
     deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
@@ -301,7 +313,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
     )
 
 
-def _legend(ds: xr.Dataset, faces: Faces) -> list[Line2D | Patch]:
+def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch]:
     table = table_of(ds)
     parts = {"": faces.is_mortar}
     if faces.is_dpc.any():
@@ -325,6 +337,10 @@ def _legend(ds: xr.Dataset, faces: Faces) -> list[Line2D | Patch]:
                 label=label,
             )
         )
+    if faces.is_control.any():
+        most = [float(ds[f"control_joint_{way}_max"].values[increment]) for way in ("opening", "closing")]
+        label = f"control joint, widened by at most {_mm(most[0])}, closed by at most {_mm(most[1])}"
+        handles.append(Line2D([], [], color=CONTROL_COLOUR, linewidth=1.3, label=label))
     if faces.is_footing.any():
         lifted = float(faces.opening[faces.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""

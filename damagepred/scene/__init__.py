@@ -18,11 +18,12 @@ from damagepred.scene.site import (
     suction_depth,
 )
 from damagepred.scene.soil import Soil
-from damagepred.scene.wall import Opening, Wall
+from damagepred.scene.wall import ControlJoint, Opening, Wall
 
 __all__ = [
     "BaseMotion",
     "BlockMaterial",
+    "ControlJoint",
     "Damage",
     "Dpc",
     "Dynamics",

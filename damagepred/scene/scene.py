@@ -20,7 +20,7 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
-from damagepred.scene.wall import Opening, Wall
+from damagepred.scene.wall import ControlJoint, Opening, Wall
 
 
 @described
@@ -34,7 +34,8 @@ class Scene:
     ----------
     title : str
         What the wall is, for plots and archives.
-    wall, block, joint, dpc, opening, footing, movement, rig, soil, mound, loads, solver, damage, dynamics
+    wall, block, joint, dpc, opening, control_joint, footing, movement, rig, soil, mound, loads, solver, damage,
+    dynamics
         The tables of the scene file; see their classes.
     """
 
@@ -44,6 +45,7 @@ class Scene:
     joint: Joint = Field(default_factory=Joint)
     dpc: Dpc | None = None
     opening: tuple[Opening, ...] = ()
+    control_joint: tuple[ControlJoint, ...] = ()
     footing: Footing = Field(default_factory=Footing)
     movement: Movement = Field(default_factory=Movement)
     rig: Rig = Field(default_factory=Rig)
@@ -83,6 +85,7 @@ class Scene:
                     f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "
                     f"1 to {courses - 1} of them"
                 )
+        self._control_joints_fit()
         self._ground_fits()
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
             raise ValueError(
@@ -90,6 +93,21 @@ class Scene:
                 f"wall's length ({wall.length:g} m) is outside the small rotations of this model"
             )
         return self
+
+    def _control_joints_fit(self) -> None:
+        half = 0.5 * self.wall.block_length * (1 - 1e-9)
+        places = [0.0, *sorted(joint.x for joint in self.control_joint), self.wall.length]
+        for number, joint in enumerate(self.control_joint, start=1):
+            left, right = places[places.index(joint.x) - 1], places[places.index(joint.x) + 1]
+            if joint.x >= self.wall.length or min(joint.x - left, right - joint.x) < half:
+                raise ValueError(
+                    f"control joint {number}: x = {joint.x:g} m must lie half a brick ({half:g} m) or more from the "
+                    f"ends of the wall (0 and {self.wall.length:g} m) and from other control joints"
+                )
+        if self.control_joint and self.dynamics is not None:
+            raise ValueError(
+                "dynamics: a run in time has no control joints; leave out [dynamics], or [[control_joint]]"
+            )
 
     def _ground_fits(self) -> None:
         shape, footing = self.movement.shape, self.solver.footing

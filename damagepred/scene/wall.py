@@ -1,4 +1,4 @@
-"""The wall: its size, its bricks, its openings."""
+"""The wall: its size, its bricks, its openings, its control joints."""
 
 from __future__ import annotations
 
@@ -94,3 +94,26 @@ class Opening:
             and self.y < other.top + margin
             and other.y < self.top + margin
         )
+
+
+@described
+class ControlJoint:
+    """A control joint, also called articulation joint (``[[control_joint]]``): parts the leaf from top to bottom.
+
+    Every course ends at it. It carries no tension and no shear, and pressure only once it has closed by its width:
+    then brick meets brick through what is left of the filler, which takes no shear either. The resistance of the
+    filler before, and ties across the joint, are left out.
+
+    Attributes
+    ----------
+    x : float
+        Where it is along the wall (m).
+    width : float
+        Of the gap (m): how far it can close.
+    through_dpc : bool
+        Whether it goes down to the footing, or begins on the damp-proof course; without one it always does.
+    """
+
+    x: Length = Field(gt=0)
+    width: Length = Field(default=0.01, ge=0)
+    through_dpc: bool = False

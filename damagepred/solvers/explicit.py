@@ -181,10 +181,11 @@ class Run:
             return False
         law = self.model.properties
         fields = fields_of(self.model, JointMemory.fresh(self.model), displacement, 0.0)
-        # a joint that cracks or slips carries less than the elastic one would
+        # a joint that cracks or slips carries less than the elastic one would; one with a gap carries nothing
+        whole = (law.gap == 0.0)[:, None]
         if not (
-            np.array_equal(fields.normal_stress, law.normal_stiffness[:, None] * fields.opening)
-            and np.array_equal(fields.shear_stress, law.shear_stiffness[:, None] * fields.shear)
+            np.array_equal(fields.normal_stress, whole * law.normal_stiffness[:, None] * fields.opening)
+            and np.array_equal(fields.shear_stress, whole * law.shear_stiffness[:, None] * fields.shear)
         ):
             return False
         if self.zones is not None and not self.zones.within_limits(displacement):
@@ -399,7 +400,7 @@ class Run:
             slip=memory.slip,
             normal_stress=fields.normal_stress,
             shear_stress=fields.shear_stress,
-            state=contact_states(memory),
+            state=contact_states(self.model, memory),
             unbalanced_force_ratio=ratio,
             base_reaction=base_reaction(self.model, self.motion.force),
             cycles=cycles,

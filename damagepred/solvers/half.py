@@ -456,6 +456,7 @@ def _joints_of_half(law: JointProperties, fold: Fold) -> JointProperties:
         cap_shear=part.cap_shear,
         critical_opening=np.where(axis, 0.5, 1.0) * part.critical_opening,
         critical_slip=np.where(axis, 0.0, part.critical_slip),
+        gap=np.where(axis, 0.5, 1.0) * part.gap,
     )
 
 

@@ -86,7 +86,7 @@ def pack_sections(model: Model, settle_every: int) -> PackedSections | None:
 
 
 def pack(model: Model) -> PackedJoints:
-    """Return the joints of a model, with no memory of anything yet.
+    """Return the joints of a model, with no memory of anything yet but of their gaps.
 
     Parameters
     ----------
@@ -128,13 +128,17 @@ def pack(model: Model) -> PackedJoints:
     put(tiles["wear"], lane, law.wear)
     for name in ("normal", "shear"):
         put(ground[name], np.arange(on_ground), getattr(model.ground, name))
-    return PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
+    packed = PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
+    if law.gap.any():
+        remember(packed, JointMemory.fresh(model))
+    return packed
 
 
 def needs_all_of_the_law(model: Model) -> bool:
-    """Tell whether any joint dilates, breaks or wears by slip or has a cap; without, the cycle is a sixth faster."""
+    """Tell whether any joint dilates, breaks or wears by slip, has a cap or gap: without, the cycle is faster."""
     law = model.properties
     special = law.dilation.any() or law.brittle_shear.any() or law.critical_slip.any()
+    special = special or law.gap.any()
     return bool(special or np.isfinite(law.compressive_strength).any())
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly import Model
+from damagepred.assembly import Kind, Model
 from damagepred.kernels.contact import contact_fields
 from damagepred.solvers.increment import ContactState
 
@@ -35,9 +35,10 @@ class JointMemory(NamedTuple):
 
     @classmethod
     def fresh(cls, model: Model) -> JointMemory:
-        """Return the memory of joints that have seen nothing yet."""
+        """Return the memory of joints that have seen nothing yet; what has a gap is as if crushed by it, and parted."""
         shape = model.interfaces.contact_area.shape
-        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.bool_), np.zeros(shape))
+        gap = np.broadcast_to(model.properties.gap[:, None], shape)
+        return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
 
     def copy(self) -> JointMemory:
         """Return a memory of its own."""
@@ -72,13 +73,15 @@ def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progr
     return fields
 
 
-def contact_states(memory: JointMemory) -> NDArray[np.int8]:
-    """Return the ``ContactState`` of each contact."""
-    return np.where(
+def contact_states(model: Model, memory: JointMemory) -> NDArray[np.int8]:
+    """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
+    control = (model.interfaces.kind == Kind.CONTROL_JOINT)[:, None]
+    states = np.where(
         memory.cracked,
         ContactState.CRACKED,
         np.where(memory.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
-    ).astype(np.int8)
+    )
+    return np.where(control, ContactState.INTACT, states).astype(np.int8)
 
 
 def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArray[np.bool_]:

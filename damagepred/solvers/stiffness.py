@@ -13,13 +13,15 @@ from damagepred.solvers.zoned import idle_dofs, kinematics, rigid_motion, spread
 FloatArray = NDArray[np.float64]
 
 
-def elastic_stiffness(model: Model) -> sparse.csc_array:
+def elastic_stiffness(model: Model, apart: bool = False) -> sparse.csc_array:
     """Return the stiffness of the intact wall.
 
     Parameters
     ----------
     model : Model
         n blocks.
+    apart : bool
+        Whether interfaces with a gap carry nothing, or as if they had closed.
 
     Returns
     -------
@@ -27,7 +29,7 @@ def elastic_stiffness(model: Model) -> sparse.csc_array:
         Force on each degree of freedom for unit displacements (N/m, N, N m): three of each block, the ground's, and
         those of deformable blocks (``damagepred.assembly.mesh.Mesh``), nothing where they follow from others.
     """
-    joints = joint_stiffness(model)
+    joints = joint_stiffness(model, apart)
     if model.mesh is None:
         return joints
     bodies = joints.shape[0]
@@ -35,7 +37,7 @@ def elastic_stiffness(model: Model) -> sparse.csc_array:
     return (follow.T @ joints @ follow + zone_stiffness(model)).tocsc()
 
 
-def joint_stiffness(model: Model) -> sparse.csc_array:
+def joint_stiffness(model: Model, apart: bool = False) -> sparse.csc_array:
     """Return the stiffness of the intact joints alone, (3 bodies, 3 bodies); see ``elastic_stiffness``."""
     face = model.interfaces
     q = face.contact_area.shape[1]
@@ -57,8 +59,9 @@ def joint_stiffness(model: Model) -> sparse.csc_array:
         ],
         axis=-1,
     )  # fmt: skip
-    k_n = model.properties.normal_stiffness[:, None] * face.contact_area
-    k_s = model.properties.shear_stiffness[:, None] * face.contact_area
+    area = face.contact_area * (model.properties.gap == 0.0)[:, None] if apart else face.contact_area
+    k_n = model.properties.normal_stiffness[:, None] * area
+    k_s = model.properties.shear_stiffness[:, None] * area
     blocks = np.einsum("mq,mqi,mqj->mij", k_n, opening, opening) + np.einsum("mq,mqi,mqj->mij", k_s, shear, shear)
     dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
     rows = np.broadcast_to(dof[:, :, None], blocks.shape).ravel()
@@ -101,7 +104,7 @@ def elastic_solutions(model: Model, *loads: FloatArray) -> list[FloatArray] | No
         its joints do not hold it in place.
     """
     free = np.setdiff1d(np.arange(model.size), held_dofs(model))
-    stiffness = elastic_stiffness(model)[free][:, free].tocsc()
+    stiffness = elastic_stiffness(model, apart=True)[free][:, free].tocsc()
     try:  # symmetric ordering and pivoting: a fifteenth of the time of the default
         factors = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # singular

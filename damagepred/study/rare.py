@@ -136,7 +136,7 @@ def rare_event(
     """
     question.check(settings)
     asked = asked_of(settings, question)
-    if any(place.split(".")[0] in ("wall", "opening") for place in asked.variables) and asked.design().joint:
+    if asked.shape_varies and asked.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")
     folder = StudyFolder(out)
     lock = folder.lock()

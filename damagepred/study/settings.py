@@ -299,6 +299,11 @@ class StudySettings:
         return self.study.title or self.scene.title
 
     @property
+    def shape_varies(self) -> bool:
+        """Whether bricks and joints lie otherwise in each sample: numbers of wall, openings or control joints vary."""
+        return any(place.split(".")[0] in ("wall", "opening", "control_joint") for place in self.variables)
+
+    @property
     def last_category(self) -> float:
         """Category at which a path ends; infinite if none does."""
         stop = self.study.stop_at_category

@@ -37,6 +37,10 @@ y = "0.9 m"               # sill
 width = "0.9 m"
 height = "1.5 m"          # to the top of the wall here; lower ones get a lintel
 
+# [[scene.control_joint]]   # parts the leaf above the dpc; repeat the table for each
+# x = "3 m"
+# width = "10 mm"           # of the gap
+
 [scene.joint]
 normal_stiffness = "82 N/mm3"
 shear_stiffness = "36 N/mm3"

@@ -385,7 +385,7 @@ class Study:
         columns: dict[str, Any] = {"sample": np.arange(samples), **values}
         if (weight := self.design.weights(samples)) is not None:
             columns["weight"] = weight
-        if self.settings.study.store_fields and self.design.joint and not self._geometry_varies():
+        if self.settings.study.store_fields and self.design.joint and not self.settings.shape_varies:
             places = joint_places(self.settings.scene)
             joints = len(wall_geometry(self.settings.scene).joints.kind)
             if samples * joints * len(self.design.joint) <= MOST_VALUES:
@@ -421,9 +421,6 @@ class Study:
                 stated = settings.variables.get(place)
                 ds[place].attrs.update(role="input", distribution=stated.distribution if stated else "table")
         return ds
-
-    def _geometry_varies(self) -> bool:
-        return any(place.split(".")[0] in ("wall", "opening") for place in self.settings.variables)
 
 
 class _Stop:

@@ -9,7 +9,7 @@ import pytest
 
 from damagepred.assembly.bond import gauge, lay_bricks
 from damagepred.errors import InputError
-from damagepred.scene import Opening, Scene, Wall
+from damagepred.scene import ControlJoint, Dpc, Opening, Scene, Wall
 
 
 @pytest.fixture(scope="module")
@@ -217,3 +217,47 @@ def test_where_an_opening_is_does_not_decide_how_its_width_is_divided(x: float):
     """0.9 m are 7.5 half bricks; 2.55 + 0.9 - 2.55 is a little less and 0.6 + 0.9 - 0.6 is not."""
     line = np.array(gauge(Scene(opening=(Opening(x=x, y=0.9, width=0.9, height=1.5),))).x)
     assert ((line > x + 1e-9) & (line < x + 0.9 - 1e-9)).sum() == 8 - 1
+
+
+# -- control joints ---------------------------------------------------------------------------------------------------
+
+
+def crossed(scene: Scene, x: float) -> set[int]:
+    """Courses of which a brick lies across an upright line."""
+    bricks = box(scene)
+    return set(bricks[(bricks[:, 0] < x - 1e-9) & (bricks[:, 2] > x + 1e-9), 4].astype(int).tolist())
+
+
+@pytest.mark.parametrize("x", [1.95, 3.0, 4.1])
+@pytest.mark.parametrize("through", [False, True])
+def test_every_course_above_the_dpc_ends_at_a_control_joint(x: float, through: bool):
+    joint = ControlJoint(x=x, through_dpc=through)
+    scene = Scene(wall=Wall(length=6.0), dpc=Dpc(course=3), control_joint=(joint,))
+    below = crossed(scene, x)
+    assert below <= {0, 1, 2}
+    assert (len(below) == 0) == through
+    assert np.isclose(gauge(scene).x, x).any()
+    bricks = box(scene)
+    assert ((bricks[:, 2] - bricks[:, 0]) * (bricks[:, 3] - bricks[:, 1])).sum() == pytest.approx(6.0 * 2.4)
+
+
+def test_without_a_dpc_it_begins_on_the_footing():
+    assert not crossed(Scene(control_joint=(ControlJoint(x=3.0),)), 3.0)
+
+
+def test_no_control_joint_parts_a_lintel():
+    window = Opening(x=2.55, y=0.9, width=0.9, height=1.2)
+    for x in (2.55, 3.0, 3.5):
+        with pytest.raises(InputError, match=r"lintel of the opening at x = 2\.55 m, which lies from 2\.4"):
+            lay_bricks(Scene(opening=(window,), control_joint=(ControlJoint(x=x),)))
+    beside = Scene(opening=(window,), control_joint=(ControlJoint(x=2.43),))
+    assert not crossed(beside, 2.43)
+    to_the_top = Opening(x=2.55, y=0.9, width=0.9, height=1.5)
+    for x in (2.55, 3.0):
+        assert not crossed(Scene(opening=(to_the_top,), control_joint=(ControlJoint(x=x),)), x)
+
+
+@pytest.mark.parametrize("places", [(0.1,), (5.9,), (6.5,), (2.0, 2.1), (2.0, 2.0)])
+def test_control_joints_leave_room_for_bricks(places: tuple[float, ...]):
+    with pytest.raises(InputError, match=r"control joint \d: x = "):
+        Scene.from_dict({"control_joint": [{"x": x} for x in places]})

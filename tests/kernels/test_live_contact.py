@@ -48,6 +48,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
     critical = np.where(has["softening"], strength / K_N * rng.uniform(1.5, 20.0, count), 0.0)
     left = rng.uniform(0.1, 0.5, count)
     return JointProperties(
+        gap=np.zeros(count),
         normal_stiffness=np.full(count, K_N),
         shear_stiffness=np.full(count, K_S),
         tensile_strength=strength,

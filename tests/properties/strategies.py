@@ -128,6 +128,9 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     if draw(st.booleans()):
         tables["opening"] = draw(openings(1.0, 0.5))
     if draw(st.booleans()):
+        width, through = draw(number(0, 0.05)), draw(st.booleans())
+        tables["control_joint"] = [{"x": draw(number(0.35, 0.65)) * length, "width": width, "through_dpc": through}]
+    if draw(st.booleans()):
         tables |= _ground(draw, length)
     if draw(st.booleans()):
         tables["solver"] = {

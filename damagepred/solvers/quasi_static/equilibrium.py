@@ -128,6 +128,7 @@ class Equilibrium:
         self._frozen = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         rest = State.rest(model)
         self._joint_forces(everything, rest, rest.displacement, live=False)
+        self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
         self.tangent = self.stiffness.copy()
         self.equations = LevelEquations(model, self.held, self.stiffness.copy(), self.solids)
         self.rate = np.zeros(self.dead_load.size)

@@ -104,8 +104,9 @@ class Path:
         bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
         memory.cracked[bare & (law.friction == law.residual_friction)] = True
         self.unopened = memory.cracked.copy()
-        if condense:
-            levels = self.equilibrium.equations.interface_level[memory.cracked.any(axis=1)]
+        if condense:  # what has a gap stays open until it closes
+            open_up = memory.cracked.any(axis=1) & (law.gap == 0.0)
+            levels = self.equilibrium.equations.interface_level[open_up]
             self.equilibrium.open_up_to(int(levels.max(initial=0)))
         return replace(State.rest(self.model), memory=memory)
 
@@ -354,7 +355,7 @@ class Path:
             slip=state.memory.slip.copy(),
             normal_stress=sigma,
             shear_stress=tau,
-            state=contact_states(state.memory._replace(cracked=state.memory.cracked & ~self.unopened)),
+            state=contact_states(model, state.memory._replace(cracked=state.memory.cracked & ~self.unopened)),
             unbalanced_force_ratio=worst,
             base_reaction=base_reaction(model, force),
             cycles=now.newton - before.newton,

@@ -1,0 +1,182 @@
+"""Walls with control joints: against walls that are really apart, in the mirror, with both solvers, closing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.assembly import Kind, Model, wall_geometry, wall_model
+from damagepred.assembly.interfaces import ground_movement
+from damagepred.errors import InputError
+from damagepred.path import follow
+from damagepred.scene import ControlJoint, Damage, Dpc, Dynamics, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+
+LENGTH, HEAVY = 2.4, Loads(roof=20e3)
+QUASI_STATIC = Solver()
+EXPLICIT = Solver(method="explicit", tolerance=1e-3)
+STRONG, UNBROKEN = Joint(), Joint(tensile_strength=5e6, cohesion=5e6)
+WEAK = Joint(tensile_strength=0.02e6, cohesion=0.05e6)
+WAYS = {"quasi_static": QUASI_STATIC, "explicit": EXPLICIT, "deformable": Solver(blocks="deformable", zone_size=0.12)}
+
+
+def scene(*joints: float, kind: str = "doming", width: float = 0.01, **more: object) -> Scene:
+    """Wall of 2.4 x 0.9 m with control joints."""
+    usual: dict[str, object] = {
+        "wall": Wall(length=LENGTH, height=0.9),
+        "control_joint": tuple(ControlJoint(x=x, width=width) for x in joints),
+        "movement": Movement(kind=kind, central_deflection=4e-3, increments=4, shape="parabola"),
+        "loads": Loads(roof=2000.0),
+    }
+    return Scene(**usual | more)  # type: ignore[arg-type]
+
+
+def last_step(model: Model, solver: Solver, increments: int = 4):
+    return list(follow(model, solver, Damage(), increments))[-1]
+
+
+def part_of(whole: Scene, left: float, right: float) -> Model:
+    """Return the model of a wall as long as a part of another, on that part's profile, with its share of the roof."""
+    length = right - left
+    alone = replace(
+        whole,
+        wall=replace(whole.wall, length=length),
+        control_joint=(),
+        loads=Loads(roof=whole.loads.roof * length / whole.wall.length),
+    )
+    ground = ground_movement(wall_geometry(alone), lambda x: whole.movement.profile(x + left, whole.wall.length))
+    return replace(wall_model(alone), ground=ground)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", ["doming", "dishing"])
+def test_a_wall_with_a_joint_at_mid_length_is_two_walls(way: str, kind: str):
+    """Each half is solved as a wall of its own, on its half of the profile."""
+    solver = WAYS[way]
+    # brittle cracks depend on which of two bonds breaks first, and that on how the explicit solver moves: none with it
+    joint = UNBROKEN if way == "explicit" else WEAK
+    without_mirror = replace(solver, symmetric_half=False)
+    whole = scene(LENGTH / 2, kind=kind, solver=without_mirror, joint=joint, loads=HEAVY)
+    model = wall_model(whole)
+    together = last_step(model, whole.solver)
+    bricks = model.blocks.x
+    for left, right in ((0.0, LENGTH / 2), (LENGTH / 2, LENGTH)):
+        alone = last_step(part_of(whole, left, right), solver)
+        ours = together.increment.displacement[(bricks > left) & (bricks < right)]
+        near = 4e-6 if way == "explicit" else 1e-9
+        np.testing.assert_allclose(ours, alone.increment.displacement, atol=near)
+        assert together.verdict.crack_width_max == pytest.approx(alone.verdict.crack_width_max, abs=near)
+        if joint is WEAK and kind == "dishing":
+            assert alone.verdict.crack_width_max > 0.03e-3
+
+
+def test_without_the_joint_it_is_another_wall():
+    """So that the agreement above means something."""
+    solid, parted = (damagepred.solve(scene(*joints, joint=WEAK, loads=HEAVY)) for joints in ((), (LENGTH / 2,)))
+    assert abs(solid.crack_width_max[-1] - parted.crack_width_max[-1]) > 0.1e-3
+
+
+@pytest.mark.parametrize("kind", ["doming", "dishing"])
+def test_mirrored_walls_do_the_same_in_the_mirror(kind: str):
+    here, there = (damagepred.solve(scene(x, kind=kind, dpc=Dpc())) for x in (0.84, LENGTH - 0.84))
+    for name in ("crack_width_max", "dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
+        np.testing.assert_allclose(here[name], there[name], rtol=1e-6, atol=1e-9)
+    order = [
+        np.lexsort((np.round(sign * ds.block_x.values, 6), np.round(ds.block_y.values, 6)))
+        for ds, sign in ((here, 1.0), (there, -1.0))
+    ]
+    moved = [ds.block_displacement_y.values[-1][at] for ds, at in zip((here, there), order, strict=True)]
+    np.testing.assert_allclose(*moved, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["doming", "dishing"])
+@pytest.mark.parametrize("joints", [(LENGTH / 2,), (0.72, LENGTH - 0.72)], ids=["axis", "pair"])
+def test_half_and_whole_agree(joints: tuple[float, ...], kind: str):
+    """Also where the joints close: the gap is 1 mm, which dishing uses up."""
+    described = scene(*joints, kind=kind, width=1e-3, dpc=Dpc())
+    half, whole = (damagepred.solve(described, solver=Solver(symmetric_half=yes)) for yes in (True, False))
+    for name in ("crack_width_max", "dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
+        np.testing.assert_allclose(half[name], whole[name], rtol=1e-3, atol=1e-7)
+    if kind == "dishing":
+        assert half.control_joint_closing_max[-1] > 1e-3
+
+
+def test_condensed_and_looked_at_joint_by_joint_agree():
+    described = scene(0.96, 1.68, kind="dishing", width=0.2e-3, dpc=Dpc())
+    quick, slow = (damagepred.solve(described, solver=Solver(condense=yes)) for yes in (True, False))
+    for name in ("dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
+        np.testing.assert_allclose(quick[name], slow[name], rtol=1e-3, atol=1e-7)
+    assert quick.control_joint_closing_max[-1] > 0.2e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["doming", "dishing"])
+def test_both_solvers_agree_on_a_dpc(kind: str):
+    """Where nothing cracks below the dpc, on which panels slide: how far depends on such cracks."""
+    described = scene(LENGTH / 2, kind=kind, width=1e-3, dpc=Dpc(), joint=UNBROKEN)
+    quasi_static, explicit = (damagepred.solve(described, solver=solver) for solver in (QUASI_STATIC, EXPLICIT))
+    for name in ("dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
+        np.testing.assert_allclose(quasi_static[name], explicit[name], rtol=0.02, atol=1e-5)
+
+
+def pushed(solver: Solver, width: float, by: float) -> float:
+    """Return the pressure (Pa) in the control joint between two bricks, one of which is pushed towards the other."""
+    described = Scene(
+        wall=Wall(length=0.48, height=0.075),
+        control_joint=(ControlJoint(x=0.24, width=width),),
+        movement=Movement(central_deflection=0.0, increments=2),
+        solver=replace(solver, lump_block_elasticity=False),
+    )
+    model = wall_model(described)
+    dofs = np.arange(6)
+    moved = np.where(dofs == 3, -by, 0.0)
+    supports = model.supports._replace(
+        prescribed=dofs, prescribed_displacement=moved, start=np.zeros(6), after_load=np.zeros(6, dtype=bool)
+    )
+    step = last_step(replace(model, supports=supports), described.solver, 2)
+    return -float(step.increment.normal_stress[model.interfaces.kind == Kind.CONTROL_JOINT].mean())
+
+
+@pytest.mark.parametrize("solver", [QUASI_STATIC, EXPLICIT], ids=["quasi_static", "explicit"])
+@pytest.mark.parametrize(("width", "by"), [(1e-3, 0.9e-3), (1e-3, 1.01e-3), (0.0, 0.01e-3), (0.0, -0.1e-3)])
+def test_pressure_begins_where_the_gap_is_closed(solver: Solver, width: float, by: float):
+    """sigma = -k_n (closing - gap)."""
+    assert pushed(solver, width, by) == pytest.approx(STRONG.normal_stiffness * max(by - width, 0.0), abs=1.0)
+
+
+def test_a_control_joint_is_no_crack():
+    """Two strong panels on a dpc part by millimetres: nothing of that is damage."""
+    ds = damagepred.solve(scene(LENGTH / 2, dpc=Dpc()))
+    assert ds.control_joint_opening_max[-1] > 2e-3
+    assert ds.crack_width_max[-1] == 0.0
+    assert ds.damage_category[-1] == 0
+    at_joint = ds.contact_kind == Kind.CONTROL_JOINT
+    assert at_joint.sum() > 0
+    assert (ds.contact_state.values[:, at_joint] == 0).all()
+    np.testing.assert_allclose(ds.contact_normal_stress.values[:, at_joint], 0.0)
+    np.testing.assert_allclose(ds.contact_shear_stress.values[:, at_joint], 0.0)
+    opened = ds.contact_opening.values[:, at_joint].max(axis=1)
+    np.testing.assert_allclose(ds.control_joint_opening_max, np.maximum(opened, 0.0))
+
+
+def test_walls_without_control_joints_say_nothing_of_them():
+    ds: xr.Dataset = damagepred.solve(scene(movement=Movement(central_deflection=1e-4, increments=1)))
+    assert not [name for name in ds.variables if "control" in str(name)]
+
+
+def test_runs_in_time_have_none():
+    with pytest.raises(InputError, match="control_joint"):
+        Scene.from_dict({"control_joint": [{"x": 3.0}], "dynamics": {"duration": 1.0}})
+    with pytest.raises((InputError, ValueError), match="control_joint"):
+        damagepred.solve(scene(LENGTH / 2), dynamics=Dynamics(duration=1.0))
+
+
+def test_beside_a_window_that_reaches_the_top():
+    """A joint on the line of a jamb parts the wall below the sill there, and the window's width changes with it."""
+    window = Opening(x=0.96, y=0.45, width=0.48, height=0.45)
+    described = scene(0.96, opening=(window,), dpc=Dpc())
+    ds = damagepred.solve(described)
+    at_joint = ds.contact_kind.values == Kind.CONTROL_JOINT
+    assert ds.contact_y.values[at_joint].max() < 0.45
+    assert ds.control_joint_opening_max[-1] > 1e-4
