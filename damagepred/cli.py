@@ -211,7 +211,9 @@ def two_level(
     file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],
     category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
     at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
-    budget: Annotated[float | None, typer.Option("--budget", help="Work in all, in walls of the study.")] = None,
+    budget: Annotated[
+        float | None, typer.Option("--budget", help="Work after the pilot, in walls of the study.")
+    ] = None,
     pilot: Annotated[int, typer.Option("--pilot", min=10, help="Walls of the pilot run.")] = 32,
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).")] = None,
@@ -229,10 +231,16 @@ def two_level(
     e = found.estimate
     screen.say(
         f"P(category >= {category} at {at}) = {e.value:.4g}, {e.lower:.4g} to {e.upper:.4g} ({e.confidence:.0%}), from "
-        f"{found.fine} walls and {found.coarse} coarse ones; as sure as {e.effective_samples:.0f} walls alone"
+        f"{found.fine} walls and {found.coarse} coarse ones"
+        + (f"; as sure as {e.effective_samples:.0f} random walls alone" if found.coarse else "")
     )
-    if found.left_out:
-        screen.say(f"{found.left_out} samples were left out because a wall failed", error=True)
+    if found.failed:
+        high = found.failed_damaged
+        screen.say(
+            f"{found.failed} walls failed; they count as not having reached the category. If all of them had: "
+            f"{high.value:.4g}, {high.lower:.4g} to {high.upper:.4g}",
+            error=True,
+        )
         raise typer.Exit(SOME_FAILED)
 
 

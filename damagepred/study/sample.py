@@ -83,6 +83,8 @@ def sampled_wall(
     drawn_on = settings.study.fields_from
     if drawn_on is None:
         return scene, design.joint_values(sample, joint_places(scene))
+    if shape := {place: v for place, v in values.items() if place.split(".")[0] in ("wall", "opening", "dpc")}:
+        drawn_on = drawn_on.with_values(shape)
     return scene, _on_nearest(design.joint_values(sample, joint_places(drawn_on)), drawn_on, scene)
 
 

@@ -21,6 +21,7 @@ class Stream(IntEnum):
     BOOTSTRAP = 3
     SUBSET = 4
     SUBSET_START = 5
+    PILOT = 6
 
 
 def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:

@@ -1,18 +1,20 @@
 """How many walls do Sobol points and a coarse wall save? Measured, not promised.
 
-    python studies/variance_reduction/run.py [--wall small|bryant] [--replicates 16] [--samples 32] [--pilot 64]
+    python studies/variance_reduction/run.py --wall small|solid|window [--part sobol split coarse] [--replicates 16]
+        [--samples 64] [--pairs 128] [--pilot 96]
 
 Sobol points: a study of several independent scrambles. What random walls would scatter follows from the walls
 themselves; how much the scrambles' means scatter is seen. The ratio of the two variances is the ratio of the numbers of
-walls for the same error. Coarse walls: a pilot run of each kind beside the same fine walls.
-The same call goes on where an interrupted one stopped.
+walls for the same error. The first points of a scramble are one, too: so one study tells it for short ones and long.
+Split: pairs of walls with the same values for the whole wall and joints drawn anew tell which share of the variance
+points in the space of those values could even out at most. Coarse walls: a pilot run of each kind beside the same fine
+walls. The same call goes on where an interrupted one stopped; the tables are written to the output folder.
 """
 
 from __future__ import annotations
 
 import argparse
 import tomllib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,6 +33,9 @@ from damagepred.uq.exceedance import shares, walls
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
 FloatArray = NDArray[np.float64]
+
+LIMITS = {"solid": 4e-3}
+"""Opening of the dpc (m) whose movement is asked for, of walls that reach no category."""
 
 COARSE = {
     "ten increments": {"movement": {"increments": 10}},
@@ -76,112 +81,215 @@ cov = 0.3
 
 
 def settings_of(wall: str) -> StudySettings:
-    if wall == "bryant":
-        whole = StudySettings.from_toml(DATA / "bryant_study.toml")
-        # to 10 mm and category 2: an eighth of the path, in steps half as long
-        movement = replace(whole.scene.movement, central_deflection=0.01, increments=20)
-        variables = {k: v for k, v in whole.variables.items() if not k.startswith("movement")}
-        return replace(
-            whole,
-            scene=replace(whole.scene, movement=movement),
-            variables=variables,
-            study=replace(whole.study, stop_at_category=2),
-        )
-    return StudySettings.from_dict(tomllib.loads(SMALL))
+    if wall == "small":
+        return StudySettings.from_dict(tomllib.loads(SMALL))
+    tables = tomllib.loads((DATA / "bryant_study.toml").read_text(encoding="utf-8"))
+    del tables["variables"]["movement.central_deflection"]
+    tables["study"] |= {"seed": 1993}
+    if wall == "solid":
+        scene = tomllib.loads((DATA / "bryant_dishing.toml").read_text(encoding="utf-8"))
+    else:  # to 10 mm and category 2
+        scene = tomllib.loads((DATA / "bryant_window_dishing.toml").read_text(encoding="utf-8"))
+        scene["movement"] |= {"central_deflection": "10 mm", "increments": 20}
+        tables["study"] |= {"stop_at_category": 2}
+    return StudySettings.from_dict({**tables, "scene": scene})
 
 
-def quantities(ds: xr.Dataset) -> Iterator[tuple[str, FloatArray]]:
-    """Yield one number a wall: the movement at which a category is reached, and whether it is by their median."""
-    for category in range(1, int(ds.attrs["highest_category"]) + 1):
-        known = walls(ds, category)
-        reached = np.isfinite(known.upper)
-        if reached.mean() > 0.99:
-            middle = np.where(reached, (known.lower + np.where(reached, known.upper, known.lower)) / 2, known.lower)
-            yield f"movement at category {category}", middle
-        at = float(np.median(np.where(reached, known.upper, known.end.max())))
-        if reached.mean() > 0.1:
-            hits = shares(known.lower, known.upper, at)
-            if 0.05 < hits.mean() < 0.95:
-                yield f"P(category >= {category} at {1e3 * at:.3g} mm)", hits
+Quantity = tuple[str, float]
+"""What is asked of a wall, such as ("category 1", nan) for the movement at which it is reached, or with a movement (m)
+for whether it is reached by that."""
 
 
-def sobol(settings: StudySettings, folder: Path, replicates: int, samples: int, workers: int) -> pd.DataFrame:
+def reached(ds: xr.Dataset, what: str) -> tuple[FloatArray, FloatArray]:
+    """Return the movements (m) between which a category, or an opening of the dpc, is reached by each wall."""
+    kind, value = what.split(" ", 1)
+    if kind == "category":
+        known = walls(ds, int(value))
+        return known.lower, known.upper
+    limit, moved = 1e-3 * float(value.split()[-2]), ds["central_deflection"].values
+    opening = np.maximum.accumulate(ds["dpc_opening_max"].values, axis=1)
+    first = (opening >= limit).argmax(axis=1)
+    rows = np.arange(len(opening))
+    before, after = opening[rows, first - 1], opening[rows, first]
+    at = moved[rows, first - 1] + (limit - before) / (after - before) * (moved[rows, first] - moved[rows, first - 1])
+    at = np.where(opening[:, -1] >= limit, at, np.inf)
+    return at, at
+
+
+def values_of(ds: xr.Dataset, quantity: Quantity) -> FloatArray:
+    """Return one number a wall: the logarithm of a movement, or a share."""
+    lower, upper = reached(ds, quantity[0])
+    if np.isnan(quantity[1]):
+        end = ds["central_deflection"].values[:, -1]
+        middle = np.where(np.isfinite(upper), (lower + np.where(np.isfinite(upper), upper, 0.0)) / 2, end)
+        return np.log(middle)
+    return shares(lower, upper, quantity[1])
+
+
+def quantities(ds: xr.Dataset, wall: str) -> list[Quantity]:
+    """Return what is asked, as far as it can be told.
+
+    The median movement, which is that of its mean logarithm, where nearly all walls get there; the probability at a
+    movement that half of the walls have reached, and at one that a tenth have.
+    """
+    if wall in LIMITS:
+        what = [f"dpc opening {1e3 * LIMITS[wall]:g} mm"]
+    else:
+        what = [f"category {k}" for k in range(1, int(ds.attrs["highest_category"]) + 1)]
+    found: list[Quantity] = []
+    for name in what:
+        upper = reached(ds, name)[1]
+        there = np.isfinite(upper)
+        if there.mean() > 0.99:
+            found.append((name, np.nan))
+        # of a category, the end of the increment in which it was reached
+        marks = [np.sort(upper)[int(share * len(upper))] for share in (0.5, 0.1) if there.mean() > share]
+        found += [(name, float(f"{mark:.3g}")) for mark in dict.fromkeys(marks)]
+    return [q for q in found if np.isnan(q[1]) or 0.03 < values_of(ds, q).mean() < 0.97]
+
+
+def name_of(quantity: Quantity) -> str:
+    what, at = quantity
+    return f"median movement at {what}" if np.isnan(at) else f"P({what} by {1e3 * at:.3g} mm)"
+
+
+def run(study: Study, folder: Path, samples: int, workers: int) -> xr.Dataset:
+    summary = study.run(folder, samples, workers)
+    if summary.interrupted:
+        raise SystemExit(f"{folder}: {summary.done} of {summary.total} walls; the same call goes on")
+    return open_study(folder)
+
+
+# -- Sobol points -----------------------------------------------------------------------------------------------------
+
+
+def sobol(
+    settings: StudySettings, wall: str, folder: Path, replicates: int, samples: int, workers: int
+) -> pd.DataFrame:
     """Return the variance of random walls' means over that of the scrambles' means, with a 90 % interval."""
     how = replace(settings.study, replicates=replicates, sampler="sobol")
-    Study(replace(settings, study=how)).run(folder, replicates * samples, workers)
-    ds = open_study(folder)
-    label = np.arange(replicates * samples) % replicates
+    ds = run(Study(replace(settings, study=how)), folder, replicates * samples, workers)
+    label, turn = np.arange(replicates * samples) % replicates, np.arange(replicates * samples) // replicates
     rows = []
-    for name, values in quantities(ds):
-        if len(values) == len(label):  # no wall failed
-            rows.append({"quantity": name, **saved(values, label)})
+    for quantity in quantities(ds, wall):
+        values = values_of(ds, quantity)
+        if len(values) != len(label):
+            continue  # a wall failed
+        length = 8
+        while length <= samples:
+            rows.append({"quantity": name_of(quantity), "points": length, **saved(values, label, turn < length)})
+            length *= 2
     return pd.DataFrame(rows)
 
 
-def saved(values: FloatArray, label: NDArray[np.int64]) -> dict[str, float]:
+def saved(values: FloatArray, label: NDArray[np.int64], used: NDArray[np.bool_]) -> dict[str, float]:
     """Return how many random walls one Sobol wall stands for, with a 90 % interval from the number of scrambles."""
     groups = int(label.max()) + 1
-    means = np.array([values[label == r].mean() for r in range(groups)])
-    ratio = float(values.var(ddof=1) / (len(values) / groups) / means.var(ddof=1))
+    means = np.array([values[used & (label == r)].mean() for r in range(groups)])
+    ratio = float(values.var(ddof=1) / (used.sum() / groups) / means.var(ddof=1))
     low, high = (ratio * float(stats.chi2.ppf(q, groups - 1)) / (groups - 1) for q in (0.05, 0.95))
     return {"ratio": ratio, "lower": low, "upper": high}
 
 
-def coarse_walls(settings: StudySettings, folder: Path, pilot: int, workers: int) -> pd.DataFrame:
+# -- what points can even out -----------------------------------------------------------------------------------------
+
+
+def split(settings: StudySettings, wall: str, folder: Path, pairs: int, workers: int) -> pd.DataFrame:
+    """Return the share of the variance that values for the whole wall make, from pairs with the same (pick-freeze)."""
+    folder.mkdir(parents=True, exist_ok=True)
+    design = replace(settings, study=replace(settings.study, sampler="random")).design()
+    drawn = pd.DataFrame(design.wall_values(pairs))
+    table = folder / "pairs.csv"
+    if not table.is_file():
+        drawn.loc[drawn.index.repeat(2)].to_csv(table, index=False, float_format="%.17g")
+    fields = {place: v for place, v in settings.variables.items() if place in design.joint}
+    among = {a: {b: c for b, c in row.items() if b in fields} for a, row in settings.correlation.items() if a in fields}
+    how = replace(
+        settings.study, sampler="table", table=str(table), table_columns=tuple(drawn.columns), replicates=1
+    )  # fmt: skip
+    study = Study(replace(settings, variables=fields, correlation=among, study=how))
+    ds = run(study, folder / "pairs.dp", 2 * pairs, workers)
+    rows = []
+    for quantity in quantities(ds, wall):
+        values = values_of(ds, quantity)
+        if len(values) == 2 * pairs:
+            rows.append({"quantity": name_of(quantity), **common_share(*values.reshape(pairs, 2).T)})
+    return pd.DataFrame(rows)
+
+
+def common_share(first: FloatArray, second: FloatArray) -> dict[str, float]:
+    """Return the correlation of walls with the same values for the whole wall, and the most to gain."""
+
+    def correlation(a: FloatArray, b: FloatArray) -> float:
+        both = np.append(a, b)
+        return float(((a - both.mean()) * (b - both.mean())).mean() / both.var())
+
+    share = correlation(first, second)
+    random = np.random.default_rng(1)
+    again = [
+        correlation(first[k], second[k]) for k in (random.integers(len(first), size=len(first)) for _ in range(2000))
+    ]
+    low, high = np.quantile(again, (0.05, 0.95))
+    most = [1 / max(1 - s, 1e-3) for s in (share, low, high)]
+    return {
+        "share": share, "lower": low, "upper": high, "gain at most": most[0], "most lower": most[1],
+        "most upper": most[2],
+    }  # fmt: skip
+
+
+# -- coarse walls -----------------------------------------------------------------------------------------------------
+
+
+def coarse_walls(settings: StudySettings, wall: str, folder: Path, pilot: int, workers: int) -> pd.DataFrame:
     """Return what a pilot run says of each kind of coarse wall."""
     rows = []
     for name, change in COARSE.items():
         if name.startswith("blocks") and settings.scene.dpc is not None:
             change = change | {"dpc": {"course": settings.scene.dpc.course // 2}}  # at the same height
-        how = replace(settings.study, coarse=change)
+        how = replace(settings.study, coarse=change, sampler="random")
         fine, coarse = levels(replace(settings, study=how))
-        found = []
-        for kind, level in (("fine", fine), (name.replace(" ", "_"), coarse)):
-            Study(level).run(folder / f"{kind}.dp", pilot, workers)
-            found.append(open_study(folder / f"{kind}.dp"))
+        found = [
+            run(Study(level), folder / f"{kind}.dp", pilot, workers)
+            for kind, level in (("fine", fine), (name.replace(" ", "_"), coarse))
+        ]
         cost = [float(np.nanmedian(ds["run_time"].values)) for ds in found]
-        for quantity, values in quantities(found[0]):
-            other = _same(found[1], quantity)
+        for quantity in quantities(found[0], wall):
+            values, other = (values_of(ds, quantity) for ds in found)
             if len(other) != len(values):
                 continue  # a wall failed
             report = read_pilot(values, other, *cost)
             rows.append({
-                "coarse wall": name, "quantity": quantity, "correlation": report.correlation,
+                "coarse wall": name, "quantity": name_of(quantity), "correlation": report.correlation,
                 "lower": report.correlation_lower, "upper": report.correlation_upper, "cost ratio": report.cost_ratio,
                 "relative cost": report.relative_cost, "at worst": report.relative_cost_worst, "pays": report.pays,
             })  # fmt: skip
     return pd.DataFrame(rows)
 
 
-def _same(ds: xr.Dataset, quantity: str) -> FloatArray:
-    """Return the quantity of another study, by its name."""
-    if quantity.startswith("movement"):
-        known = walls(ds, int(quantity.split()[-1]))
-        upper = np.where(np.isfinite(known.upper), known.upper, known.end)
-        return (known.lower + upper) / 2
-    words = quantity.removesuffix(" mm)").split()
-    known = walls(ds, int(words[2]))
-    return shares(known.lower, known.upper, 1e-3 * float(words[4]))
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--wall", choices=("small", "bryant"), default="small")
+    parser.add_argument("--wall", choices=("small", "solid", "window"), default="small")
+    parser.add_argument("--part", nargs="+", choices=("sobol", "split", "coarse"), default=["sobol", "split", "coarse"])
     parser.add_argument("--replicates", type=int, default=16, help="scrambles")
-    parser.add_argument("--samples", type=int, default=32, help="walls of each scramble, a power of two")
-    parser.add_argument("--pilot", type=int, default=64, help="walls of each pilot run")
+    parser.add_argument("--samples", type=int, default=64, help="walls of each scramble, a power of two")
+    parser.add_argument("--pairs", type=int, default=128, help="pairs of walls with the same values for the whole wall")
+    parser.add_argument("--pilot", type=int, default=96, help="walls of each pilot run")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder")
     options = parser.parse_args()
     settings, out = settings_of(options.wall), options.output / options.wall
     out.mkdir(parents=True, exist_ok=True)
-    pd.set_option("display.width", 160, "display.max_columns", 12, "display.precision", 2)
-    gained = sobol(settings, out / "sobol.dp", options.replicates, options.samples, options.workers)
-    print(f"random walls for each Sobol wall, scrambles of {options.samples} (90 % interval):\n{gained}\n", flush=True)
-    gained.to_csv(out / "sobol.csv", index=False)
-    beside = coarse_walls(settings, out, options.pilot, options.workers)
-    print(f"coarse walls, pilot of {options.pilot}:\n{beside}", flush=True)
-    beside.to_csv(out / "coarse.csv", index=False)
+    pd.set_option("display.width", 180, "display.max_columns", 12, "display.precision", 2, "display.max_rows", 100)
+    parts = {
+        "sobol": (sobol, out / "sobol.dp", options.replicates, options.samples),
+        "split": (split, out, options.pairs),
+        "coarse": (coarse_walls, out, options.pilot),
+    }
+    for part in options.part:
+        measure, place, *size = parts[part]
+        found = measure(settings, options.wall, place, *size, options.workers)  # type: ignore[operator]
+        print(f"{options.wall}, {part}:\n{found}\n", flush=True)
+        found.to_csv(out / f"{part}.csv", index=False)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
+from damagepred.errors import InputError
 from damagepred.uq.control_variate import read_pilot, relative_cost, two_level
+from damagepred.uq.samplers import unit_points
 
 
 def pair(correlation: float, n: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -28,6 +30,61 @@ def test_unbiased_and_as_sure_as_stated(correlation: float) -> None:
     hits = sum(f.lower <= exact <= f.upper for f in found)
     assert stats.binom.cdf(hits, 400, 0.87) > 1e-3  # of intervals that state 0.9, of few hits
     assert hits < 390
+
+
+def whole_procedure(seed: int, counted: bool) -> float:
+    """A pilot of 32, then what it says with a budget of 128; the pilot's samples counted or not. Exact: 0.05."""
+
+    def draw(n: int) -> tuple[np.ndarray, np.ndarray]:
+        x, y = random.multivariate_normal((0, 0), ((1, 0.97), (0.97, 1)), size=n).T
+        return (x > 1.6448536) * 1.0, (y > 1.5) * 1.0
+
+    random = np.random.default_rng([seed, counted])
+    fine, coarse = draw(32)
+    n, m = read_pilot(fine, coarse, 1.0, 0.05).allocation(128.0)
+    if counted:
+        more = draw(max(n - 32, 0))
+        fine, coarse = np.append(fine, more[0]), np.append(coarse, more[1])
+    else:
+        fine, coarse = draw(n)
+    return two_level(fine, coarse, draw(max(m - n, 2))[1]).value if m else float(fine.mean())
+
+
+def test_a_pilot_that_counts_would_bias_the_estimate_and_does_not_count() -> None:
+    bias = {}
+    for counted in (False, True):
+        found = np.array([whole_procedure(seed, counted) for seed in range(2500)])
+        bias[counted] = (found.mean() - 0.05) / (found.std(ddof=1) / np.sqrt(len(found)))
+    assert abs(bias[False]) < 3.5
+    assert bias[True] > 5  # standard errors: what this test is able to see
+
+
+def test_scrambles_of_sobol_points_tell_their_error_and_take_fewer_walls() -> None:
+    """Shares that are smooth in two numbers; the coarse one is biased."""
+    exact, found, plain = 0.25, [], []
+    for seed in range(200):
+        u = unit_points("sobol", 2, 8 * 32, seed, 8)
+        fine, coarse = u[:, 0] * u[:, 1], u[:, 0] ** 1.2 * u[:, 1]
+        found.append(two_level(fine[: 8 * 4], coarse[: 8 * 4], coarse[8 * 4 :], replicates=8))
+        v = np.random.default_rng(seed).random((8 * 32, 2))
+        fine, coarse = v[:, 0] * v[:, 1], v[:, 0] ** 1.2 * v[:, 1]
+        plain.append(two_level(fine[: 8 * 4], coarse[: 8 * 4], coarse[8 * 4 :]).value)
+    values = np.array([f.value for f in found])
+    assert abs(values.mean() - exact) < 4 * values.std(ddof=1) / np.sqrt(200)
+    assert values.std() < 0.5 * np.std(plain)
+    assert sum(f.lower <= exact <= f.upper for f in found) > 170
+    with pytest.raises(InputError, match="replicates = 3"):
+        two_level(fine[:32], coarse[:32], coarse[32:], replicates=3)
+
+
+def test_results_that_all_agree_do_not_call_for_ever_more_coarse_ones() -> None:
+    """A pilot in which both agree, and a budget that is kept to."""
+    hits = np.arange(12) % 2 * 1.0
+    report = read_pilot(hits, hits, 1.0, 0.5)
+    assert report.coarse_per_fine < 6
+    for budget in (20, 100, 1000):
+        n, m = report.allocation(budget)
+        assert n + 0.5 * m <= budget + 1
 
 
 def test_the_cost_is_what_the_allocation_brings() -> None:
