@@ -37,6 +37,7 @@ from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_fo
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
 Point = tuple[float, float]
 
 TOGETHER = 1e-4
@@ -134,12 +135,15 @@ class Path:
 
     # -- bonds and memory -------------------------------------------------------------------------------------------
 
-    def bond_loads(self, state: State) -> tuple[FloatArray, float]:
-        """Return how far each bond (m, q) is loaded, 1 at its strength, 0 where it is broken already; and the most."""
+    def bond_loads(self, state: State, listed: IntArray | None = None) -> tuple[FloatArray, float]:
+        """Return how far each bond (m, q) is loaded, 1 at its strength, 0 where it is broken already; and the most.
+
+        Bonds of interfaces that are not listed keep the loads they had.
+        """
         model = self.model
         most = bond_loads(
-            self._everything, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
-            state.progress, self._no_strength, self._load,
+            self._everything if listed is None else listed, model.interfaces, model.properties, model.ground,
+            state.memory, state.displacement, state.progress, self._no_strength, self._load,
         )  # fmt: skip
         return self._load, most
 
@@ -251,7 +255,7 @@ class Path:
                 beyond, cuts = target, cuts + 1
                 over = loaded > 1.0 + OVERLOAD
                 after = loaded[over]
-                before = self.bond_loads(state)[0][over]
+                before = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
                 share = float(np.min((1.0 + 0.5 * NEAR - before) / (after - before))) if cuts < CUTS else 0.5
                 far = between(state, target, min(max(share, 1e-4), 0.95))
 
@@ -272,7 +276,7 @@ class Path:
             return ahead.displacement, 1.0
         over = after_load > 1.0 + OVERLOAD
         after_load = after_load[over]
-        before_load = self.bond_loads(state)[0][over]
+        before_load = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
         share = float(np.min((1.0 + 0.1 * NEAR - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
