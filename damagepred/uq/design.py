@@ -14,6 +14,7 @@ from damagepred.uq.correlation import cholesky
 from damagepred.uq.fields import course_noise, innovation_factor, lag_correlation
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
+from damagepred.uq.quantile_table import JointQuantile
 from damagepred.uq.samplers import Stream, generator, unit_points
 from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
@@ -73,6 +74,8 @@ class Design:
         Cholesky factor of the correlation of what is new from one joint of a course to the next.
     by_distance : WallFields or None
         The fields, unless each joint depends on the one before it alone.
+    joint_quantiles : mapping of str to JointQuantile
+        Of places with one value a joint.
     """
 
     seed: int
@@ -85,6 +88,7 @@ class Design:
     lag: Mapping[str, float]
     innovation_factor: FloatArray
     by_distance: WallFields | None = None
+    joint_quantiles: Mapping[str, JointQuantile] = field(default_factory=dict)
 
     @classmethod
     def make(
@@ -129,16 +133,29 @@ class Design:
                     f'[correlation] "{a}" with "{b}": one has a value a wall, the other one a joint; give both a field '
                     "or neither."
                 )
+        quantiles = {place: JointQuantile(marginals[place]) for place in joint}
         fields = {place: f for place in joint if (f := variables[place].field) is not None}
         joint_factor = cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)})
         wall_factor = cholesky(wall, marginals, {p: c for p, c in correlation.items() if p <= set(wall)})
         if not all(f.by_course for f in fields.values()):
             by_distance = WallFields(joint, fields, marginals, joint_factor)
-            return cls(seed, sampler, marginals, wall, joint, wall_factor, joint_factor, {}, joint_factor, by_distance)
+            return cls(
+                seed,
+                sampler,
+                marginals,
+                wall,
+                joint,
+                wall_factor,
+                joint_factor,
+                {},
+                joint_factor,
+                by_distance,
+                quantiles,
+            )
         lag = {place: lag_correlation(marginals[place], f.course_correlation) for place, f in fields.items()}
         return cls(
             seed, sampler, marginals, wall, joint, wall_factor,
-            joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]),
+            joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]), None, quantiles,
         )  # fmt: skip
 
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
@@ -220,7 +237,7 @@ class Design:
             first = np.diff(sequence, prepend=sequence[0] - 1) != 0
             new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
             normal = np.array([course_noise(new[k], sequence, self.lag[place]) for k, place in enumerate(self.joint)])
-        return {place: from_normal(self.marginals[place], normal[k]) for k, place in enumerate(self.joint)}
+        return {place: self.joint_quantiles[place](normal[k]) for k, place in enumerate(self.joint)}
 
 
 def _table_places(columns: tuple[str, ...], wall: tuple[str, ...]) -> tuple[str, ...]:

@@ -238,7 +238,7 @@ class Mixture:
             halve = ~np.isfinite(middle) | (middle <= a) | (middle >= b) | (turn % 8 == 7)
             middle = np.where(halve, 0.5 * (a + b), middle)
             value = self._score(middle) - wanted
-            done = (np.abs(value) <= 1e-10) | (middle <= a) | (middle >= b)
+            done = (np.abs(value) <= 1e-12) | (middle <= a) | (middle >= b)
             x[open_] = middle
             above = value >= 0
             # Illinois: an end that stays twice counts half
