@@ -45,6 +45,25 @@ class Intensity(StrEnum):
     surface_movement = "surface_movement"
     central_deflection = "central_deflection"
     deflection_ratio = "deflection_ratio"
+    curvature = "curvature"
+    footing_curvature = "footing_curvature"
+    differential_movement = "differential_movement"
+
+
+class Model(StrEnum):
+    """Form of fragility curves."""
+
+    separate = "separate"
+    common = "common"
+    empirical = "empirical"
+
+
+class Band(StrEnum):
+    """How confidence bands are found."""
+
+    bca = "bca"
+    percentile = "percentile"
+    profile = "profile"
 
 
 @app.command()
@@ -253,8 +272,13 @@ def fragility(
     intensity: Annotated[
         Intensity | None, typer.Option(help="Measure of the movement; on mounds by default surface_movement.")
     ] = None,
+    model: Annotated[
+        Model, typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form.")
+    ] = Model.separate,
+    band: Annotated[Band, typer.Option(help="Resampled walls (bca, percentile) or profile likelihood.")] = Band.bca,
     confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
-    bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 200,
+    bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 1000,
+    goodness: Annotated[int, typer.Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
     export: Annotated[
         Export | None, typer.Option("--export", help="Write for another program, beside -o or the study folder.")
     ] = None,
@@ -271,8 +295,8 @@ def fragility(
     check_writable(output, plot, csv)
     wanted = screen.whole_numbers("--categories", categories) if categories else None
     curves = fit_fragility(
-        open_study(folder), intensity=intensity and intensity.value, categories=wanted, confidence=confidence,
-        bootstrap=bootstrap,
+        open_study(folder), model=model.value, intensity=intensity and intensity.value, categories=wanted,
+        confidence=confidence,        band=band.value, bootstrap=bootstrap, goodness=goodness,
     )  # fmt: skip
     screen.fragility_table(curves)
     if output is not None:

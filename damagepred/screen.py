@@ -263,8 +263,32 @@ def fragility_table(curves: xr.Dataset) -> None:
             bounds = [scale * float(c[f"median_failed_{end}"]) for end in ("undamaged", "damaged")]
             if all(b == b for b in bounds):
                 say(f"  category {int(category)}: {bounds[0]:.3g} or {bounds[1]:.3g}")
+    for line in _fit_lines(curves):
+        say(line)
+
+
+def _fit_lines(curves: xr.Dataset) -> list[str]:
+    """Say how well curves fit, and what to know of them."""
+    said = []
+    for number, note, chance, gap in zip(
+        *(curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
+    ):
+        if chance < 0.05:
+            said.append(
+                f"category {number}: is {gap:.2f} from the empirical curve, as only {chance:.0%} of lognormal ones are"
+            )
+        if note:
+            said.append(f"category {number}: {note}")
+    separate, common = (curves.attrs.get(f"aic_{word}", float("nan")) for word in ("separate", "common"))
+    if separate == separate and common == common:
+        better = "one dispersion for all" if common <= separate else "a dispersion for each"
+        said.append(
+            f"Akaike's criterion: {separate:.1f} with a dispersion for each category, {common:.1f} with one for all; "
+            f"it speaks for {better}"
+        )
     if curves.attrs["curves_cross"]:
-        say("note: fitted apart, the curves of two categories cross; read neither beyond the movement of the study")
+        said.append("note: fitted apart, the curves of two categories cross; --model common has curves that do not")
+    return said
 
 
 def _category(number: int, names: Sequence[str]) -> str:

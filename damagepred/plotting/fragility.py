@@ -13,6 +13,9 @@ from damagepred.plotting.categories import COLOURS
 from damagepred.plotting.sheet import MM, axes_or_new, label_movement, plain_number, require, set_title
 from damagepred.scene.site import site_classes
 
+EMPIRICAL = "empirical"
+"""Status of a curve without a form."""
+
 LINES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 """Line style of the curves one after the other, beside their colour."""
 
@@ -60,20 +63,21 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
         one = curves.isel(category=number)
         colour = COLOURS[int(category) % len(COLOURS)]
         style = LINES[number % len(LINES)]
-        if "empirical" in one:
+        status = str(one["fit_status"].item())
+        if "empirical" in one and status != EMPIRICAL:
             ax.plot(
                 x, one["empirical"].values, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3
             )
         name = f"category {int(category)} ({_name(curves, number)})"
-        if str(one["fit_status"].item()) != "fitted":
-            handles.append(
-                Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {one['fit_status'].item()}")
-            )
+        if status not in ("fitted", EMPIRICAL):
+            handles.append(Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {status}"))
             continue
+        steps = status == EMPIRICAL
         lower, upper = one["probability_lower"].values, one["probability_upper"].values
-        ax.fill_between(x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1)
+        ax.fill_between(x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None)
         handles += ax.plot(
             x, one["probability"].values, color=colour, linestyle=style, linewidth=2.0, zorder=4,
+            drawstyle="steps-post" if steps else "default",
             label=f"{name}: {_parameters(one, float(x[-1]), scale, in_metres)}",
         )  # fmt: skip
     ax.set_xlim(float(x[0]), float(x[-1]))
@@ -99,9 +103,13 @@ def _name(curves: xr.Dataset, number: int) -> str:
 
 def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
     median = float(one["median"]) * scale
-    shown = f"{plain_number(median)} mm" if in_metres else as_ratio(median)
+    if not np.isfinite(median):
+        return "fewer than half of the walls reached it"
+    curvature = one["intensity"].attrs.get("units") == "m-1"
+    shown = f"{median:.3g} 1/m" if curvature else f"{plain_number(median)} mm" if in_metres else as_ratio(median)
     beyond = " (beyond the study's movement)" if median > largest else ""
-    return f"median {shown}{beyond}, dispersion {float(one['dispersion']):.2f}"
+    scatter = float(one["dispersion"])
+    return f"median {shown}{beyond}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
 
 
 def as_ratio(value: float) -> str:
@@ -134,6 +142,9 @@ def mark_site_classes(ax: Axes) -> None:
 def _label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
     measure = str(curves.attrs.get("intensity_measure", ""))
     name = measure.replace("_", " ") or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
+    if curves["intensity"].attrs.get("units") == "m-1":
+        ax.set_xlabel(f"{name} (1/m)")
+        return
     if in_metres:
         label_movement(ax, measure or name)
         if measure == "surface_movement":
@@ -158,6 +169,8 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
     if np.isfinite(curves["probability_lower"].values).any():
         confidence = curves.attrs.get("confidence")
         parts.append("band: " + (f"{float(confidence):.0%} confidence" if confidence else "confidence"))
+    if curves.attrs.get("model") == "common":
+        parts.append("one dispersion for all categories")
     if "empirical" in curves:
         parts.append("steps: share of the walls at the increments")
     return title[:1].upper() + title[1:], "; ".join(parts)

@@ -26,6 +26,9 @@ from damagepred.uq.fragility import (
     fit_lognormal,
     movement_measure,
 )
+from damagepred.uq.fragility.capacities import tally
+from damagepred.uq.fragility.models import estimators
+from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
@@ -202,15 +205,20 @@ def median_movement(
         error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
         factor = student_factor(confidence, groups - 1)
     else:
-        random = generator(seed, Stream.BOOTSTRAP, category)
-        drawn = (np.bincount(random.integers(count, size=count), minlength=count) for _ in range(RESAMPLES))
-        again = np.log([_median(known, heavy * times) for times in drawn])
-        error, factor = float(np.nanstd(again, ddof=1)), normal_factor(confidence)
+        error, factor = _resampled_error(known, heavy, seed, category), normal_factor(confidence)
     if not np.isfinite(error):
         return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
     return Estimate(
         fit, fit * error, fit * np.exp(-factor * error), fit * np.exp(factor * error), confidence, count, kish
     )
+
+
+def _resampled_error(known: Walls, heavy: FloatArray, seed: int, category: int) -> float:
+    """Return the standard error of the median's logarithm from walls drawn again."""
+    weight = fair_weights(heavy, known.upper)
+    (estimator,) = estimators(tally(known.lower[None], known.upper[None], weight))
+    found = resample(estimator, estimator.best(), RESAMPLES, generator(seed, Stream.BOOTSTRAP, category))
+    return float(np.std(found.again[:, 1] / found.again[:, 0], ddof=1)) if len(found.again) > 1 else np.nan
 
 
 def _median(known: Walls, heavy: FloatArray) -> float:

@@ -22,6 +22,7 @@ class Stream(IntEnum):
     SUBSET = 4
     SUBSET_START = 5
     PILOT = 6
+    GOODNESS = 7
 
 
 def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:

@@ -1,0 +1,53 @@
+"""Fragility curves: the probability that a category of damage is reached at a given movement.
+
+Each wall's path brackets its capacity for a category: undamaged at one increment, damaged at the next, or not yet
+damaged at the last. Curves are fitted to those intervals by maximum likelihood; walls that were not yet damaged count
+as such (censored), for leaving them out biases the curve to too small capacities.
+
+- ``curves``: ``fit_fragility``, curves with bands from a study
+- ``intensity``: what curves can be drawn against; ``capacities``: the intervals, read from a study
+- ``likelihood``: of censored capacities, and its maximum
+- ``models``: separate lognormal curves; a common dispersion, so that curves do not cross; ordinal data
+- ``turnbull``: the empirical curve (Turnbull, Kaplan-Meier, pooled adjacent violators)
+- ``resampling``: walls drawn again; ``bands``: percentile, BCa and profile likelihood
+- ``goodness``: how well a lognormal fits, and whether a common dispersion is enough
+- ``stripes``: counts of walls at a few movements; ``surface``: against the movement and a second variable
+"""
+
+from damagepred.uq.fragility.capacities import (
+    COLLAPSED,
+    COMPLETE,
+    FAILED,
+    Capacities,
+    capacities,
+    fair_weights,
+    read_capacities,
+)
+from damagepred.uq.fragility.curves import fit_fragility
+from damagepred.uq.fragility.intensity import MEASURES, movement_measure
+from damagepred.uq.fragility.models import FEWEST, CommonFit, Fit, fit_common, fit_lognormal, fit_ordinal
+from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
+from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
+
+__all__ = [
+    "COLLAPSED",
+    "COMPLETE",
+    "FAILED",
+    "FEWEST",
+    "MEASURES",
+    "Capacities",
+    "CommonFit",
+    "Fit",
+    "capacities",
+    "fair_weights",
+    "fit_common",
+    "fit_fragility",
+    "fit_lognormal",
+    "fit_ordinal",
+    "kaplan_meier",
+    "movement_measure",
+    "read_capacities",
+    "stripes",
+    "stripes_from_counts",
+    "turnbull",
+]

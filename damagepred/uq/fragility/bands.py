@@ -1,0 +1,163 @@
+"""Confidence bands of lognormal curves, of their medians and dispersions.
+
+- ``"percentile"``: quantiles of the resampled fits;
+- ``"bca"``: the same, shifted for the bias that resampling shows and for how the error grows with the value (Efron
+  1987, J. Am. Stat. Assoc. 82); its acceleration comes from the walls' influence on the fit instead of a jackknife;
+- ``"profile"``: without resampling, all curves whose likelihood is not too small: the range of each number over the
+  parameters whose log-likelihood is within half the quantile of chi-squared (1 degree of freedom) of the largest, which
+  is its profile likelihood interval. For walls that count alike, and curves fitted each for itself.
+
+Each number is treated as a function of g = 1/dispersion and h = ln(median)/dispersion.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility.likelihood import likelihood
+from damagepred.uq.fragility.models import Composite, Estimator
+from damagepred.uq.fragility.resampling import Resampled
+
+FloatArray = NDArray[np.float64]
+
+BANDS = ("percentile", "bca", "profile")
+
+_DIRECTIONS = 128
+"""Points on the rim of the likely parameters."""
+
+
+class Band(NamedTuple):
+    """Limits of a curve: of its median, dispersion and probabilities (points,), lower ones first."""
+
+    median: tuple[float, float]
+    dispersion: tuple[float, float]
+    probability: tuple[FloatArray, FloatArray]
+
+
+def no_band(points: int) -> Band:
+    """Return a band of which nothing is known."""
+    nothing = (np.nan, np.nan)
+    return Band(nothing, nothing, (np.full(points, np.nan), np.full(points, np.nan)))
+
+
+def _numbers(g: FloatArray, h: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return ln(median), dispersion and probit of the probability at each movement, array (parameters, 2 + points)."""
+    with np.errstate(divide="ignore"):
+        along = g[:, None] * np.log(grid) - h[:, None]
+    return np.column_stack((h / g, 1.0 / g, along))
+
+
+def _band(low: FloatArray, high: FloatArray) -> Band:
+    # pointwise limits of a rising curve may as well rise
+    ends = [special.ndtr(np.maximum.accumulate(limit[2:])) for limit in (low, high)]
+    return Band((float(np.exp(low[0])), float(np.exp(high[0]))), (float(low[1]), float(high[1])), (ends[0], ends[1]))
+
+
+def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, confidence: float) -> Band:
+    """Return the band of one category from resampled fits.
+
+    Parameters
+    ----------
+    kind : {"percentile", "bca"}
+        Which.
+    found : Resampled
+        Fits.
+    place : int
+        Place of the category among those fitted together.
+    grid : array (points,)
+        Movements.
+    confidence : float
+        Of the band.
+    """
+    if len(found.again) < 2:
+        return no_band(len(grid))
+    again = np.sort(_numbers(found.again[:, 0], found.again[:, 1 + place], grid), axis=0)
+    tails = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])[:, None] * np.ones(again.shape[1])
+    if kind == "bca":
+        best = _numbers(found.best[:1], found.best[1 + place : 2 + place], grid)[0]
+        below = ((again < best).sum(axis=0) + 0.5 * (again == best).sum(axis=0) + 0.5) / (len(again) + 1)
+        bias = special.ndtri(below)
+        z = bias + special.ndtri(tails)
+        tails = special.ndtr(bias + z / (1.0 - _acceleration(found, place, grid) * z))
+    # quantiles at shares that differ from number to number
+    at = tails * (len(again) - 1)
+    under = np.clip(at.astype(np.int64), 0, len(again) - 2)
+    columns = np.arange(again.shape[1])
+    with np.errstate(invalid="ignore"):
+        rest = again[under + 1, columns] - again[under, columns]
+        limits = again[under, columns] + np.where(np.isfinite(rest), rest * (at - under), 0.0)
+    return _band(limits[0], limits[1])
+
+
+def _acceleration(found: Resampled, place: int, grid: FloatArray) -> FloatArray:
+    """Return a sixth of the skewness of what the walls add to each number."""
+    g, h = found.best[0], found.best[1 + place]
+    with np.errstate(divide="ignore"):
+        log_grid = np.where(grid > 0, np.log(grid), 0.0)
+    by_g = np.concatenate(([-h / g**2, -1.0 / g**2], log_grid))
+    by_h = np.concatenate(([1.0 / g, 0.0], np.full(len(grid), -1.0)))
+    each = found.influence[:, [0, 1 + place]] * found.cells.weight[:, None]
+    count = found.cells.number.astype(np.float64)
+    second = np.einsum("c,ca,cb->ab", count, each, each)
+    third = np.einsum("c,ca,cb,cd->abd", count, each, each, each, optimize=True)
+    along = np.column_stack((by_g, by_h))
+    spread = np.einsum("na,nb,ab->n", along, along, second)
+    skew = np.einsum("na,nb,nd,abd->n", along, along, along, third)
+    return skew / (6.0 * np.maximum(spread, 1e-300) ** 1.5)
+
+
+def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confidence: float) -> Band:
+    """Return the band of one category by profile likelihood.
+
+    Parameters
+    ----------
+    estimator : Estimator
+        Of one category.
+    best : array (2,)
+        Its estimate.
+    grid : array (points,)
+        Movements.
+    confidence : float
+        Of the band.
+
+    Raises
+    ------
+    InputError
+        If the category is not fitted for itself, or walls count differently.
+    """
+    weight = estimator.cells.weight
+    if not isinstance(estimator, Composite) or len(estimator.categories) > 1 or np.ptp(weight) > 0:
+        raise InputError(
+            "band = 'profile': is for curves that are fitted each for itself (model = 'separate') to walls that count "
+            "alike; take 'bca' or 'percentile'."
+        )
+    rim = _rim(estimator, best, special.chdtri(1.0, 1.0 - confidence))
+    numbers = _numbers(rim[:, 0], rim[:, 1], grid)
+    return _band(numbers.min(axis=0), numbers.max(axis=0))
+
+
+def _rim(estimator: Composite, best: FloatArray, drop: float) -> FloatArray:
+    """Return the parameters at which twice the log-likelihood is by ``drop`` below its maximum."""
+    angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
+    root = np.linalg.inv(np.linalg.cholesky(-estimator.curvature(best)))
+    towards = np.column_stack((np.cos(angle), np.sin(angle))) @ root
+    weight = np.broadcast_to(estimator.cells.total, (_DIRECTIONS, len(estimator.cells.number)))
+    most = estimator.value(best)
+    with np.errstate(divide="ignore"):
+        limit = np.where(towards[:, 0] < 0, 0.9999 * best[0] / -towards[:, 0], np.inf)  # the dispersion is positive
+    far = np.minimum(np.full(_DIRECTIONS, np.sqrt(drop)), limit)
+    for _ in range(40):
+        here = likelihood(best + far[:, None] * towards, estimator.rows, weight)
+        lost, rate = 2.0 * (most - here.value), -2.0 * (here.gradient * towards).sum(axis=1)
+        # the loss is convex along each line: Newton's method, from outside after the first step
+        new = np.clip(far + (drop - lost) / np.maximum(rate, 1e-12), 0.3 * far, np.minimum(3.0 * far, limit))
+        done = np.abs(new - far).max() <= 1e-9 * far.max()
+        far = new
+        if done:
+            break
+    return best + far[:, None] * towards

@@ -1,0 +1,229 @@
+"""Each wall's capacity: the interval of the movement in which it first reached a category, read from a study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility.intensity import intensity_values
+
+FloatArray = NDArray[np.float64]
+
+COMPLETE, COLLAPSED, FAILED = 0, 1, 2
+"""Values of a sample's status that the fit uses; what is missing is left out."""
+
+CHUNK = 50_000
+"""Walls read at a time, so that a million of them need no arrays of their own size but the capacities."""
+
+
+class Capacities(NamedTuple):
+    """Movement at which each wall first reached a category lies in (lower, upper]; infinite upper: not yet.
+
+    Attributes
+    ----------
+    lower, upper : array (walls,) or (categories, walls)
+        In the unit of the movement.
+    failed : array of bool, of the same shape
+        Walls whose path could not be followed to its end, and had not reached the category before. Their lower bound
+        is as far as they were followed.
+    end : array (walls,)
+        Movement to which each wall was to be followed.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    failed: NDArray[np.bool_]
+    end: FloatArray
+
+
+class Walls(NamedTuple):
+    """All that fits read of a study.
+
+    Attributes
+    ----------
+    capacities : Capacities
+        On (categories, walls).
+    weight : array (walls,)
+        1, or of importance sampling.
+    single : bool
+        Whether each wall is known at one movement alone.
+    marks : array (increments,) or None
+        Movements of the increments, if all walls have the same.
+    largest : float
+        Largest movement.
+    increments : int
+        Increments of a path after the first state; 1 where each wall is known at one movement alone.
+    sample : array of int (walls,)
+        Numbers of the walls in the study.
+    """
+
+    capacities: Capacities
+    weight: FloatArray
+    single: bool
+    marks: FloatArray | None
+    largest: float
+    increments: int
+    sample: NDArray[np.int64]
+
+
+def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
+    """Read each wall's capacity for a category from a study.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        See ``read_capacities``.
+    category : int
+        Category that counts as reached from here upwards.
+    intensity : str
+        Name of the movement's measure.
+    """
+    found = read_capacities(ds, [category], intensity).capacities
+    return Capacities(found.lower[0], found.upper[0], found.failed[0], found.end)
+
+
+def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -> Walls:
+    """Read each wall's capacity for several categories from a study.
+
+    A footing that finds its own form may rise again while the ground goes on: then its intensity is the largest
+    deflection so far. Where a path ended before the full movement, because the jacks or supports carried nothing any
+    more, category and deflection are not known beyond: such a wall is censored at that limit. Where a study keeps the
+    end of each wall's movement alone, its capacity lies below that or above.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        With ``damage_category`` and the intensity on (sample, increment) or on (sample,), and ``status`` on (sample,).
+        It is read ``CHUNK`` walls at a time, so it may be one that is still on disk.
+    categories : sequence of int
+        Each counts as reached from itself upwards.
+    intensity : str
+        Name of the movement's measure.
+    """
+    status = np.asarray(ds["status"].values)
+    known = np.isin(status, (COMPLETE, COLLAPSED, FAILED))
+    count, kinds = int(known.sum()), len(categories)
+    lower, upper = np.empty((kinds, count)), np.empty((kinds, count))
+    end = np.empty(count)
+    marks: FloatArray | None = None
+    alike, largest, done = True, 0.0, 0
+    single = ds["damage_category"].ndim == 1
+    names = [n for n in ds.variables if ds[n].dims[:1] == ("sample",)]
+    light = ds[names]
+    for first in range(0, len(status), CHUNK):
+        here = known[first : first + CHUNK]
+        if not here.any():
+            continue
+        some = light.isel(sample=slice(first, first + CHUNK))
+        reached = np.asarray(some["damage_category"].values)[here]
+        movement = intensity_values(some, intensity)[here]
+        if single:
+            reached, movement = reached[:, None], movement[:, None]
+        to = slice(done, done + len(reached))
+        for k, category in enumerate(categories):
+            lower[k, to], upper[k, to] = _intervals(reached, movement, category)
+        end[to] = np.where(np.isfinite(movement), movement, 0.0).max(axis=1)
+        largest = max(largest, float(end[to].max(initial=0.0)))
+        marks = movement[0].copy() if marks is None else marks
+        alike = alike and not single and bool((movement == marks).all())
+        done = to.stop
+    end = np.where(end > 0, end, largest)  # a wall of which nothing is known was to go as far as any
+    failed = (status[known] == FAILED)[None, :] & np.isinf(upper)
+    weight = np.asarray(ds["weight"].values, dtype=np.float64)[known] if "weight" in ds else np.ones(count)
+    increments = 1 if single else ds.sizes["increment"] - 1
+    return Walls(
+        Capacities(lower, upper, failed, end), weight, single, marks if alike else None, largest, increments,
+        np.flatnonzero(known),
+    )  # fmt: skip
+
+
+def _intervals(reached: NDArray[np.int8], given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
+    movement = np.where(np.isfinite(given), np.fmax.accumulate(given, axis=1), np.nan)
+    hit = reached >= category
+    ever = hit.any(axis=1)
+    first = hit.argmax(axis=1)
+    # the last movement at which the wall is known to have been below the category
+    before = np.arange(reached.shape[1]) < np.where(ever, first, reached.shape[1])[:, None]
+    before &= (reached >= 0) & np.isfinite(movement)
+    lower = np.where(before, movement, 0.0).max(axis=1, initial=0.0)
+    return lower, np.where(ever, movement[np.arange(len(first)), first], np.inf)
+
+
+def fair_weights(weight: FloatArray, upper: FloatArray, good: NDArray[np.bool_] | None = None) -> FloatArray:
+    """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
+
+    Parameters
+    ----------
+    weight, upper : array (walls,)
+        Weights, and capacities' upper bounds, infinite where the category was not reached.
+    good : array of bool (walls,), optional
+        Walls that did not fail.
+    """
+    reached = np.isfinite(upper) & (weight > 0)
+    if good is not None:
+        reached &= good
+    total = float(weight[reached].sum())
+    return weight * (reached.sum() / total) if total > 0 else weight
+
+
+class Cells(NamedTuple):
+    """Walls put together that say the same: only how many there are of each matters.
+
+    Attributes
+    ----------
+    lower, upper : array (categories, cells)
+        Their intervals.
+    weight : array (cells,)
+        What one of their walls counts for.
+    number : array of int (cells,)
+        How many walls there are.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    weight: FloatArray
+    number: NDArray[np.int64]
+
+    @property
+    def total(self) -> FloatArray:
+        """What the walls of each cell count for together."""
+        return self.weight * self.number
+
+    def of(self, category: int) -> Cells:
+        """Return the cells of one category alone, by its place."""
+        return tally(self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number)
+
+
+def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: NDArray[np.int64] | None = None) -> Cells:
+    """Count walls of the same intervals and weight.
+
+    Parameters
+    ----------
+    lower, upper : array (categories, walls)
+        Intervals.
+    weight : array (walls,)
+        What each counts for.
+    count : array of int (walls,), optional
+        How many walls each stands for.
+
+    Raises
+    ------
+    InputError
+        If a bound is NaN or an interval is empty.
+    """
+    if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
+        raise InputError("capacities must be intervals lower <= upper without NaN.")
+    key = np.zeros(lower.shape[1], dtype=np.int64)
+    for column in (*lower, *upper, weight):
+        values, place = np.unique(column, return_inverse=True)
+        if len(values) > 1:
+            # numbered anew each time: the product of many columns' sizes may not overflow
+            key = np.unique(key * len(values) + place, return_inverse=True)[1]
+    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    walls = np.bincount(which, weights=count, minlength=len(first)).astype(np.int64)
+    return Cells(lower[:, first], upper[:, first], weight[first], walls)

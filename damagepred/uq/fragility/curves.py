@@ -1,0 +1,346 @@
+"""Fragility curves with their bands, from a study."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility import bands, goodness
+from damagepred.uq.fragility.capacities import (
+    COLLAPSED,
+    COMPLETE,
+    FAILED,
+    Capacities,
+    Cells,
+    Walls,
+    read_capacities,
+    tally,
+)
+from damagepred.uq.fragility.describe import curves_dataset
+from damagepred.uq.fragility.intensity import chosen_intensity
+from damagepred.uq.fragility.models import FITTED, Estimator, Fit, estimators, fit_cells, reasons, require_ascending
+from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
+from damagepred.uq.fragility.turnbull import isotonic, turnbull
+from damagepred.uq.samplers import Stream, generator
+
+FloatArray = NDArray[np.float64]
+
+Model = Literal["separate", "common", "empirical"]
+Bands = Literal["bca", "percentile", "profile"]
+
+EMPIRICAL = "empirical"
+"""Status of a curve that has no median and dispersion of a lognormal, because none was asked for."""
+
+FEW = 10
+"""Fewer walls than that which reached a category are worth a word."""
+
+
+class _Asked(NamedTuple):
+    model: Model
+    band: Bands
+    confidence: float
+    bootstrap: int
+    goodness: int
+    seed: int
+    categories: list[int]
+    grid: FloatArray
+
+
+def fit_fragility(
+    ds: xr.Dataset,
+    *,
+    model: Model = "separate",
+    intensity: str | None = None,
+    categories: Sequence[int] | None = None,
+    confidence: float = 0.9,
+    band: Bands = "bca",
+    bootstrap: int = 1000,
+    goodness: int = 0,
+    seed: int = 0,
+    points: int = 501,
+) -> xr.Dataset:
+    """Fit a fragility curve for each damage category of a study.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), or on (sample,)
+        where each wall is known at its own movement alone, or at those of ``stripes``; ``status`` on (sample,).
+    model : {"separate", "common", "empirical"}
+        Lognormal curves, each fitted for itself; with a dispersion that all share, so that they never cross (where each
+        wall is known at one movement, the ordinal probit model); or no form at all (Turnbull).
+    intensity : str, optional
+        Measure of the movement, one of ``MEASURES`` or a variable of the dataset; by default the movement of the
+        ground's surface where the study has mounds, otherwise the central deflection.
+    categories : sequence of int, optional
+        By default all that the damage table has, from 1.
+    confidence : float
+        Of the band, 0.9 for 5 to 95 %.
+    band : {"bca", "percentile", "profile"}
+        How it is found, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band.
+    bootstrap : int
+        Number of resamples of walls for the band; 0 for none.
+    goodness : int
+        Times that walls of the fitted curve are made up to judge its distance from the empirical one; 0: not judged.
+    seed : int
+        Of the resampling.
+    points : int
+        Number of points of the curves.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``probability``, ``probability_lower``, ``probability_upper``, ``empirical`` on (category, intensity);
+        ``median``, ``dispersion`` with ``_lower`` and ``_upper``, ``reached``, ``not_reached``, ``failed``,
+        ``fit_status``, ``fit_note``, the bounds ``median_failed_undamaged`` and ``median_failed_damaged``, the
+        Kolmogorov ``distance`` from the empirical curve, its ``p_value`` and ``resamples_fitted`` on (category,); as
+        attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and ``aic_common``.
+
+    Raises
+    ------
+    InputError
+        If the dataset has no finished sample or not the variables needed.
+
+    Notes
+    -----
+    A failed wall counts as far as it was followed: it had not reached the category by then, and nothing is known
+    beyond. That is right if walls do not fail because they are weak or strong; the bounds are without that.
+    """
+    name = _check(ds, model, band, confidence, intensity)
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+    highest = int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
+    wanted = list(range(1, highest + 1)) if categories is None else [int(c) for c in categories]
+    require_ascending(wanted)
+    walls = read_capacities(ds, wanted, name)
+    grid = np.linspace(0.0, walls.largest, points)
+    asked = _Asked(model, band, confidence, bootstrap, goodness, seed, wanted, grid)
+    columns, more = _curves(walls, asked)
+    attrs = {
+        "model": model, "band": "percentile" if model == "empirical" else band, "confidence": confidence,
+        "bootstrap_samples": bootstrap, "bootstrap_seed": seed, "intensity_measure": name,
+        "samples": len(walls.sample), "samples_failed": int((ds["status"].values == FAILED).sum()),
+        "curves_cross": int(_cross(columns)), **more,
+    }  # fmt: skip
+    return curves_dataset(ds, columns, wanted, names, grid, name, attrs)
+
+
+def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: str | None) -> str:
+    """Check what was asked for; return the name of the intensity."""
+    if "status" in ds and not np.isin(ds["status"].values, (COMPLETE, COLLAPSED)).any():
+        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
+    for needed in ("damage_category", "status"):
+        if needed not in ds:
+            raise InputError(
+                f"the dataset has no variable '{needed}'; fragility needs a study as open_study returns it."
+            )
+    for key, value, known in (("model", model, get_args(Model)), ("band", band, get_args(Bands))):
+        if value not in known:
+            raise InputError(f"{key} = {value!r}: must be one of {', '.join(known)}.")
+    name = chosen_intensity(ds, intensity)
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    return name
+
+
+def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+    """Return the columns of the dataset, and its attributes that tell of all curves together."""
+    found = walls.capacities
+    kinds = range(len(asked.categories))
+    alone = [tally(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
+    columns = _counts(found)
+    columns["empirical"] = np.array([_empirical(cells, walls.single, asked.grid) for cells in alone])
+    if asked.model == "empirical":
+        return columns | _without_form(alone, walls, asked), {}
+    common = asked.model == "common"
+    whole = tally(found.lower, found.upper, walls.weight) if common else None
+    fits = [Fit(np.nan, np.nan, why) for c in (alone if whole is None else [whole]) for why in reasons(c, common)]
+    limits = [bands.no_band(len(asked.grid)) for _ in kinds]
+    share = np.full(len(limits), np.nan)
+    for estimator, places in _parts(alone, whole, walls.single):
+        for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, asked)):
+            fits[k], limits[k], share[k] = fit, limit, fitted
+    columns |= _columns_of(fits, limits, asked.grid)
+    columns |= _failures(walls, fits, common) | _judged(fits, alone, walls, asked)
+    columns["resamples_fitted"] = share
+    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k]) for k in kinds])
+    return columns, _criteria(fits, walls)
+
+
+def _counts(found: Capacities) -> dict[str, NDArray[Any]]:
+    reached = np.isfinite(found.upper)
+    return {
+        "reached": reached.sum(axis=1),
+        "not_reached": (~reached & ~found.failed).sum(axis=1),
+        "failed": found.failed.sum(axis=1),
+    }
+
+
+def _parts(alone: list[Cells], whole: Cells | None, single: bool) -> list[tuple[Estimator, list[int]]]:
+    """Return what is fitted together, and the places of its categories."""
+    if whole is not None:
+        return [(e, e.categories) for e in estimators(whole, True, single)]
+    return [(e, [k]) for k, cells in enumerate(alone) for e in estimators(cells)]
+
+
+def _with_bands(
+    estimator: Estimator, places: list[int], asked: _Asked
+) -> tuple[list[Fit], list[bands.Band], list[float]]:
+    """Fit categories that are fitted together; return curves, bands and which share of resamples could be fitted."""
+    fits, none = estimator.fits(), [bands.no_band(len(asked.grid))] * len(places)
+    nothing = [np.nan] * len(places)
+    if fits[0].status != FITTED:
+        return fits, none, nothing
+    best = estimator.best()
+    if asked.band == "profile":
+        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], nothing
+    if asked.bootstrap == 0:
+        return fits, none, nothing
+    random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[places[0]])
+    again = resample(estimator, best, asked.bootstrap, random)
+    limits = [bands.resampled_band(asked.band, again, n, asked.grid, asked.confidence) for n in range(len(places))]
+    return fits, limits, [len(again.again) / asked.bootstrap] * len(places)
+
+
+def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
+    nothing = np.full(len(grid), np.nan)
+    columns: dict[str, NDArray[Any]] = {
+        "probability": np.array([f.probability(grid) if f.status == FITTED else nothing for f in fits]),
+        "median": np.array([f.median for f in fits]),
+        "dispersion": np.array([f.dispersion for f in fits]),
+        "fit_status": np.array([f.status for f in fits]),
+    }
+    for name in bands.Band._fields:
+        for end, word in enumerate(("lower", "upper")):
+            columns[f"{name}_{word}"] = np.array([getattr(limit, name)[end] for limit in limits])
+    return columns
+
+
+def _empirical(cells: Cells, single: bool, grid: FloatArray, weight: FloatArray | None = None) -> FloatArray:
+    lower, upper = cells.lower[0], cells.upper[0]
+    weight = cells.total if weight is None else weight
+    if single:
+        return isotonic(lower, upper, weight, grid)
+    return turnbull(lower, upper, weight).probability(grid)
+
+
+def _without_form(alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
+    """Return the empirical curves as the curves themselves, with percentile bands."""
+    rows, fine = [], np.append(asked.grid, np.inf)
+    for k, cells in enumerate(alone):
+        curve = _empirical(cells, walls.single, asked.grid)
+        random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[k])
+        times = asked.bootstrap if len(cells.number) <= MANY_CELLS or walls.single else 0
+        again = np.array(
+            [
+                _empirical(cells, walls.single, asked.grid, draw(cells, 1, random)[0] * cells.weight)
+                for _ in range(times)
+            ]
+        ).reshape(times, len(curve))
+        tails = [0.5 * (1 - asked.confidence), 0.5 * (1 + asked.confidence)]
+        ends = np.quantile(again, tails, axis=0) if times > 1 else np.full((2, len(curve)), np.nan)
+        reached = bool(np.isfinite(cells.upper).any())
+        middle = [float(fine[np.searchsorted(c, 0.5 - 1e-9)]) for c in (curve, ends[1], ends[0])]
+        median = [m if np.isfinite(m) and np.isfinite(c).all() else np.nan for m, c in zip(middle, (curve, *ends))]
+        rows.append(
+            {
+                "probability": curve, "probability_lower": ends[0], "probability_upper": ends[1],
+                "median": median[0], "median_lower": median[1], "median_upper": median[2],
+                "dispersion": np.nan, "dispersion_lower": np.nan, "dispersion_upper": np.nan,
+                "median_failed_undamaged": np.nan, "median_failed_damaged": np.nan, "distance": np.nan,
+                "p_value": np.nan, "resamples_fitted": float(times > 0), "fit_note": "",
+                "fit_status": EMPIRICAL if reached else "never reached",
+            }
+        )  # fmt: skip
+    columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
+    return columns | _failed_empirical(walls, asked.grid)
+
+
+def _failed_empirical(walls: Walls, grid: FloatArray) -> dict[str, NDArray[Any]]:
+    """Return the empirical medians if all failed walls were undamaged, and if all were damaged."""
+    found, fine = walls.capacities, np.append(grid, np.nan)
+    medians = []
+    for lower, upper in _bounds(walls):
+        curves = [
+            _empirical(tally(lower[k : k + 1], upper[k : k + 1], walls.weight), walls.single, grid)
+            for k in range(len(found.lower))
+        ]
+        medians.append(np.array([fine[np.searchsorted(c, 0.5 - 1e-9)] for c in curves]))
+    return {"median_failed_undamaged": medians[0], "median_failed_damaged": medians[1]}
+
+
+def _bounds(walls: Walls) -> list[tuple[FloatArray, FloatArray]]:
+    """Return the intervals with all failed walls undamaged to the end, and with all damaged where they failed."""
+    found = walls.capacities
+    if walls.single:
+        following = np.broadcast_to(found.end, found.lower.shape)
+    elif walls.marks is not None:
+        following = walls.marks[np.minimum(np.searchsorted(walls.marks, found.lower, side="right"), walls.increments)]
+    else:
+        following = found.lower + found.end / walls.increments
+    undamaged = np.where(found.failed, found.end, found.lower), found.upper
+    return [undamaged, (found.lower, np.where(found.failed, np.maximum(following, found.lower), found.upper))]
+
+
+def _failures(walls: Walls, fits: list[Fit], common: bool) -> dict[str, NDArray[Any]]:
+    medians = {}
+    for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
+        again = fits
+        if walls.capacities.failed.any():
+            if common:
+                again = fit_cells(tally(lower, upper, walls.weight), True, walls.single)
+            else:
+                rows = (tally(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(fits)))
+                again = [fit_cells(cells)[0] for cells in rows]
+        medians[f"median_failed_{name}"] = np.array([f.median for f in again])
+    return medians
+
+
+def _judged(fits: list[Fit], alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
+    gap, chance = np.full(len(fits), np.nan), np.full(len(fits), np.nan)
+    for k, fit in enumerate(fits):
+        if fit.status != FITTED:
+            continue
+        gap[k] = goodness.distance(fit, alone[k])
+        random = generator(asked.seed, Stream.GOODNESS, asked.categories[k])
+        chance[k] = goodness.p_value(fit, walls, k, asked.goodness, random)
+    return {"distance": gap, "p_value": chance}
+
+
+def _criteria(fits: list[Fit], walls: Walls) -> dict[str, float]:
+    """Return Akaike's criterion of both ways to fit the categories that have curves."""
+    good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
+    if len(good) < 2:
+        return {}
+    cells = tally(walls.capacities.lower[good], walls.capacities.upper[good], walls.weight)
+    return {f"aic_{word}": goodness.information(cells, word == "common") for word in ("separate", "common")}
+
+
+def _note(fit: Fit, cells: Cells, walls: Walls, share: float) -> str:
+    """Say what a reader of a curve should know."""
+    if fit.status != FITTED:
+        return ""
+    reached = np.isfinite(cells.upper[0])
+    count = int(cells.number[reached].sum())
+    at_once = int(cells.number[reached & (cells.lower[0] == 0)].sum())
+    said = []
+    if count < FEW:
+        said.append(f"rests on {count} walls that reached it")
+    if fit.median > walls.largest:
+        said.append("its median lies beyond the study's movement")
+    if not walls.single and at_once > 0.5 * count:
+        said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
+    if share < 0.95:
+        said.append(f"only {share:.0%} of the resamples could be fitted: its band is too narrow")
+    return "; ".join(said)
+
+
+def _cross(columns: dict[str, NDArray[Any]]) -> bool:
+    """Whether a worse category is anywhere more probable than a lesser one."""
+    fitted = [p for p, s in zip(columns["probability"], columns["fit_status"]) if s in (FITTED, EMPIRICAL)]
+    return any(bool((worse > lesser + 1e-9).any()) for lesser, worse in itertools.pairwise(fitted))

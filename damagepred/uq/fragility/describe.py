@@ -1,0 +1,84 @@
+"""Fragility curves as a dataset: names, units and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.uq.fragility.intensity import attributes
+
+_WORDS = {
+    "empirical": "share of walls in the category or worse (nonparametric maximum likelihood)",
+    "distance": "largest distance of the curve from the empirical one (Kolmogorov)",
+    "p_value": "probability of such a distance if the curve were right (parametric bootstrap)",
+    "resamples_fitted": "share of the resamples of walls that could be fitted",
+}
+
+
+def curves_dataset(
+    ds: xr.Dataset,
+    columns: Mapping[str, NDArray[Any]],
+    categories: Sequence[int],
+    names: Sequence[str],
+    grid: NDArray[np.float64],
+    intensity: str,
+    attrs: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return curves as a dataset.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The study they come from.
+    columns : mapping of str to array
+        On (category,) or (category, intensity).
+    categories, names : sequence
+        The categories, and the names of all from 0.
+    grid : array (points,)
+        Movements.
+    intensity : str
+        Name of their measure.
+    attrs : mapping
+        Attributes besides those of the study.
+    """
+    measured = attributes(ds, intensity)
+    result = xr.Dataset(
+        {
+            key: (("category", "intensity") if value.ndim == 2 else ("category",), value)
+            for key, value in columns.items()
+        },
+        coords={
+            "category": ("category", np.array(categories, dtype=np.int32), {"long_name": "damage category or worse"}),
+            "category_name": ("category", np.array([names[c] if c < len(names) else str(c) for c in categories])),
+            "intensity": ("intensity", grid, measured),
+        },
+        attrs={"Conventions": "CF-1.11", "title": f"fragility of {ds.attrs.get('title', 'a wall')}", **attrs}
+        | {k: ds.attrs[k] for k in ("source", "damagepred_version", "damagepred_commit", "seed") if k in ds.attrs},
+    )
+    for variable in result.data_vars.values():
+        _describe(variable, measured["units"])
+    return result
+
+
+def _describe(variable: xr.DataArray, units: str) -> None:
+    name = str(variable.name)
+    if name.startswith("median"):
+        variable.attrs.update(
+            units=units, long_name="median capacity, " + (name[7:].replace("_", " ") or "best estimate")
+        )
+    elif name.startswith("dispersion"):
+        variable.attrs.update(units="1", long_name="standard deviation of the capacity's logarithm")
+    elif name.startswith("probability"):
+        variable.attrs.update(
+            units="1", long_name="probability of the category or worse" + name[11:].replace("_", ", ")
+        )
+    elif name in _WORDS:
+        variable.attrs.update(units="1", long_name=_WORDS[name])
+    elif name == "fit_note":
+        variable.attrs.update(units="1", long_name="what to know of the curve")
+    elif name != "fit_status":
+        variable.attrs.update(units="1", long_name=f"walls: {name.replace('_', ' ')}")

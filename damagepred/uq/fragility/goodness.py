@@ -1,0 +1,119 @@
+"""How well lognormal curves fit: distance from the empirical curve, and whether one dispersion is enough for all."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.uq.fragility.capacities import Cells, Walls, tally
+from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
+from damagepred.uq.fragility.models import FITTED, Composite, Estimator, Fit, fit_cells
+from damagepred.uq.fragility.turnbull import turnbull
+
+FloatArray = NDArray[np.float64]
+
+MOST_WALLS = 20_000
+"""Walls up to which the distance is judged: beyond, no form fits as closely as so many walls can tell."""
+
+
+def distance(fit: Fit, cells: Cells) -> float:
+    """Return the largest distance of a curve from the empirical one, where the latter is determined (Kolmogorov).
+
+    Parameters
+    ----------
+    fit : Fit
+        Curve.
+    cells : Cells
+        Walls, of one category.
+    """
+    found = turnbull(cells.lower[0], cells.upper[0], cells.total)
+    reached = np.append(0.0, np.cumsum(found.mass))
+    gaps = [np.abs(fit.probability(found.left) - reached[:-1])]
+    finite = np.isfinite(found.right)
+    gaps.append(np.abs(fit.probability(found.right[finite]) - reached[1:][finite]))
+    return float(np.concatenate(gaps).max())
+
+
+def p_value(fit: Fit, walls: Walls, k: int, repetitions: int, random: np.random.Generator) -> float:
+    """Return how often walls of the fitted curve lie at least as far from their own fit (parametric bootstrap).
+
+    Made-up walls are followed as the real ones were: to the same movement, in the same increments, or in as many even
+    ones where each wall has its own.
+
+    Parameters
+    ----------
+    fit : Fit
+        Curve.
+    walls : Walls
+        What it was fitted to.
+    k : int
+        Place of the category.
+    repetitions : int
+        How many times walls are made up; 0: not judged.
+    random : Generator
+        Source of their capacities.
+    """
+    count = len(walls.weight)
+    if repetitions == 0 or count > MOST_WALLS or np.ptp(walls.weight) > 0:
+        return np.nan
+    lower, upper = walls.capacities.lower[k], walls.capacities.upper[k]
+    seen = distance(fit, tally(lower[None], upper[None], walls.weight))
+    followed = np.where(np.isinf(upper), lower, walls.capacities.end)
+    larger = judged = 0
+    for _ in range(repetitions):
+        capacity = fit.median * np.exp(fit.dispersion * random.standard_normal(count))
+        low, high = _inspected(capacity, followed, walls, upper)
+        cells = tally(low[None], high[None], walls.weight)
+        again = fit_cells(cells)[0]
+        if again.status == FITTED:
+            judged += 1
+            larger += distance(again, cells) >= seen
+    return (larger + 1) / (judged + 1)
+
+
+def _inspected(
+    capacity: FloatArray, followed: FloatArray, walls: Walls, upper: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the intervals in which capacities would have been found."""
+    if walls.single:
+        movement = np.where(np.isfinite(upper), upper, followed)
+        hit = capacity <= movement
+        return np.where(hit, 0.0, movement), np.where(hit, movement, np.inf)
+    if walls.marks is not None and np.isfinite(walls.marks).all():
+        marks = np.maximum.accumulate(walls.marks)
+        place = np.searchsorted(marks, capacity)
+        low, high = np.append(marks, marks[-1])[place - 1], np.append(marks, np.inf)[place]
+    else:
+        step = walls.capacities.end / walls.increments
+        low = np.minimum(np.floor(capacity / step), walls.increments) * step
+        high = np.where(capacity > walls.capacities.end, np.inf, low + step)
+    beyond = high > followed * (1 + 1e-9)
+    return np.where(beyond, np.minimum(low, followed), low), np.where(beyond, np.inf, high)
+
+
+def information(cells: Cells, common: bool) -> float:
+    """Return Akaike's criterion of the categories' own likelihoods, the smaller the better.
+
+    A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
+    number where the likelihood is right (Varin and Vidoni 2005, Biometrika 92).
+
+    Parameters
+    ----------
+    cells : Cells
+        Walls, with the categories to judge.
+    common : bool
+        Whether they share a dispersion.
+    """
+    places = list(range(len(cells.lower)))
+    parts: list[Estimator] = [Composite(places, cells)] if common else [Composite([k], cells.of(k)) for k in places]
+    total = 0.0
+    for part in parts:
+        at = part.best()
+        if not SMALLEST < 1.0 / at[0] < LARGEST:
+            return np.nan
+        each = part.scores(at) * part.cells.weight[:, None]
+        spread = (each * part.cells.number[:, None]).T @ each
+        total += 2.0 * float(np.trace(np.linalg.pinv(-part.curvature(at), hermitian=True) @ spread)) - 2 * part.value(
+            at
+        )
+    return total

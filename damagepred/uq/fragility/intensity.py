@@ -1,0 +1,131 @@
+"""What fragility curves can be drawn against: measures of the movement, read or worked out from an archive."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError, nearest
+from damagepred.scene.mound import Mound
+
+FloatArray = NDArray[np.float64]
+
+MEASURES = (
+    "surface_movement", "differential_movement", "central_deflection", "deflection_ratio", "curvature",
+    "footing_curvature",
+)  # fmt: skip
+"""What curves can be drawn against:
+
+- ``surface_movement``: y_s of a mound (m);
+- ``differential_movement``: y_m of a mound, the share of y_s that comes between edge and middle (m);
+- ``central_deflection``: of the footing (m); ``deflection_ratio``: that over the length between its ends;
+- ``curvature``: of the arc with that deflection, 8 D / L^2 (1/m). It is a mean over the wall: prescribed forms, jacks
+  and mounds of the same deflection have the same, and walls of other lengths can be compared;
+- ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
+  is that of a crack's surroundings, and far larger than the mean.
+
+Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
+"""
+
+_MADE_OF = {
+    "curvature": ("central_deflection", "deflection_ratio"),
+    "footing_curvature": ("section_curvature",),
+    "differential_movement": ("surface_movement",),
+}
+_NAMES = {
+    "curvature": ("m-1", "mean curvature of the footing, 8 times the deflection over the length squared"),
+    "footing_curvature": ("m-1", "largest curvature of the footing"),
+    "differential_movement": ("m", "differential movement y_m of the ground's surface"),
+}
+
+
+def movement_measure(ds: xr.Dataset) -> str:
+    """Return the name of what a study or a wall is moved by: ``surface_movement`` on a mound, else the deflection.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    """
+    on_ground = "surface_movement" in ds.variables and bool(np.isfinite(ds["surface_movement"].values).any())
+    return "surface_movement" if on_ground else "central_deflection"
+
+
+def chosen_intensity(ds: xr.Dataset, asked: str | None) -> str:
+    """Return the measure of the movement that a fit reads, the study's own if none is asked for.
+
+    Raises
+    ------
+    InputError
+        If the dataset does not have it.
+    """
+    name = asked or movement_measure(ds)
+    if _available(ds, name):
+        return name
+    known = [m for m in MEASURES if _available(ds, m)]
+    raise InputError(
+        f"intensity: the dataset has no variable '{name}' with values; "
+        + (f"it has {', '.join(known)}." if known else "fragility needs a study as open_study returns it.")
+        + nearest(name, known)
+    )
+
+
+def _available(ds: xr.Dataset, name: str) -> bool:
+    parts = _MADE_OF.get(name, (name,)) if name not in ds.variables else (name,)
+    if not all(part in ds.variables and ds[part].dims[:1] == ("sample",) for part in parts):
+        return False
+    if name == "differential_movement" and name not in ds.variables and _movement_ratio(ds) is None:
+        return False
+    return all(np.issubdtype(ds[p].dtype, np.number) and bool(np.isfinite(ds[p].values).any()) for p in parts)
+
+
+def attributes(ds: xr.Dataset, name: str) -> dict[str, str]:
+    """Return unit and name in words of a measure."""
+    if name in ds.variables:
+        known = ds[name].attrs
+        return {"long_name": str(known.get("long_name", name)), "units": str(known.get("units", "1"))}
+    units, words = _NAMES[name]
+    return {"long_name": words, "units": units}
+
+
+def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
+    """Return a measure of the movement, array (sample, increment) or (sample,).
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study, or a part of one.
+    name : str
+        One of ``MEASURES``, or a variable of the dataset.
+    """
+    if name in ds.variables:
+        return np.asarray(ds[name].values, dtype=np.float64)
+    if name == "curvature":
+        deflection, ratio = (np.asarray(ds[part].values, dtype=np.float64) for part in _MADE_OF[name])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(deflection > 0, 8.0 * ratio**2 / deflection, deflection)
+    if name == "footing_curvature":
+        return np.abs(np.asarray(ds["section_curvature"].values, dtype=np.float64)).max(axis=-1)
+    share = np.asarray(_movement_ratio(ds), dtype=np.float64)
+    y_s = np.asarray(ds["surface_movement"].values, dtype=np.float64)
+    return y_s * (share.reshape(-1, *(1,) * (y_s.ndim - 1)) if share.ndim else share)
+
+
+def _movement_ratio(ds: xr.Dataset) -> FloatArray | float | None:
+    """Return y_m / y_s of each wall or of all, from what was sampled or what the scene says; None if neither tells."""
+    if "mound.movement_ratio" in ds.variables:
+        return np.asarray(ds["mound.movement_ratio"].values, dtype=np.float64)
+    text = ds.attrs.get("scene")
+    if not isinstance(text, str):
+        return None
+    scene: Mapping[str, Mapping[str, object]] = tomllib.loads(text)
+    mound, kind = scene.get("mound"), scene.get("movement", {}).get("kind")
+    if not mound or kind not in ("dishing", "doming"):
+        return None
+    known = {key: mound[key] for key in ("shape", "movement_ratio") if key in mound}
+    known |= {"table": mound["table"]} if mound.get("shape") == "table" else {}
+    return float(Mound(surface_movement=1.0, **known).largest(kind))  # type: ignore[arg-type]

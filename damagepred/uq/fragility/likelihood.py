@@ -1,0 +1,236 @@
+"""The likelihood of censored lognormal capacities, and its maximum.
+
+All models here say that a standard normal of a wall lies between two bounds that are linear in the parameters:
+below @ p < e <= above @ p, where p[0] = 1/dispersion. Then the logarithm of the likelihood is concave in p (Burridge
+1981, J. R. Stat. Soc. B 43; Pratt 1981, J. Am. Stat. Assoc. 76): there is one maximum, and any start leads to it. One
+Newton's method serves separate curves, curves of a common dispersion, ordinal data and surfaces, and many resamples of
+the walls at a time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SMALLEST, LARGEST = 1e-4, 20.0
+"""Bounds of the dispersion."""
+
+_AT_ONCE = 200_000
+"""Likelihoods of single rows worked out at a time: what fits into the processor's cache and bounds the memory."""
+
+_MANY = 50_000
+"""From so many rows on, the start is the fit of a part of them."""
+
+_LEAST = -1e6
+"""Stands for the logarithm of 0."""
+
+
+class Rows(NamedTuple):
+    """What is known of one standard normal a row.
+
+    Attributes
+    ----------
+    below, above : array (rows, parameters)
+        The normal lies above ``below @ p`` and not above ``above @ p``.
+    no_below, no_above : array of bool (rows,)
+        Where there is no such bound; the row of ``below`` or ``above`` is 0 then.
+    exact : array of bool (rows,)
+        Where it is ``above @ p`` itself: of a capacity known exactly.
+    """
+
+    below: FloatArray
+    above: FloatArray
+    no_below: BoolArray
+    no_above: BoolArray
+    exact: BoolArray
+
+    def part(self, which: slice) -> Rows:
+        """Return some of the rows."""
+        return Rows(self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which])
+
+
+def rows_of(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> Rows:
+    """Return what intervals of capacities say: g ln(lower) - h . x < e <= g ln(upper) - h . x.
+
+    Parameters
+    ----------
+    lower, upper : array (rows,)
+        The capacity lies in (lower, upper]; 0 and infinity: no such bound.
+    regressors : array (rows, parameters - 1)
+        x: what the mean of the capacity's logarithm, h . x / g, depends on.
+    """
+    no_below, no_above, exact = lower <= 0, np.isinf(upper), lower == upper
+    with np.errstate(divide="ignore"):
+        low, high = np.where(no_below, 0.0, np.log(lower)), np.where(no_above, 0.0, np.log(upper))
+    below, above = np.column_stack((low, -regressors)), np.column_stack((high, -regressors))
+    below[no_below], above[no_above] = 0.0, 0.0
+    return Rows(below, above, no_below, no_above, exact)
+
+
+class Likelihood(NamedTuple):
+    """Logarithm of the likelihood (resamples,), its gradient (resamples, p) and curvature (resamples, p, p)."""
+
+    value: FloatArray
+    gradient: FloatArray
+    curvature: FloatArray
+
+    def of(self, which: NDArray[np.int64]) -> Likelihood:
+        """Return some of the resamples."""
+        return Likelihood(self.value[which], self.gradient[which], self.curvature[which])
+
+
+def likelihood(at: FloatArray, rows: Rows, weight: FloatArray) -> Likelihood:
+    """Work out the likelihood of several sets of parameters, each for its own weights.
+
+    Parameters
+    ----------
+    at : array (resamples, parameters)
+        Parameters.
+    rows : Rows
+        What is known.
+    weight : array (resamples, rows)
+        How often each row counts.
+    """
+    resamples, size = at.shape
+    value, gradient = np.zeros(resamples), np.zeros((resamples, size))
+    curvature = np.zeros((resamples, size * size))
+    step = max(1, _AT_ONCE // resamples)
+    for first in range(0, weight.shape[1], step):
+        part = slice(first, first + step)
+        some, w = rows.part(part), weight[:, part]
+        term, by_low, by_high, low_low, low_high, high_high = _terms(at, some)
+        value += (w * term).sum(axis=1)
+        gradient += (w * by_high) @ some.above + (w * by_low) @ some.below
+        cross = _products(some.below, some.above)
+        curvature += (
+            (w * low_low) @ _products(some.below, some.below)
+            + (w * high_high) @ _products(some.above, some.above)
+            + (w * low_high) @ (cross + cross.reshape(-1, size, size).swapaxes(1, 2).reshape(-1, size * size))
+        )
+        if some.exact.any():
+            known = w @ some.exact
+            gradient[:, 0] += known / at[:, 0]
+            curvature[:, 0] -= known / at[:, 0] ** 2
+    return Likelihood(value, gradient, curvature.reshape(resamples, size, size))
+
+
+def scores(at: FloatArray, rows: Rows) -> FloatArray:
+    """Return the gradient of each row's own log-likelihood, array (rows, parameters), at parameters (parameters,)."""
+    found = np.empty_like(rows.below)
+    for first in range(0, len(found), _AT_ONCE):
+        some = rows.part(slice(first, first + _AT_ONCE))
+        _, by_low, by_high, *_ = _terms(at[None], some)
+        found[first : first + _AT_ONCE] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
+        found[first : first + _AT_ONCE, 0] += some.exact / at[0]
+    return found
+
+
+def _products(one: FloatArray, other: FloatArray) -> FloatArray:
+    return (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+
+
+def _terms(at: FloatArray, rows: Rows) -> tuple[FloatArray, ...]:
+    """Return each row's log-likelihood and its derivatives by the lower and the upper bound of the normal."""
+    a, b = at @ rows.below.T, at @ rows.above.T
+    low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
+    exact = rows.exact[None, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        between = np.where(exact, 0.0, log_between(low, high))
+        # density at either end over the probability between, 0 at an end that is nowhere
+        p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
+    p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
+    term = np.where(exact, np.log(at[:, :1]) - 0.5 * b**2, between)
+    return (
+        term,
+        -p,
+        np.where(exact, -b, q),
+        a * p - p**2,
+        p * q,
+        np.where(exact, -1.0, -b * q - q**2),
+    )
+
+
+def log_between(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return log(Phi(b) - Phi(a)) without cancellation in either tail."""
+    flip = a > 0
+    low, high = np.where(flip, -b, a), np.where(flip, -a, b)
+    log_high, log_low = special.log_ndtr(high), special.log_ndtr(low)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        difference = log_high + np.log1p(-np.exp(np.minimum(log_low - log_high, 0.0)))
+    return np.maximum(np.where(np.isnan(difference), _LEAST, difference), _LEAST)
+
+
+def most_likely(rows: Rows, weight: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Find the parameters of the largest likelihood.
+
+    Parameters
+    ----------
+    rows : Rows
+        What is known.
+    weight : array (resamples, rows)
+        How often each row counts, for each resample of the walls.
+    start : array (parameters,) or (resamples, parameters)
+        Where to begin; the first parameter must be positive, and the likelihood not 0.
+
+    Returns
+    -------
+    at : array (resamples, parameters)
+        Where 1/at[:, 0] is not between ``SMALLEST`` and ``LARGEST``, there is no finite dispersion.
+    value : array (resamples,)
+        Logarithm of the likelihood.
+    """
+    resamples, count = weight.shape
+    at = np.array(np.broadcast_to(start, (resamples, rows.below.shape[1])), dtype=np.float64)
+    if count > _MANY and resamples == 1:
+        stride = count // (_MANY // 5)
+        at, _ = most_likely(rows.part(slice(None, None, stride)), weight[:, ::stride], at)
+        at[:, 0] = np.clip(at[:, 0], 1.0 / LARGEST, 1.0 / SMALLEST)
+    total = weight.sum(axis=1)
+    here = likelihood(at, rows, weight)
+    climbing = np.arange(resamples)
+    for _ in range(200):
+        now = here.of(climbing)
+        step = _newton(now)
+        too_far = at[climbing, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
+        step[too_far] *= (0.9 * at[climbing, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
+        moved, fraction = _better(at, here, step, climbing, rows, weight)
+        promised = fraction * (now.gradient * step).sum(axis=1)
+        scatter = 1.0 / at[climbing, 0]
+        done = ~moved | (promised <= 1e-14 * total[climbing]) | (scatter <= SMALLEST) | (scatter >= LARGEST)
+        climbing = climbing[~done]
+        if not climbing.size:
+            break
+    return at, here.value
+
+
+def _newton(now: Likelihood) -> FloatArray:
+    """Return the steps to where the second-order expansion has its maximum; of the least length where it is flat."""
+    return (np.linalg.pinv(-now.curvature, hermitian=True) @ now.gradient[:, :, None])[:, :, 0]
+
+
+def _better(
+    at: FloatArray, here: Likelihood, step: FloatArray, climbing: NDArray[np.int64], rows: Rows, weight: FloatArray
+) -> tuple[BoolArray, FloatArray]:
+    """Go along the steps, halving them until the likelihood is no smaller; return where it worked and how far."""
+    moved, fraction = np.zeros(len(climbing), dtype=bool), np.ones(len(climbing))
+    left = np.arange(len(climbing))
+    for _ in range(60):
+        who = climbing[left]
+        to = at[who] + fraction[left, None] * step[left]
+        new = likelihood(to, rows, weight[who])
+        good = new.value >= here.value[who]
+        at[who[good]] = to[good]
+        for mine, theirs in zip(here, new):
+            mine[who[good]] = theirs[good]
+        moved[left[good]] = True
+        left = left[~good]
+        if not left.size:
+            break
+        fraction[left] /= 2
+    return moved, fraction

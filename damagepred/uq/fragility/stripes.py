@@ -1,0 +1,99 @@
+"""Stripes: how many of so many walls are in which category at a few fixed movements.
+
+Each movement has walls of its own, so that what is counted at one says nothing of the next: the likelihood is binomial
+(for a common dispersion multinomial) at each movement. Where the *same* walls are solved for several movements they are
+paths, and are to be given as such: increments of one wall, whose categories belong together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility.capacities import COMPLETE
+from damagepred.uq.fragility.intensity import movement_measure
+
+
+def stripes_from_counts(
+    movement: ArrayLike,
+    counts: ArrayLike,
+    *,
+    intensity: str = "central_deflection",
+    units: str = "m",
+    title: str = "counted walls",
+) -> xr.Dataset:
+    """Return counted walls as a study, one wall each, for ``fit_fragility``.
+
+    Parameters
+    ----------
+    movement : array (stripes,)
+        Movement of each stripe.
+    counts : array of int (stripes, categories)
+        Walls of each stripe in category 0, 1, ...
+    intensity, units : str
+        What the movement is measured by.
+    title : str
+        Of the study.
+
+    Raises
+    ------
+    InputError
+        If there is not one row of counts for each movement, or a count is negative or not whole.
+    """
+    at, walls = np.asarray(movement, dtype=np.float64), np.asarray(counts)
+    if at.ndim != 1 or walls.ndim != 2 or len(at) != len(walls):
+        raise InputError(
+            f"counts: has shape {walls.shape} for {at.size} movements; there must be one row each, of the walls in "
+            "category 0, 1, ..."
+        )
+    if (walls < 0).any() or (walls != np.round(walls)).any() or not np.isfinite(at).all() or (at < 0).any():
+        raise InputError("movement, counts: must be finite and not negative, and counts whole numbers.")
+    walls = walls.astype(np.int64)
+    categories = walls.shape[1]
+    category = np.tile(np.arange(categories, dtype=np.int8), len(at))
+    words = {"units": units, "long_name": intensity.replace("_", " ")}
+    return xr.Dataset(
+        {
+            "damage_category": ("sample", np.repeat(category, walls.ravel())),
+            "status": ("sample", np.full(walls.sum(), COMPLETE, dtype=np.int8)),
+            intensity: ("sample", np.repeat(at, walls.sum(axis=1)), words),
+        },
+        attrs={"title": title, "highest_category": categories - 1},
+    )
+
+
+def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -> xr.Dataset:
+    """Put studies of one movement each, of different walls, together for ``fit_fragility``.
+
+    Parameters
+    ----------
+    studies : mapping of float to xarray.Dataset
+        The study of each movement, as ``open_study`` returns it; what counts of a path is its end.
+    intensity : str, optional
+        What the movement is measured by; by default the studies' own.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    if not studies:
+        raise InputError("stripes: there must be a study for at least one movement.")
+    first = next(iter(studies.values()))
+    name = intensity or movement_measure(first)
+    parts = []
+    for movement, ds in sorted(studies.items()):
+        category = ds["damage_category"]
+        ended = category.isel(increment=-1) if "increment" in category.dims else category
+        attrs = dict(ds[name].attrs) if name in ds else {"units": "m"}
+        part = {
+            "damage_category": ("sample", ended.values, category.attrs),
+            "status": ("sample", ds["status"].values, ds["status"].attrs),
+            name: ("sample", np.full(ds.sizes["sample"], float(movement)), attrs),
+        }
+        parts.append(xr.Dataset(part))
+    return xr.concat(parts, "sample").assign_attrs(first.attrs)

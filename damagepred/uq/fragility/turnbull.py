@@ -1,0 +1,201 @@
+"""The empirical curve: no form is taken for granted; nonparametric maximum likelihood for censored capacities.
+
+Turnbull (1976, J. R. Stat. Soc. B 38): only the innermost intervals, from a lower bound to the next upper one without
+any bound between, can bear probability, and where inside it lies is not known. Their probabilities are found by the
+expectation-maximisation algorithm with steps of the iterative convex minorant between (Wellner and Zhan 1997, J. Am.
+Stat. Assoc. 92). How far the likelihood is from its maximum is bounded by the slope towards the best single interval
+(Gentleman and Geyer 1994, Biometrika 81), and that bound ends the search.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MOST = 1000
+"""Distinct bounds taken as they are; beyond, they are rounded to so many steps of the largest."""
+
+_SHARP = 1e-8
+"""Largest distance of the log-likelihood, by wall, from its maximum."""
+
+
+class Npmle(NamedTuple):
+    """Probability of each innermost interval.
+
+    Attributes
+    ----------
+    left, right : array (intervals,)
+        The probability lies in (left, right]; right is infinite for what no wall has reached.
+    mass : array (intervals,)
+        How much; 1 in all.
+    """
+
+    left: FloatArray
+    right: FloatArray
+    mass: FloatArray
+
+    def probability(self, intensity: FloatArray) -> FloatArray:
+        """Return the probability of having reached the category, counted at the right end of each interval."""
+        steps = np.append(0.0, np.cumsum(self.mass))
+        return np.minimum(steps[np.searchsorted(self.right, np.asarray(intensity) * (1 + 1e-9), side="right")], 1.0)
+
+    def quantile(self, share: float) -> float:
+        """Return the movement by which this share of walls has reached the category, infinite if none is known."""
+        place = int(np.searchsorted(np.cumsum(self.mass), share * (1 - 1e-9)))
+        return float(self.right[min(place, len(self.right) - 1)]) if len(self.right) else np.inf
+
+
+def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> Npmle:
+    """Return the nonparametric maximum likelihood estimate of the capacity's distribution.
+
+    Parameters
+    ----------
+    lower, upper : array (walls,)
+        Capacities lie in (lower, upper]; upper infinite: not reached; equal: known exactly.
+    weight : array (walls,), optional
+        What each counts for.
+    """
+    weight = np.ones(len(lower)) if weight is None else np.asarray(weight, dtype=np.float64)
+    keep = (weight > 0) & ((lower > 0) | np.isfinite(upper))
+    lower, upper, weight = _coarse(lower[keep]), _coarse(upper[keep]), weight[keep]
+    if not len(lower):
+        return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
+    left, right = _innermost(lower, upper)
+    # an interval spans those innermost ones that lie in it, from the first to before the last
+    first = np.searchsorted(right, lower, side="right")
+    first -= (lower == upper) & (first > 0) & (right[first - 1] == lower)
+    last = np.searchsorted(right, upper, side="right")
+    span, which = np.unique(np.column_stack((first, last)), axis=0, return_inverse=True)
+    counted = np.bincount(which.ravel(), weights=weight)
+    return Npmle(left, right, _masses(span[:, 0], span[:, 1], counted / counted.sum(), len(left)))
+
+
+def _coarse(bound: FloatArray) -> FloatArray:
+    """Round bounds if there are too many different ones."""
+    finite = np.isfinite(bound)
+    if len(np.unique(bound[finite])) <= MOST:
+        return bound
+    step = bound[finite].max() / MOST
+    return np.where(finite, np.round(bound / step) * step, np.inf)
+
+
+def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the intervals from a lower bound to the next upper one with no bound between."""
+    exact = np.unique(upper[lower == upper])
+    low, high = np.unique(lower[lower < upper]), np.unique(upper)
+    # at one place: the lower end of an exact capacity, then upper ends, then the lower ends of what begins beyond
+    place = np.concatenate((exact, high, low))
+    order = np.concatenate((np.zeros(len(exact)), np.ones(len(high)), np.full(len(low), 2.0)))
+    is_upper = order == 1
+    by = np.lexsort((order, place))
+    place, is_upper = place[by], is_upper[by]
+    here = np.flatnonzero(~is_upper[:-1] & is_upper[1:])
+    return place[here], place[here + 1]
+
+
+def _masses(first: IntArray, last: IntArray, weight: FloatArray, size: int) -> FloatArray:
+    """Return the masses of most likelihood where a row spans the intervals first <= j < last; weights add up to 1."""
+    mass = np.full(size, 1.0 / size)
+    for _ in range(2000):
+        mass = _expected(mass, first, last, weight)
+        mass = _convex_minorant(mass, first, last, weight)
+        if _slope(mass, first, last, weight).max() - 1.0 <= _SHARP:
+            break
+    return mass
+
+
+def _within(mass: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
+    reached = np.append(0.0, np.cumsum(mass))
+    return np.maximum(reached[last] - reached[first], 1e-300)
+
+
+def _slope(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
+    """Return how fast the log-likelihood grows with each mass; 1 where there is mass, and nowhere more, at the best."""
+    ratio = weight / _within(mass, first, last)
+    size = len(mass) + 1
+    return np.cumsum(np.bincount(first, ratio, size) - np.bincount(last, ratio, size))[:-1]
+
+
+def _expected(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
+    """Do one step of expectation and maximisation."""
+    new = mass * _slope(mass, first, last, weight)
+    return new / new.sum()
+
+
+def _convex_minorant(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
+    """Do one step of the iterative convex minorant, shortened until the likelihood is no smaller."""
+    from scipy.optimize import isotonic_regression
+
+    size = len(mass)
+    if size < 2:
+        return mass
+    reached = np.cumsum(mass)[:-1]
+    within = _within(mass, first, last)
+    ratio, square = weight / within, weight / within**2
+
+    def at_ends(value: FloatArray, sign: float) -> FloatArray:
+        return (np.bincount(last, value, size + 1) + sign * np.bincount(first, value, size + 1))[1:size]
+
+    slope, curvature = at_ends(ratio, -1.0), at_ends(square, 1.0)
+    curvature = np.maximum(curvature, 1e-12)
+    to = np.clip(isotonic_regression(reached + slope / curvature, weights=curvature).x, 0.0, 1.0)
+    before, fraction = float(weight @ np.log(within)), 1.0
+    for _ in range(30):
+        new = np.diff(np.concatenate(([0.0], reached + fraction * (to - reached), [1.0])))
+        new = np.maximum(new, 0.0)
+        if float(weight @ np.log(_within(new, first, last))) >= before:
+            return new
+        fraction /= 2
+    return mass
+
+
+def kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return the share of walls that have reached the category: the closed form for increments that all share.
+
+    Parameters
+    ----------
+    lower, upper, weight : array (walls,)
+        A wall that has not reached it is censored at its last movement.
+    grid : array (points,)
+        Movements.
+    """
+    reached = np.isfinite(upper)
+    if not reached.any():
+        return np.zeros(len(grid))
+    last = np.where(reached, upper, lower)
+    movement = np.unique(upper[reached])
+    falling = np.array([weight[reached & (upper == m)].sum() for m in movement])
+    standing = np.array([weight[last >= m].sum() for m in movement])
+    steps = 1.0 - np.cumprod(1.0 - falling / standing)
+    return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
+
+
+def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return the share of walls that have reached the category, rising, where each is known at one movement alone.
+
+    Adjacent violators are pooled (Ayer and others 1955), which is the maximum likelihood estimate from such data.
+
+    Parameters
+    ----------
+    lower, upper, weight : array (walls,)
+        Either lower is 0 or upper infinite.
+    grid : array (points,)
+        Movements.
+    """
+    from scipy.optimize import isotonic_regression
+
+    told = (weight > 0) & ((lower > 0) | np.isfinite(upper))
+    lower, upper, weight = lower[told], upper[told], weight[told]
+    reached = np.isfinite(upper)
+    movement, place = np.unique(np.where(reached, upper, lower), return_inverse=True)
+    if not len(movement):
+        return np.zeros(len(grid))
+    count = np.bincount(place.ravel(), weights=weight)
+    share = np.bincount(place.ravel(), weights=weight * reached) / count
+    steps = isotonic_regression(share, weights=count).x
+    return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]

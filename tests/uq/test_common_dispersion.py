@@ -1,0 +1,239 @@
+"""Curves of a common dispersion: statsmodels' ordinal model, known truth, and curves that never cross."""
+
+import itertools
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize, special
+from statsmodels.genmod.families import Binomial
+from statsmodels.genmod.families.links import Probit
+from statsmodels.genmod.generalized_linear_model import GLM
+from statsmodels.miscmodels.ordinal_model import OrderedModel
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility import (
+    capacities,
+    fit_common,
+    fit_fragility,
+    fit_lognormal,
+    fit_ordinal,
+    stripes,
+    stripes_from_counts,
+)
+from tests.uq.test_fragility import BETA, NAMES, RATE, WIDTHS, fail, known, lognormal, study
+from tests.uq.test_fragility_single import study as single_study
+
+
+def ordinal(seed: int, walls: int = 300) -> tuple[np.ndarray, np.ndarray]:
+    """Movements, and the category of walls of which each has one capacity factor for all categories."""
+    random = np.random.default_rng(seed)
+    movement = random.uniform(1.0, 25.0, walls)
+    worse = np.exp(0.45 * random.standard_normal(walls))[:, None] * np.array([4.0, 9.0, 15.0])
+    return movement, (movement[:, None] >= worse).sum(axis=1)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_ordinal_fit_is_that_of_statsmodels(seed: int) -> None:
+    movement, category = ordinal(seed)
+    model = OrderedModel(category, np.log(movement)[:, None], distr="probit")
+    theirs = model.fit(method="newton", disp=False, tol=1e-12)
+    slope, thresholds = theirs.params[0], model.transform_threshold_params(theirs.params)[1:-1]
+    found = fit_ordinal(movement, category, [1, 2, 3])
+    assert found.dispersion == pytest.approx(1 / slope, rel=1e-7)
+    np.testing.assert_allclose(found.median, np.exp(thresholds / slope), rtol=1e-7)
+    curves = fit_fragility(single_study(movement, category), model="common", categories=[1, 2, 3], bootstrap=0)
+    np.testing.assert_allclose(curves["median"], found.median, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_paths_are_fitted_by_the_product_of_the_categories_likelihoods(seed: int) -> None:
+    """By Nelder and Mead, from the formula."""
+    ds = study(known(np.random.default_rng(seed), 60)[:, 1:], end=60.0, increments=30)
+    found = [capacities(ds, k) for k in (1, 2, 3)]
+    lower, upper = np.array([f.lower for f in found]), np.array([f.upper for f in found])
+    fit = fit_common(lower, upper)
+
+    def unlikely(at: np.ndarray) -> float:
+        with np.errstate(divide="ignore"):
+            a, b = ((np.log(v) - at[:3, None]) / np.exp(at[3]) for v in (lower, upper))
+        return -float(np.log(special.ndtr(b) - special.ndtr(a)).sum())
+
+    start = np.append(np.log(fit.median) + 0.1, np.log(fit.dispersion) - 0.1)
+    options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 6000, "maxfev": 6000}
+    best = optimize.minimize(unlikely, start, method="Nelder-Mead", options=options).x
+    np.testing.assert_allclose(fit.median, np.exp(best[:3]), rtol=1e-6)
+    assert fit.dispersion == pytest.approx(np.exp(best[3]), rel=1e-6)
+
+
+def test_known_curves_of_one_dispersion_are_recovered() -> None:
+    ds = study(known(np.random.default_rng(4), 500), end=100.0)
+    curves = fit_fragility(ds, model="common", categories=[2, 3, 4], bootstrap=200)
+    assert (curves["fit_status"] == "fitted").all()
+    np.testing.assert_allclose(np.log(curves["median"] / (WIDTHS[1:] / RATE)), 0.0, atol=3 * BETA / np.sqrt(500))
+    np.testing.assert_allclose(curves["dispersion"], BETA, rtol=0.12)
+    assert len(np.unique(curves["dispersion"])) == 1
+    assert (curves["median_lower"] < curves["median"]).all()
+    assert (curves["median"] < curves["median_upper"]).all()
+    # one dispersion is what made these: it is no worse, with three parameters less
+    assert curves.attrs["aic_common"] < curves.attrs["aic_separate"] + 1.0
+
+
+def crossing(walls: int, ratio: float, seed: int) -> xr.Dataset:
+    """Walls whose separate curves cross: the worse category scatters far more."""
+    random = np.random.default_rng(seed)
+    first = lognormal(random, 10.0, 0.05, walls)
+    second = first * np.exp(np.abs(ratio * random.standard_normal(walls)) + 0.01)
+    return study(np.column_stack((first, second)), end=60.0, increments=300)
+
+
+def test_where_separate_curves_cross_those_of_a_common_dispersion_do_not() -> None:
+    ds = crossing(200, 0.8, 3)
+    separate = fit_fragility(ds, categories=[1, 2], bootstrap=0)
+    common = fit_fragility(ds, categories=[1, 2], bootstrap=0, model="common")
+    assert separate.attrs["curves_cross"] == 1
+    assert common.attrs["curves_cross"] == 0
+    # and the criterion says that one dispersion is not what made these
+    assert separate.attrs["aic_separate"] < separate.attrs["aic_common"] - 50
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    st.lists(st.lists(st.integers(1, 13), min_size=3, max_size=3), min_size=3, max_size=25),
+    st.booleans(),
+    st.integers(0, 10**6),
+)
+def test_medians_stand_in_the_categories_order(capacity: list[list[int]], fails: bool, seed: int) -> None:
+    """Whatever the walls: at 1 to 13 of 12 increments each category is reached, 13 meaning never."""
+    ds = study(np.sort(np.array(capacity, dtype=float), axis=1) - 0.5, end=12.0, increments=12)
+    if fails:
+        for wall in np.random.default_rng(seed).choice(len(capacity), len(capacity) // 3, replace=False):
+            fail(ds, int(wall), 6)
+    curves = fit_fragility(ds, model="common", categories=[1, 2, 3], bootstrap=0, points=21)
+    fitted = curves["probability"].values[(curves["fit_status"] == "fitted").values]
+    for lesser, worse in itertools.pairwise(fitted):
+        assert (worse <= lesser + 1e-6).all()
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6), st.integers(8, 60), st.floats(0.1, 1.5))
+def test_ordinal_curves_do_not_cross_either(seed: int, walls: int, scatter: float) -> None:
+    random = np.random.default_rng(seed)
+    movement = random.uniform(1, 25, walls)
+    worse = np.sort(np.exp(scatter * random.standard_normal((walls, 3))) * np.array([4.0, 6.0, 8.0]), axis=1)
+    category = (movement[:, None] >= worse).sum(axis=1)
+    fit = fit_ordinal(movement, category, [1, 2, 3])
+    median = fit.median[np.isfinite(fit.median)]
+    assert (np.diff(median) >= -1e-9 * median[:-1]).all()
+
+
+def test_two_categories_that_the_same_walls_reached_have_one_curve() -> None:
+    movement, category = ordinal(1)
+    category = np.where(category == 2, 3, category)
+    found = fit_ordinal(movement, category, [1, 2, 3])
+    assert found.median[1] == found.median[2]
+    alone = fit_ordinal(movement, np.where(category == 3, 2, category), [1, 2])
+    np.testing.assert_allclose(found.median[:2], alone.median, rtol=1e-8)
+
+
+def test_a_category_that_no_wall_reached_spoils_nothing() -> None:
+    capacity = known(np.random.default_rng(1), 60)
+    capacity[:, 3] = 999.0
+    both = [
+        fit_fragility(study(c, end=60.0), model="common", categories=range(1, c.shape[1] + 1), bootstrap=20)
+        for c in (capacity, capacity[:, :3])
+    ]
+    assert str(both[0]["fit_status"].values[3]) == "never reached"
+    assert np.isnan(both[0]["median"].values[3])
+    np.testing.assert_allclose(both[0]["median"][:3], both[1]["median"], rtol=1e-9)
+    np.testing.assert_allclose(both[0]["median_upper"][:3], both[1]["median_upper"], rtol=1e-9)
+
+
+def test_with_one_category_it_is_the_separate_curve() -> None:
+    ds = study(known(np.random.default_rng(2), 50), end=60.0)
+    one, other = (fit_fragility(ds, model=m, categories=[2], bootstrap=30) for m in ("common", "separate"))
+    for name in ("median", "dispersion", "median_lower", "dispersion_upper"):
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("model", "single"), [("common", False), ("common", True), ("separate", True)])
+def test_bands_hold_the_truth_about_nine_times_in_ten(model: str, single: bool) -> None:
+    hits, repetitions = np.zeros(2), 40
+    for seed in range(repetitions):
+        random = np.random.default_rng([5, seed])
+        capacity = known(random, 120)[:, 1:]
+        if single:
+            movement = random.uniform(1, 90, 120)
+            ds = single_study(movement, (movement[:, None] >= capacity).sum(axis=1))
+        else:
+            ds = study(capacity, end=80.0, increments=40)
+        curve = fit_fragility(ds, model=model, categories=[1, 2, 3], bootstrap=100, seed=seed, points=3)
+        curve = curve.isel(category=1)
+        for k, (name, truth) in enumerate((("median", WIDTHS[2] / RATE), ("dispersion", BETA))):
+            hits[k] += bool(curve[f"{name}_lower"] <= truth <= curve[f"{name}_upper"])
+    # 36 expected; 30 or fewer come in 1 % of binomial draws
+    assert (hits >= 30).all(), hits
+    assert hits.min() < repetitions
+
+
+# -- stripes -----------------------------------------------------------------------------------------------------------
+
+
+def test_counts_at_fixed_movements_are_a_binomial_probit_model() -> None:
+    movement = np.array([4.0, 8.0, 12.0, 20.0])
+    hits, walls = np.array([2, 17, 31, 38]), np.array([40, 40, 39, 40])
+    theirs = GLM(
+        np.column_stack((hits, walls - hits)), np.column_stack((np.ones(4), np.log(movement))), Binomial(Probit())
+    ).fit(tol=1e-14)
+    a, b = theirs.params
+    ds = stripes_from_counts(movement, np.column_stack((walls - hits, hits)), units="mm")
+    curve = fit_fragility(ds, bootstrap=50).isel(category=0)
+    assert float(curve["median"]) == pytest.approx(np.exp(-a / b), rel=1e-7)
+    assert float(curve["dispersion"]) == pytest.approx(1 / b, rel=1e-7)
+    assert curve["median_lower"] < curve["median"] < curve["median_upper"]
+    fit = fit_lognormal(
+        np.concatenate((np.zeros(4), movement)), np.concatenate((movement, np.full(4, np.inf))),
+        np.concatenate((hits, walls - hits)),
+    )  # fmt: skip
+    assert float(curve["median"]) == pytest.approx(fit.median, rel=1e-9)
+    np.testing.assert_allclose(curve["empirical"].sel(intensity=movement, method="nearest"), hits / walls, atol=1e-9)
+
+
+def test_studies_at_one_movement_each_are_stripes() -> None:
+    random = np.random.default_rng(6)
+    studies = {m: study(lognormal(random, 8.0, 0.4, 80), end=m, increments=4) for m in (4.0, 8.0, 14.0)}
+    ds = stripes(studies)
+    assert ds.sizes["sample"] == 240
+    curve = fit_fragility(ds, categories=[1], bootstrap=0).isel(category=0)
+    assert float(curve["median"]) == pytest.approx(8.0, rel=0.12)
+    with pytest.raises(InputError, match="at least one movement"):
+        stripes({})
+
+
+@pytest.mark.parametrize(
+    ("movement", "counts", "words"),
+    [([1.0, 2.0], [[1, 2]], "one row each"), ([1.0], [[-1, 2]], "not negative"), ([np.nan], [[1, 2]], "finite")],
+)
+def test_counts_that_cannot_be_used(movement: list, counts: list, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        stripes_from_counts(movement, counts)
+
+
+def test_flags_are_kept() -> None:
+    assert stripes({4.0: study([[3.0]], end=4.0)})["damage_category"].attrs["flag_meanings"] == NAMES
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"model": "ordinal"}, "model = 'ordinal': must be one of separate, common, empirical"),
+        ({"band": "jackknife"}, "band = 'jackknife': must be one of"),
+        ({"categories": [2, 1]}, "must ascend"),
+        ({"model": "common", "band": "profile"}, "band = 'profile': is for curves"),
+    ],
+)
+def test_what_cannot_be_asked(options: dict, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        fit_fragility(study(known(np.random.default_rng(1), 30)), **options)

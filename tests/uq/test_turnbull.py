@@ -1,0 +1,138 @@
+"""The empirical curve: by hand, published data, the closed forms of special cases, and a bound on what is left."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize
+
+from damagepred.uq.fragility import fit_fragility, kaplan_meier, turnbull
+from damagepred.uq.fragility.turnbull import isotonic
+from tests.uq.test_fragility import brackets, known, lognormal, study
+from tests.uq.test_fragility_single import study as single_study
+
+INF = np.inf
+
+RADIOTHERAPY = """
+45,- 6,10 0,7 46,- 46,- 7,16 17,- 7,14 37,44 0,8 4,11 15,- 11,15 22,- 46,- 46,- 25,37 46,- 26,40 46,- 27,34 36,44 46,-
+36,48 37,- 40,- 17,25 46,- 11,18 38,- 5,12 37,- 0,5 18,- 24,- 36,- 5,11 19,35 17,25 24,- 32,- 33,- 19,26 37,- 34,- 36,-
+"""
+"""Months to cosmetic deterioration after radiotherapy (Finkelstein and Wolfe 1985, Biometrics 41)."""
+
+
+def test_three_walls_by_hand() -> None:
+    """(0, 2], (1, 3], (2, 4]: mass can lie in (1, 2] and (2, 3] alone. L = p (p + q) q, so p = q = 1/2."""
+    found = turnbull(np.array([0.0, 1, 2]), np.array([2.0, 3, 4]))
+    assert found.left.tolist() == [1.0, 2.0]
+    assert found.right.tolist() == [2.0, 3.0]
+    np.testing.assert_allclose(found.mass, [0.5, 0.5], atol=1e-6)
+    np.testing.assert_allclose(found.probability(np.array([0.0, 1.9, 2.0, 2.5, 3.0, 9.0])), [0, 0, 0.5, 0.5, 1, 1])
+
+
+def test_a_mass_that_must_vanish_by_hand() -> None:
+    """Innermost (0, 1], (2, 3], (4, 5]; walls see {1}, {1 2}, {2 3}, {3}: L = p (p + q)(q + r) r with p + q + r = 1.
+
+    By symmetry p = r, q = 1 - 2p: (p (1 - p))^2 is largest at p = 1/2: the middle one vanishes. It is flat there, so
+    the bound on the likelihood (Gentleman and Geyer) leaves the mass itself less sure than that.
+    """
+    found = turnbull(np.array([0.0, 0, 2, 4]), np.array([1.0, 3, 5, 5]))
+    assert list(zip(found.left, found.right)) == [(0, 1), (2, 3), (4, 5)]
+    np.testing.assert_allclose(found.mass, [0.5, 0.0, 0.5], atol=2e-4)
+
+
+def test_published_data() -> None:
+    """The estimate that the literature gives for the 46 patients of the radiotherapy group."""
+    pairs = [pair.split(",") for pair in RADIOTHERAPY.split()]
+    lower = np.array([float(a) for a, _ in pairs])
+    upper = np.array([INF if b == "-" else float(b) for _, b in pairs])
+    found = turnbull(lower, upper)
+    there = found.mass > 1e-4
+    assert list(zip(found.left[there], found.right[there])) == [
+        (4, 5), (6, 7), (7, 8), (11, 12), (24, 25), (33, 34), (38, 40), (46, 48),
+    ]  # fmt: skip
+    published = [0.0463, 0.0334, 0.0887, 0.0708, 0.0926, 0.0818, 0.1209, 0.4656]
+    np.testing.assert_allclose(found.mass[there], published, atol=1e-4)
+
+
+def test_on_shared_increments_it_is_kaplan_meier() -> None:
+    lower, upper = brackets(lognormal(np.random.default_rng(2), 8.0, 0.5, 200), np.arange(0.0, 12.5))
+    cut = np.random.default_rng(3).integers(1, 12, 200).astype(float)
+    upper = np.where(lower >= cut, INF, upper)
+    lower = np.minimum(lower, cut)
+    grid = np.arange(0.0, 13.0)
+    expected = kaplan_meier(lower, upper, np.ones(200), grid)
+    np.testing.assert_allclose(turnbull(lower, upper).probability(grid), expected, atol=1e-6)
+
+
+def test_of_one_movement_a_wall_it_is_isotonic() -> None:
+    random = np.random.default_rng(4)
+    movement = random.uniform(1, 25, 300)
+    hit = movement >= lognormal(random, 8.0, 0.5, 300)
+    lower, upper = np.where(hit, 0.0, movement), np.where(hit, movement, INF)
+    grid = np.linspace(0, 25, 60)
+    found = turnbull(lower, upper).probability(grid)
+    # the mass is put at the right end of where it may lie: between two movements no more is known
+    np.testing.assert_allclose(found, isotonic(lower, upper, np.ones(300), grid), atol=1e-3)
+
+
+def test_exactly_known_capacities_are_the_steps() -> None:
+    values = np.array([1.0, 2.0, 2.0, 5.0])
+    found = turnbull(values, values)
+    assert found.right.tolist() == [1.0, 2.0, 5.0]
+    np.testing.assert_allclose(found.mass, [0.25, 0.5, 0.25], atol=1e-7)
+    assert found.quantile(0.5) == 2.0
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.lists(st.tuples(st.integers(0, 12), st.integers(1, 8), st.booleans()), min_size=2, max_size=14))
+def test_nothing_is_more_likely(walls: list[tuple[int, int, bool]]) -> None:
+    """Against a general optimiser with constraints."""
+    lower = np.array([float(a) for a, _, _ in walls])
+    upper = np.array([INF if open_ else float(a + b) for a, b, open_ in walls])
+    found = turnbull(lower, upper)
+    assert found.mass.sum() == pytest.approx(1.0)
+    covers = (found.left >= lower[:, None]) & (found.right <= upper[:, None])
+    told = (lower > 0) | np.isfinite(upper)
+    if not told.any():
+        return
+    covers = covers[told]
+    best = float(np.log(covers @ found.mass).sum())
+    other = optimize.minimize(
+        lambda p: -np.log(np.maximum(covers @ p, 1e-12)).sum(), np.full(len(found.mass), 1 / len(found.mass)),
+        bounds=[(0, 1)] * len(found.mass), constraints={"type": "eq", "fun": lambda p: p.sum() - 1}, method="SLSQP",
+    )  # fmt: skip
+    assert best >= -other.fun - 1e-5
+
+
+def test_as_a_model_it_has_bands_and_no_dispersion() -> None:
+    ds = study(known(np.random.default_rng(1), 150), end=60.0)
+    curves = fit_fragility(ds, model="empirical", categories=[2, 3], bootstrap=60)
+    np.testing.assert_array_equal(curves["probability"], curves["empirical"])
+    assert np.isnan(curves["dispersion"]).all()
+    assert curves["fit_status"].values.tolist() == ["empirical"] * 2
+    assert (curves["probability_lower"] <= curves["probability"] + 1e-9).all()
+    assert (curves["probability_upper"] >= curves["probability"] - 1e-9).all()
+    assert (curves["median_lower"] <= curves["median"]).all()
+    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=0)
+    np.testing.assert_allclose(curves["median"], fitted["median"], rtol=0.2)
+    assert curves.attrs["curves_cross"] == 0
+
+
+def test_where_half_the_walls_have_not_reached_it_there_is_no_empirical_median() -> None:
+    ds = study(lognormal(np.random.default_rng(1), 8.0, 0.4, 80), end=6.0, increments=12)
+    curve = fit_fragility(ds, model="empirical", categories=[1], bootstrap=20).isel(category=0)
+    assert np.isnan(curve["median"])
+    movement = np.random.default_rng(2).uniform(1, 20, 200)
+    single = single_study(movement, movement > lognormal(np.random.default_rng(3), 8.0, 0.4, 200))
+    curve = fit_fragility(single, model="empirical", categories=[1], bootstrap=20).isel(category=0)
+    assert float(curve["median"]) == pytest.approx(8.0, rel=0.25)
+
+
+def test_many_different_bounds_are_rounded() -> None:
+    random = np.random.default_rng(5)
+    capacity, step = lognormal(random, 8.0, 0.4, 5000), random.uniform(0.4, 0.6, 5000)
+    lower = np.floor(capacity / step) * step
+    found = turnbull(lower, lower + step)
+    grid = np.linspace(0, 20, 50)
+    truth = np.searchsorted(np.sort(capacity), grid) / 5000
+    np.testing.assert_allclose(found.probability(grid), truth, atol=0.05)
