@@ -296,7 +296,7 @@ def fragility(
     wanted = screen.whole_numbers("--categories", categories) if categories else None
     curves = fit_fragility(
         open_study(folder), model=model.value, intensity=intensity and intensity.value, categories=wanted,
-        confidence=confidence,        band=band.value, bootstrap=bootstrap, goodness=goodness,
+        confidence=confidence, band=band.value, bootstrap=bootstrap, goodness=goodness,
     )  # fmt: skip
     screen.fragility_table(curves)
     if output is not None:

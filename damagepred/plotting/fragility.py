@@ -74,7 +74,9 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
             continue
         steps = status == EMPIRICAL
         lower, upper = one["probability_lower"].values, one["probability_upper"].values
-        ax.fill_between(x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None)
+        ax.fill_between(
+            x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
+        )
         handles += ax.plot(
             x, one["probability"].values, color=colour, linestyle=style, linewidth=2.0, zorder=4,
             drawstyle="steps-post" if steps else "default",
