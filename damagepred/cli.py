@@ -285,6 +285,9 @@ def fragility(
     categories: Annotated[
         str | None, typer.Option("--categories", help="Categories to fit, such as 1,2,3; by default all.")
     ] = None,
+    against: Annotated[
+        str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
+    ] = None,
 ) -> None:
     """Fit fragility curves to a study."""
     from damagepred.archive.files import check_writable, write_dataset, write_whole
@@ -294,6 +297,9 @@ def fragility(
 
     check_writable(output, plot, csv)
     wanted = screen.whole_numbers("--categories", categories) if categories else None
+    if against is not None:
+        _fragility_surface(folder, against, wanted, intensity, confidence, bootstrap, output, plot)
+        return
     curves = fit_fragility(
         open_study(folder), model=model.value, intensity=intensity and intensity.value, categories=wanted,
         confidence=confidence, band=band.value, bootstrap=bootstrap, goodness=goodness,
@@ -317,6 +323,42 @@ def fragility(
 
         for file in export_curves(curves, export.value, output or folder):
             screen.say(f"wrote {file}")
+
+
+@app.command()
+def sensitivity(
+    path: Annotated[Path, typer.Argument(help="Study file (TOML), or study folder (*.dp).", show_default=False)],
+    category: Annotated[int | None, typer.Option("--category", help="Of the capacity for it.", min=1)] = None,
+    result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
+    samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
+    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    folder: Annotated[Path | None, typer.Option("--folder", help="Study folder of the walls that are run.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
+) -> None:
+    """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
+    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.study import Study
+    from damagepred.study.settings import StudySettings
+    from damagepred.study.variance_shares import crossed_study, study_sensitivity
+
+    check_writable(output)
+    place = path
+    if not path.is_dir():
+        place = folder or path.with_suffix(".crossed.dp")
+        crossed = crossed_study(StudySettings.from_toml(path).with_samples(samples, None))
+        with screen.StudyBar() as bar:
+            summary = Study(crossed).run(place, samples, workers, on_progress=bar.update)
+        screen.say(f"{place}: {summary.done} of {summary.total} walls done, {summary.failed} failed")
+        if summary.interrupted:
+            raise typer.Exit(INTERRUPTED)
+    asked = 1 if category is None and result is None else category
+    found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
+    screen.sensitivity_tables(found)
+    if output is not None:
+        write_dataset(found, output)
+        screen.say(f"wrote {output}")
 
 
 @app.command()
@@ -378,6 +420,32 @@ def main() -> None:
     except KeyboardInterrupt:
         screen.say("interrupted", error=True)
         sys.exit(INTERRUPTED)
+
+
+def _fragility_surface(
+    folder: Path, second: str, categories: list[int] | None, intensity: Intensity | None, confidence: float,
+    bootstrap: int, output: Path | None, plot: Path | None,
+) -> None:  # fmt: skip
+    from damagepred.archive.files import write_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.errors import InputError
+    from damagepred.uq.fragility import fit_surface
+
+    if categories is None or len(categories) != 1:
+        raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
+    surface = fit_surface(
+        open_study(folder), categories[0], second, intensity=intensity and intensity.value, confidence=confidence,
+        bootstrap=bootstrap,
+    )  # fmt: skip
+    for line in screen.surface_lines(surface):
+        screen.say(line)
+    if output is not None:
+        write_dataset(surface, output)
+        screen.say(f"wrote {output}")
+    if plot is not None:
+        from damagepred.plotting import save_fragility_picture
+
+        screen.say(f"drew {save_fragility_picture(surface, plot)}")
 
 
 def _draw_wall(ds: xr.Dataset, folder: Path) -> None:

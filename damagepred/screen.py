@@ -267,6 +267,65 @@ def fragility_table(curves: xr.Dataset) -> None:
         say(line)
 
 
+def surface_lines(surface: xr.Dataset) -> list[str]:
+    """Say what a fragility surface holds.
+
+    Parameters
+    ----------
+    surface : xarray.Dataset
+        As ``fit_surface`` returns it.
+    """
+    what = (
+        f"category {surface.attrs['category']} against the {surface.attrs['intensity_measure'].replace('_', ' ')} and "
+    )
+    what += str(surface.attrs["second_variable"])
+    if (status := str(surface["fit_status"].values)) != "fitted":
+        return [f"{what}: no surface, {status}"]
+    slope, dispersion = _with_band(surface, "slope", 1.0, ".3g"), _with_band(surface, "dispersion", 1.0, ".2f")
+    power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"
+    better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
+    return [
+        f"{what}: the median goes with {power} {slope}; dispersion {dispersion}, without it "
+        f"{float(surface['dispersion_alone']):.2f}",
+        f"Akaike's criterion: {surface.attrs['aic_with']:.1f} with it, {surface.attrs['aic_without']:.1f} without; it "
+        f"speaks for the curve {better} it",
+    ]
+
+
+def sensitivity_tables(found: xr.Dataset) -> None:
+    """Print what a study's damage depends on.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``study_sensitivity`` returns it.
+    """
+    band = f"({100 * found.attrs['confidence']:.0f} % interval)"
+    rows = [
+        [
+            str(v),
+            *(_with_band(found.sel(variable=v), key, 1.0, ".2f") for key in ("spearman", "partial", "first_order")),
+        ]
+        for v in found["variable"].values
+    ]
+    columns = ["input", f"rank correlation\n{band}", f"partial\n{band}", f"share of variance\n{band}"]
+    table(f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls", columns, rows)
+    if "group" in found.dims:
+        keys = ("group_first_order", "group_total")
+        groups = {"wall": "what holds for a wall", "joints": "what varies from joint to joint"}
+        rows = [
+            [groups[str(g)], *(_with_band(found.sel(group=g), key, 1.0, ".2f") for key in keys)]
+            for g in found["group"].values
+        ]
+        rows.append(["both together beyond that", _with_band(found, "interaction", 1.0, ".2f"), ""])
+        table(f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields",
+              ["group", f"by itself\n{band}", f"with the interaction\n{band}"], rows)  # fmt: skip
+    if found.attrs["share_censored"]:
+        say(f"{found.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
+    if found.attrs["samples_failed"]:
+        say(f"{found.attrs['samples_failed']} failed walls count as far as they were followed")
+
+
 def _fit_lines(curves: xr.Dataset) -> list[str]:
     """Say how well curves fit, and what to know of them."""
     said = []

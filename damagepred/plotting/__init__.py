@@ -9,6 +9,7 @@ from damagepred.plotting.footing import (
     footing_sheet,
 )
 from damagepred.plotting.fragility import draw_fragility
+from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.pictures import save_fragility_picture, save_study_pictures, save_wall_pictures
@@ -25,6 +26,7 @@ __all__ = [
     "draw_footing_form",
     "draw_footing_moment",
     "draw_fragility",
+    "draw_fragility_surface",
     "draw_history",
     "draw_jack_load",
     "draw_opening_width_change",

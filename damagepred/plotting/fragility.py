@@ -86,7 +86,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_ylim(0.0, 1.0)
     ax.grid(color="0.9")
     ax.set_axisbelow(True)
-    _label_intensity(ax, curves, in_metres)
+    label_intensity(ax, curves, in_metres)
     ax.set_ylabel("probability of the category or worse (1)")
     ax.legend(
         handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.13), frameon=False, fontsize="small",
@@ -141,7 +141,18 @@ def mark_site_classes(ax: Axes) -> None:
         )  # fmt: skip
 
 
-def _label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
+def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
+    """Name the horizontal axis after the intensity of curves or a surface, with marks 1/n on one of ratios.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its final limits across.
+    curves : xarray.Dataset
+        With ``intensity`` and the attribute ``intensity_measure``.
+    in_metres : bool
+        Whether the intensity is in metres and shown in mm.
+    """
     measure = str(curves.attrs.get("intensity_measure", ""))
     name = measure.replace("_", " ") or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
     if curves["intensity"].attrs.get("units") == "m-1":

@@ -16,6 +16,7 @@ from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.dpc import draw_dpc_opening
 from damagepred.plotting.footing import draw_jack_load, footing_sheet, has_footing
 from damagepred.plotting.fragility import draw_fragility
+from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.sheet import DPI, figure_of, new_figure
@@ -153,12 +154,12 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 
 def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
-    """Draw fragility curves into a file.
+    """Draw fragility curves, or a surface, into a file.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
+        As ``damagepred.fit_fragility`` or ``damagepred.uq.fragility.fit_surface`` returns it.
     path : str or Path
         Ending in .png, .pdf or .svg; its folder is made if it does not exist.
 
@@ -177,7 +178,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     file = Path(path)
     if file.suffix.lstrip(".").lower() not in FORMATS:
         raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
-    return _save_all({file.name: figure_of(draw_fragility(curves))}, file.parent)[0]
+    draw = draw_fragility_surface if "second" in curves.dims else draw_fragility
+    return _save_all({file.name: figure_of(draw(curves))}, file.parent)[0]
 
 
 def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:

@@ -79,6 +79,9 @@ class Sampling:
     stop_at_category : int, "none" or None
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
+    crossed : bool
+        Samples come in fours, two walls and two fields in every combination: what ``damagepred sensitivity`` needs to
+        tell what varies from joint to joint from what holds for a wall.
     movement : {"path", "sampled", "both"}
         What is kept of each wall: its path, increment by increment, up to its own sampled movement; or only where that
         ends, so that results have one value a sample; or both, the latter as ``end_*``. Where the end counts, paths are
@@ -101,6 +104,7 @@ class Sampling:
     fields_from: Scene | None = None
     store_fields: bool = True
     stop_at_category: Stop = None
+    crossed: bool = False
     movement: Literal["path", "sampled", "both"] = "path"
 
 
@@ -260,6 +264,8 @@ class StudySettings:
         if how.nominal_share and not how.importance:
             raise InputError(f"{source}: study.nominal_share = {how.nominal_share:g}: goes with [study.importance].")
         check(wall, how.importance)
+        if how.crossed:
+            self._check_crossed(source, wall)
         if how.stop_when is not None:
             how.stop_when.check()
             if how.movement == "sampled" and how.stop_when.quantity == "probability":
@@ -274,6 +280,24 @@ class StudySettings:
                     f"{source}: [study.stop_when] first = {how.stop_when.first}: must be a multiple of replicates = "
                     f"{how.replicates}."
                 )
+
+    def _check_crossed(self, source: str, wall: list[str]) -> None:
+        how = self.study
+        if how.sampler == "table" or how.importance or how.replicates > 1 or how.stop_when is not None:
+            raise InputError(
+                f"{source}: study.crossed: is for walls drawn as stated; no table, importance, replicates or stop_when."
+            )
+        if not wall or len(wall) == len(self.variables):
+            raise InputError(
+                f"{source}: study.crossed: tells what varies from joint to joint from what holds for a wall; there "
+                "must be variables of both kinds, with field and without."
+            )
+        shapes = [place for place in wall if place.split(".")[0] in ("wall", "opening")]
+        if shapes and how.fields_from is None:
+            raise InputError(
+                f'{source}: study.crossed: [variables."{shapes[0]}"] changes the number of joints, so that two walls '
+                "cannot have the same field; give it a fixed value."
+            )
 
     def _check_range(self, source: str) -> None:
         """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""
@@ -322,7 +346,7 @@ class StudySettings:
 
         sampler = Sampler(
             how.sampler, how.replicates, how.importance, how.nominal_share, how.table_columns,
-            table if how.sampler == "table" else None,
+            table if how.sampler == "table" else None, how.crossed,
         )  # fmt: skip
         return Design.make(self.variables, units, pairs, sampler, how.seed)
 

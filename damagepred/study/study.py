@@ -407,6 +407,7 @@ class Study:
                 "seed": settings.study.seed,
                 "sampler": settings.study.sampler,
                 "replicates": settings.study.replicates,
+                "crossed": settings.study.crossed or None,
                 "study": settings.to_toml(),
                 "scene": settings.scene.to_toml(),
                 "damage_table": damage_table(settings.scene.damage).name,

@@ -42,6 +42,8 @@ class Sampler:
         Places in the user's table.
     read_table : callable or None
         Returns the table: place -> array (samples,).
+    crossed : bool
+        Samples come in fours: two walls, and two fields, in every combination (see ``damagepred.uq.crossed``).
     """
 
     kind: str = "sobol"
@@ -50,6 +52,24 @@ class Sampler:
     nominal_share: float = 0.0
     columns: tuple[str, ...] = ()
     read_table: Callable[[], Mapping[str, FloatArray]] | None = None
+    crossed: bool = False
+
+    def wall_of(self, sample: IntArray) -> IntArray:
+        """Return which drawn wall each sample has."""
+        return 2 * (sample // 4) + sample % 4 // 2 if self.crossed else sample
+
+    def field_of(self, sample: int) -> int:
+        """Return which drawn field a sample has."""
+        return 2 * (sample // 4) + sample % 2 if self.crossed else sample
+
+    def unit_points(self, dimensions: int, samples: int, seed: int) -> FloatArray:
+        """Return the points of the unit cube that the samples' walls are drawn from, array (samples, dimensions)."""
+        if not self.crossed:
+            return unit_points(self.kind, dimensions, samples, seed, self.replicates)
+        # both walls of a table come from one point of twice the dimensions: points that follow each other in Sobol's
+        # sequence are not independent
+        both = unit_points(self.kind, 2 * dimensions, -(-samples // 4), seed, self.replicates)
+        return both.reshape(-1, dimensions)[self.wall_of(np.arange(samples))] if dimensions else np.empty((samples, 0))
 
 
 @dataclass(frozen=True)
@@ -190,7 +210,7 @@ class Design:
 
         how, size = self.sampler, len(self.wall)
         mixed = bool(how.proposals) and how.nominal_share > 0
-        unit = unit_points(how.kind, size + mixed, samples, self.seed, how.replicates)
+        unit = how.unit_points(size + mixed, samples, self.seed)
         return draw(
             ndtri(unit[:, :size]), self.wall_factor, self.wall, how.proposals, how.nominal_share,
             unit[:, size] if mixed else None,
@@ -209,7 +229,7 @@ class Design:
         """
         if not self.joint:
             return {}
-        random = generator(self.seed, Stream.FIELD, sample)
+        random = generator(self.seed, Stream.FIELD, self.sampler.field_of(sample))
         joints = len(places.sequence) if isinstance(places, JointPlaces) else len(places)
         return self.joint_values_from(random.standard_normal((len(self.joint), joints)), places)
 

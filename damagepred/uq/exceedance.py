@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.uq.estimate import (
@@ -26,8 +27,9 @@ from damagepred.uq.fragility import (
     fit_lognormal,
     movement_measure,
 )
-from damagepred.uq.fragility.capacities import tally
-from damagepred.uq.fragility.models import estimators
+from damagepred.uq.fragility.bands import resampled_band
+from damagepred.uq.fragility.capacities import read_capacities, tally
+from damagepred.uq.fragility.models import FITTED, Fit, estimators, fit_cells
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
 
@@ -126,6 +128,9 @@ def exceedance(
     A wall of which it is only known that it reached the category between two increments, with the movement between the
     two, counts for the share of that step which lies below the movement.
 
+    Where a study keeps the end of each wall's own movement alone, no two walls are known at the same one: then the
+    probability is that of the lognormal curve fitted to all walls, with its band.
+
     Parameters
     ----------
     ds : xarray.Dataset
@@ -142,15 +147,13 @@ def exceedance(
     Raises
     ------
     InputError
-        If the movement is not positive.
+        If the movement is not positive; of walls known at their own movements alone, if it lies beyond those, or there
+        is no curve.
     """
     if not at > 0:
         raise InputError(f"at = {at:g}: must be greater than 0.")
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
-        raise InputError(
-            "the study knows each wall at its own movement alone ([study] movement = 'sampled'); the probability at "
-            "one movement is read from the curve of fit_fragility."
-        )
+        return _from_curve(ds, category, at, confidence, intensity or movement_measure(ds))
     known = walls(ds, category, intensity)
     hit = shares(known.lower, known.upper, at)
     estimate = probability(hit, weight=known.weight, replicate=known.replicate, confidence=confidence)
@@ -161,6 +164,44 @@ def exceedance(
     # a step's rounding is no reason to say that a wall was not followed
     short = int((np.isinf(known.upper) & (known.end < at * (1 - 1e-9))).sum())
     return Exceedance(estimate, known.failed, low, high, short)
+
+
+def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str) -> Exceedance:
+    """Return the probability at a movement from walls that are each known at their own, by their lognormal curve."""
+    found = read_capacities(ds, [category], intensity)
+    if at > found.largest * (1 + 1e-9):
+        raise InputError(
+            f"at = {at:g}: no wall was moved as far ({found.largest:g} at most), and a study that keeps each "
+            "wall's own movement alone ([study] movement = 'sampled') tells nothing beyond."
+        )
+    lower, upper, failed, end = found.capacities
+
+    def fitted(low: FloatArray, high: FloatArray) -> Fit:
+        return fit_cells(tally(low, high, found.weight))[0]
+
+    cells = tally(lower, upper, found.weight)
+    fit = fit_cells(cells)[0]
+    if fit.status != FITTED:
+        raise InputError(
+            f"P(category >= {category}) at {at:g}: the study knows each wall at its own movement alone, and its walls "
+            f"give no curve to read the probability from: {fit.status}."
+        )
+    (estimator,) = estimators(cells)
+    again = resample(estimator, estimator.best(), 10 * RESAMPLES, generator(0, Stream.BOOTSTRAP, category))
+    grid = np.array([at])
+    band = resampled_band("bca", again, 0, grid, confidence)
+    spread = float(np.std(special.ndtr(again.again[:, 0] * np.log(at) - again.again[:, 1]), ddof=1))
+    good = ~failed[0]
+    value = float(fit.probability(grid)[0])
+    estimate = Estimate(
+        value, spread, float(band.probability[0][0]), float(band.probability[1][0]), confidence, int(good.sum()),
+        effective_samples(found.weight[good]),
+    )  # fmt: skip
+    bounds = [value, value]
+    if failed.any():
+        ends = (fitted(np.where(failed, end, lower), upper), fitted(lower, np.where(failed, end, upper)))
+        bounds = [float(one.probability(grid)[0]) for one in ends]
+    return Exceedance(estimate, int(failed.sum()), bounds[0], bounds[1], 0)
 
 
 def shares(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:

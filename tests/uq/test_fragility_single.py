@@ -5,6 +5,8 @@ import pytest
 import xarray as xr
 from scipy import optimize, special
 
+from damagepred.errors import InputError
+from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import capacities, fit_fragility
 from tests.uq.test_fragility import COMPLETE, FAILED, NAMES
 
@@ -85,3 +87,27 @@ def test_walls_that_the_movement_alone_parts_are_not_fitted() -> None:
     fit = fit_fragility(study(movement, movement > 5), categories=[1], bootstrap=0)
     assert np.isnan(float(fit["median"][0]))
     assert "sample more walls" in str(fit["fit_status"].values[0])
+
+
+def test_the_probability_at_a_movement_comes_from_the_curve_with_its_band() -> None:
+    held, repetitions = 0, 40
+    truth = float(special.ndtr(np.log(6.0 / 8.0) / 0.45))
+    for seed in range(repetitions):
+        found = exceedance(walls(np.random.default_rng([9, seed]), 200), 1, 6.0).estimate
+        held += bool(found.lower <= truth <= found.upper)
+        assert found.samples == 200
+        assert 0.2 < found.half_width / (1.645 * found.error) < 5
+    assert 31 <= held <= 40  # 36 expected
+
+
+def test_failed_walls_bound_that_probability() -> None:
+    ds = walls(np.random.default_rng(4), 300)
+    ds["status"].values[:30], ds["damage_category"].values[:30] = FAILED, -1
+    found = exceedance(ds, 1, 8.0)
+    assert found.failed == 30
+    assert found.failed_undamaged < found.estimate.value < found.failed_damaged
+
+
+def test_beyond_all_movements_nothing_is_told() -> None:
+    with pytest.raises(InputError, match="no wall was moved as far"):
+        exceedance(walls(np.random.default_rng(4), 100), 1, 30.0)

@@ -27,6 +27,7 @@ from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.intensity import MEASURES, movement_measure
 from damagepred.uq.fragility.models import FEWEST, CommonFit, Fit, fit_common, fit_lognormal, fit_ordinal
 from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
+from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "fit_fragility",
     "fit_lognormal",
     "fit_ordinal",
+    "fit_surface",
     "kaplan_meier",
     "movement_measure",
     "read_capacities",

@@ -196,6 +196,8 @@ class Cells(NamedTuple):
 
     def of(self, category: int) -> Cells:
         """Return the cells of one category alone, by its place."""
+        if len(self.lower) == 1:
+            return self
         return tally(self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number)
 
 
@@ -218,12 +220,36 @@ def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: NDArr
     """
     if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
         raise InputError("capacities must be intervals lower <= upper without NaN.")
-    key = np.zeros(lower.shape[1], dtype=np.int64)
-    for column in (*lower, *upper, weight):
-        values, place = np.unique(column, return_inverse=True)
-        if len(values) > 1:
-            # numbered anew each time: the product of many columns' sizes may not overflow
-            key = np.unique(key * len(values) + place, return_inverse=True)[1]
-    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    first, which = alike(np.vstack((lower, upper, weight)))
     walls = np.bincount(which, weights=count, minlength=len(first)).astype(np.int64)
     return Cells(lower[:, first], upper[:, first], weight[first], walls)
+
+
+def alike(columns: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Find what has the same values in all columns.
+
+    Parameters
+    ----------
+    columns : array (columns, n)
+        Values.
+
+    Returns
+    -------
+    first : array of int (groups,)
+        Place of the first of each group.
+    which : array of int (n,)
+        Group of each.
+    """
+    key = np.zeros(columns.shape[1], dtype=np.int64)
+    many = 1
+    for column in columns:
+        if not column.size or (column == column[0]).all():
+            continue
+        values, place = np.unique(column, return_inverse=True)
+        if many > 1 and many * len(values) > 2**62:  # numbered anew before the product overflows
+            kinds, key = np.unique(key, return_inverse=True)
+            many = len(kinds)
+        key = key * len(values) + place
+        many *= len(values)
+    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    return first, which

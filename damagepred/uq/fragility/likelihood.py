@@ -99,7 +99,7 @@ def likelihood(at: FloatArray, rows: Rows, weight: FloatArray) -> Likelihood:
     """
     resamples, size = at.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
-    curvature = np.zeros((resamples, size * size))
+    curvature = np.zeros((resamples, size, size))
     step = max(1, _AT_ONCE // resamples)
     for first in range(0, weight.shape[1], step):
         part = slice(first, first + step)
@@ -107,17 +107,12 @@ def likelihood(at: FloatArray, rows: Rows, weight: FloatArray) -> Likelihood:
         term, by_low, by_high, low_low, low_high, high_high = _terms(at, some)
         value += (w * term).sum(axis=1)
         gradient += (w * by_high) @ some.above + (w * by_low) @ some.below
-        cross = _products(some.below, some.above)
-        curvature += (
-            (w * low_low) @ _products(some.below, some.below)
-            + (w * high_high) @ _products(some.above, some.above)
-            + (w * low_high) @ (cross + cross.reshape(-1, size, size).swapaxes(1, 2).reshape(-1, size * size))
-        )
+        curvature += _curvature(some, w * low_low, w * low_high, w * high_high)
         if some.exact.any():
             known = w @ some.exact
             gradient[:, 0] += known / at[:, 0]
-            curvature[:, 0] -= known / at[:, 0] ** 2
-    return Likelihood(value, gradient, curvature.reshape(resamples, size, size))
+            curvature[:, 0, 0] -= known / at[:, 0] ** 2
+    return Likelihood(value, gradient, curvature)
 
 
 def scores(at: FloatArray, rows: Rows) -> FloatArray:
@@ -129,6 +124,20 @@ def scores(at: FloatArray, rows: Rows) -> FloatArray:
         found[first : first + _AT_ONCE] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
         found[first : first + _AT_ONCE, 0] += some.exact / at[0]
     return found
+
+
+def _curvature(rows: Rows, low_low: FloatArray, low_high: FloatArray, high_high: FloatArray) -> FloatArray:
+    """Sum up the rows' second derivatives, weighted (resamples, rows); array (resamples, p, p)."""
+    below, above = rows.below, rows.above
+    if len(low_low) == 1:
+        mixed = (below * low_high[0][:, None]).T @ above
+        return ((below * low_low[0][:, None]).T @ below + (above * high_high[0][:, None]).T @ above + mixed + mixed.T)[
+            None
+        ]
+    size = below.shape[1]
+    mixed = (low_high @ _products(below, above)).reshape(-1, size, size)
+    alike = low_low @ _products(below, below) + high_high @ _products(above, above)
+    return alike.reshape(-1, size, size) + mixed + mixed.swapaxes(1, 2)
 
 
 def _products(one: FloatArray, other: FloatArray) -> FloatArray:

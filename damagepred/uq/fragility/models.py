@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse, special
 
 from damagepred.errors import InputError
-from damagepred.uq.fragility.capacities import Cells, tally
+from damagepred.uq.fragility.capacities import Cells, alike, tally
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
     SMALLEST,
@@ -253,9 +253,13 @@ class _Shared:
     cells: Cells
     rows: Rows
 
+    _best: FloatArray | None = None
+
     def best(self) -> FloatArray:
         """Return the parameters for all walls."""
-        return self.at(self.cells.total[None])[0]
+        if self._best is None:
+            self._best = self.at(self.cells.total[None])[0]
+        return self._best
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters for weights of the cells."""
@@ -292,10 +296,10 @@ class Composite(_Shared):
             # cells that differ in other categories alone share a row of this one
             parts, places, done = [], [], 0
             for k in range(size):
-                bounds = np.column_stack((cells.lower[k], cells.upper[k]))
-                one, which = np.unique(bounds, axis=0, return_inverse=True)
+                first, which = alike(np.stack((cells.lower[k], cells.upper[k])))
+                one = np.column_stack((cells.lower[k][first], cells.upper[k][first]))
                 parts.append(np.column_stack((one, np.tile(np.eye(size)[k], (len(one), 1)))))
-                places.append(which.ravel() + done)
+                places.append(which + done)
                 done += len(one)
             lower, upper, *more = np.concatenate(parts).T
             regressors = np.column_stack(more)

@@ -1,0 +1,184 @@
+"""What a study's damage depends on: ranks and shares of variance of its inputs, and of what varies from joint to joint.
+
+Any study tells how its output goes with each input that holds for a wall. What varies from joint to joint is no single
+number; for its share of the variance walls and fields are crossed (``[study] crossed``): the same wall with another
+field, the same field in another wall. Such a study is an ordinary one, with workers, failures and a folder; only its
+samples come in fours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS
+from damagepred.errors import InputError, nearest
+from damagepred.study.settings import StudySettings
+from damagepred.uq.crossed import crossed_shares
+from damagepred.uq.fragility import movement_measure, read_capacities
+from damagepred.uq.given_data import first_order, rank_correlation
+from damagepred.uq.ranks import interval_ranks
+
+FloatArray = NDArray[np.float64]
+
+MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
+
+
+def crossed_study(settings: StudySettings) -> StudySettings:
+    """Return the study in which walls and fields are crossed.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        The study; how many samples it has, and its distributions, stay.
+
+    Raises
+    ------
+    InputError
+        If it has not both kinds of variables, or is sampled in a way that does not go with it.
+    """
+    how = replace(settings.study, crossed=True, replicates=1, stop_when=None, time_budget=None, store_fields=False)
+    crossed = replace(settings, study=how)
+    crossed.check("study")
+    return crossed
+
+
+class Output(NamedTuple):
+    """What sensitivity is asked of.
+
+    Attributes
+    ----------
+    value : array (walls,)
+        One number a wall.
+    sample : array of int (walls,)
+        Numbers of the walls.
+    name : str
+        In words.
+    censored : float
+        Share of walls of whose capacity no upper bound is known.
+    """
+
+    value: FloatArray
+    sample: NDArray[np.int64]
+    name: str
+    censored: float
+
+
+def output_of(ds: xr.Dataset, category: int | None = None, output: str | None = None) -> Output:
+    """Return the output that sensitivity is asked of.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it.
+    category : int, optional
+        Rank of the capacity for it: of the movement at which it was reached. Walls that have not reached it share the
+        highest ranks, and failed ones are known as far as they were followed, so that none is left out.
+    output : str, optional
+        Instead, a result of the study, at the end of the movement.
+
+    Raises
+    ------
+    InputError
+        If there is no such output, or some walls have no value of it.
+    """
+    if (category is None) == (output is None):
+        raise InputError("sensitivity: is asked of a category, or of an output; give one of them.")
+    if category is not None:
+        walls = read_capacities(ds, [category], movement_measure(ds))
+        lower, upper = walls.capacities.lower[0], walls.capacities.upper[0]
+        if np.isinf(upper).all():
+            raise InputError(f"category = {category}: no wall has reached it; there is nothing to depend on.")
+        score = interval_ranks(lower, upper, walls.weight)
+        return Output(
+            score, walls.sample, f"rank of the capacity for category {category}", float(np.isinf(upper).mean())
+        )
+    known = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
+    if output not in known:
+        raise InputError(
+            f"output = '{output}': the study has no such result with one number a wall." + nearest(str(output), known)
+        )
+    ran = np.flatnonzero(ds["status"].values != MISSING)
+    column = ds[output].isel(sample=ran)
+    column = column.isel(increment=-1) if "increment" in column.dims else column
+    value = np.asarray(column.values, dtype=np.float64)
+    if column.dtype == np.int8:
+        value[column.values == FLAG_FILL] = np.nan
+    if unknown := int(np.isnan(value).sum()):
+        raise InputError(
+            f"output = '{output}': {unknown} of {len(value)} walls have no value at the end of the movement, and "
+            "leaving them out would falsify what the others say; ask of a category, which counts walls as far as they "
+            'were followed, or follow them to the end with [study] stop_at_category = "none".'
+        )
+    return Output(value, ran, f"{output.replace('_', ' ')} at the end of the movement", 0.0)
+
+
+def study_sensitivity(
+    ds: xr.Dataset,
+    *,
+    category: int | None = None,
+    output: str | None = None,
+    confidence: float = 0.9,
+    resamples: int = 500,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return what an output of a study depends on.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it.
+    category, output
+        See ``output_of``.
+    confidence : float
+        Of the intervals.
+    resamples, seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``spearman``, ``partial`` and ``first_order`` with their intervals on (variable,), of the inputs with one value
+        a wall; of a crossed study also ``first_order`` and ``total`` of ``wall`` and ``joints`` on (group,), as
+        ``group_first_order`` and ``group_total``, and ``interaction``.
+
+    Raises
+    ------
+    InputError
+        See ``output_of``; or if no input has one value a wall.
+    """
+    found = output_of(ds, category, output)
+    inputs = {
+        str(name): np.asarray(variable.values, dtype=np.float64)[found.sample]
+        for name, variable in ds.data_vars.items()
+        if variable.dims == ("sample",) and variable.attrs.get("role") == "input"
+    }
+    if not inputs:
+        raise InputError("the study has no input with one value a wall.")
+    weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample] if "weight" in ds else None
+    how = {"weight": weight, "confidence": confidence, "resamples": resamples, "seed": seed}
+    result = rank_correlation(inputs, found.value, **how).merge(  # type: ignore[arg-type]
+        first_order(inputs, found.value, **how), combine_attrs="override"  # type: ignore[arg-type]
+    )  # fmt: skip
+    if int(ds.attrs.get("crossed", 0)):
+        tables = _tables(found)
+        shares = crossed_shares(tables, confidence=confidence, resamples=resamples, seed=seed)
+        renamed = {n: f"group_{n}" for n in shares.data_vars if str(n).startswith(("first_order", "total"))}
+        result = result.merge(shares.rename(renamed)).assign_attrs(tables=len(tables))
+    return result.assign_attrs(
+        title=f"sensitivity of {ds.attrs.get('title', 'a study')}", output=found.name, share_censored=found.censored,
+        samples_failed=int((ds["status"].values == FAILED).sum()), bootstrap_samples=resamples,
+    )  # fmt: skip
+
+
+def _tables(found: Output) -> FloatArray:
+    """Return the values of whole tables, array (tables, 2, 2); one of which a wall was not run yet is left out."""
+    table = found.sample // 4
+    whole = np.flatnonzero(np.bincount(table) == 4)
+    values = np.full((int(table.max()) + 1, 4), np.nan)
+    values[table, found.sample % 4] = found.value
+    return values[whole].reshape(-1, 2, 2)

@@ -1,0 +1,90 @@
+"""Shares of variance of two groups of inputs, from tables in which both are crossed.
+
+Each table has two walls and two fields (all that varies from joint to joint) in every combination: value [i, j] is of
+wall i with field j. Tables are independent. Differences within a table show what changing the field alone does, the
+wall alone, and what both do together beyond that (interaction): analysis of variance with random effects. The three
+parts are unbiased and add up to the variance; inputs in a group may depend on each other in any way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from damagepred.errors import InputError
+from damagepred.uq.estimate import normal_factor
+from damagepred.uq.samplers import Stream, generator
+
+FloatArray = NDArray[np.float64]
+
+GROUPS = ("wall", "joints")
+"""What the rows and columns of a table are."""
+
+
+def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int = 1000, seed: int = 0) -> xr.Dataset:
+    """Return the shares of variance of what holds for a wall and of what varies from joint to joint.
+
+    Parameters
+    ----------
+    values : array (tables, 2, 2)
+        Output of wall i with field j in [table, i, j].
+    confidence : float
+        Of the intervals.
+    resamples, seed : int
+        Of the bootstrap of tables.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``first_order`` (by itself) and ``total`` (with the interaction) on (group,), "wall" and "joints", and
+        ``interaction``; each with ``_error``, ``_lower`` and ``_upper``.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, or the output does not vary.
+    """
+    y = np.asarray(values, dtype=np.float64)
+    if y.ndim != 3 or y.shape[1:] != (2, 2) or len(y) < 2:
+        raise InputError(f"values: have shape {y.shape}; there must be two or more tables of two walls and two fields.")
+    if unknown := int((~np.isfinite(y)).sum()):
+        raise InputError(f"{unknown} of {y.size} values are not finite: shares of variance need them all.")
+    if np.ptp(y) == 0:
+        raise InputError(
+            f"all {y.size} values are {y.flat[0]:g}: an output that does not vary has no shares of variance."
+        )
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    parts = _parts(y)
+    best = _shares(parts.mean(axis=0))
+    error = np.full_like(best, np.nan)
+    if resamples > 1:
+        random = generator(seed, Stream.BOOTSTRAP, 0)
+        drawn = random.multinomial(len(y), np.full(len(y), 1 / len(y)), size=resamples) / len(y)
+        again = np.array([_shares(row) for row in drawn @ parts])
+        error = np.nanstd(again, axis=0, ddof=1)
+    reach = normal_factor(confidence) * error
+    columns: dict[str, tuple[str | tuple[()], FloatArray, dict[str, str]]] = {}
+    for end, value in (("", best), ("_error", error), ("_lower", best - reach), ("_upper", best + reach)):
+        columns[f"first_order{end}"] = ("group", value[:2], {"units": "1"})
+        columns[f"total{end}"] = ("group", value[2:4], {"units": "1"})
+        columns[f"interaction{end}"] = ((), value[4], {"units": "1"})
+    attrs = {"tables": len(y), "confidence": confidence, "bootstrap_samples": resamples}
+    return xr.Dataset(columns, {"group": list(GROUPS)}, attrs)
+
+
+def _parts(y: FloatArray) -> FloatArray:
+    """Return each table's estimates of the total of the wall, the total of the joints and the interaction."""
+    wall = 0.25 * ((y[:, 0] - y[:, 1]) ** 2).sum(axis=1)
+    joints = 0.25 * ((y[:, :, 0] - y[:, :, 1]) ** 2).sum(axis=1)
+    both = 0.25 * (y[:, 0, 0] - y[:, 0, 1] - y[:, 1, 0] + y[:, 1, 1]) ** 2
+    return np.column_stack((wall, joints, both))
+
+
+def _shares(parts: FloatArray) -> FloatArray:
+    wall, joints, both = parts
+    variance = wall + joints - both
+    if variance <= 0:
+        return np.full(5, np.nan)
+    return np.array([wall - both, joints - both, wall, joints, both]) / variance

@@ -1,0 +1,229 @@
+"""Fragility surfaces: probability of a category against the movement and a second variable.
+
+The median of the capacity is exp(a + b x), x the second variable or its logarithm, and the dispersion the same
+everywhere: a regression of censored capacities. With the logarithm, b is an exponent: twice the strength, 2^b times the
+capacity. Any variable of the study with one number a wall can be the second one.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import special
+
+from damagepred.errors import InputError, nearest
+from damagepred.uq.fragility.capacities import Cells, read_capacities, tally
+from damagepred.uq.fragility.intensity import attributes, chosen_intensity
+from damagepred.uq.fragility.likelihood import (
+    LARGEST,
+    SMALLEST,
+    likelihood,
+    most_likely,
+    rows_of,
+    scores,
+)
+from damagepred.uq.fragility.models import FITTED, Composite, Fit, reasons
+from damagepred.uq.fragility.resampling import Resampled, resample
+from damagepred.uq.samplers import Stream, generator
+
+FloatArray = NDArray[np.float64]
+
+Scale = Literal["log", "linear"]
+
+
+def fit_surface(
+    ds: xr.Dataset,
+    category: int,
+    second: str,
+    *,
+    intensity: str | None = None,
+    scale: Scale | None = None,
+    confidence: float = 0.9,
+    bootstrap: int = 500,
+    seed: int = 0,
+    points: tuple[int, int] = (81, 41),
+) -> xr.Dataset:
+    """Fit the probability of a category against the movement and a second variable.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        See ``fit_fragility``.
+    category : int
+        The category, or a worse one.
+    second : str
+        Variable of the dataset on (sample,), such as ``wall.length`` or ``joint.friction``.
+    intensity : str, optional
+        See ``fit_fragility``.
+    scale : {"log", "linear"}, optional
+        Whether the logarithm of the median goes with the variable's logarithm or with itself; by default with the
+        logarithm where all values are positive.
+    confidence : float
+        Of the percentile bands.
+    bootstrap, seed : int
+        Resamples of walls, and their seed.
+    points : tuple of int
+        Points of the movement and of the second variable.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``probability`` with ``_lower`` and ``_upper`` on (second, intensity); ``median`` with both on (second,);
+        ``slope`` (b), ``dispersion``, each with both, ``dispersion_alone`` (without the second variable), ``reached``,
+        ``not_reached``, ``failed``, ``fit_status``; as attributes Akaike's criterion with the second variable and
+        without, ``aic_with`` and ``aic_without``.
+
+    Raises
+    ------
+    InputError
+        If the dataset has no such variable with one number a wall, or it does not vary.
+    """
+    name = chosen_intensity(ds, intensity)
+    walls = read_capacities(ds, [category], name)
+    z = _second(ds, second)[walls.sample]
+    known = np.isfinite(z)
+    if not known.any() or np.ptp(z[known]) == 0:
+        raise InputError(f"second = '{second}': does not vary in this study; a curve is all there is (fit_fragility).")
+    logarithmic = bool((z[known] > 0).all()) if scale is None else scale == "log"
+    if logarithmic and (z[known] <= 0).any():
+        raise InputError(f"second = '{second}': has values that are not positive; take scale = 'linear'.")
+    found = walls.capacities
+    cells = tally(
+        np.vstack((found.lower[:, known], z[known])), np.vstack((found.upper[:, known], z[known])), walls.weight[known]
+    )
+    grid_z = np.geomspace(z[known].min(), z[known].max(), points[1]) if logarithmic else (
+        np.linspace(z[known].min(), z[known].max(), points[1]))  # fmt: skip
+    grid = np.linspace(0.0, walls.largest, points[0])
+    model = _Regression(cells, logarithmic)
+    columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
+    columns |= {
+        "reached": ((), int(np.isfinite(found.upper).sum())),
+        "not_reached": ((), int((np.isinf(found.upper) & ~found.failed).sum())),
+        "failed": ((), int(found.failed.sum())),
+    }
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+    stated = {key: str(ds[second].attrs.get(key, other)) for key, other in (("long_name", second), ("units", "1"))}
+    return xr.Dataset(
+        columns,
+        coords={"second": ("second", grid_z, stated), "intensity": ("intensity", grid, attributes(ds, name))},
+        attrs={
+            "Conventions": "CF-1.11", "title": f"fragility of {ds.attrs.get('title', 'a wall')}",
+            "intensity_measure": name, "second_variable": second, "scale": "log" if logarithmic else "linear",
+            "category": category, "category_name": names[category] if category < len(names) else str(category),
+            "confidence": confidence, "bootstrap_samples": bootstrap, "bootstrap_seed": seed,
+            "samples": int(known.sum()), "samples_failed": int(found.failed.sum()), **attrs,
+        },
+    )  # fmt: skip
+
+
+def _second(ds: xr.Dataset, name: str) -> FloatArray:
+    known = [str(n) for n in ds.data_vars if ds[n].dims == ("sample",) and np.issubdtype(ds[n].dtype, np.number)]
+    if name not in ds.variables or ds[name].dims != ("sample",) or not np.issubdtype(ds[name].dtype, np.number):
+        inputs = [n for n in known if ds[n].attrs.get("role") == "input"]
+        what = f"; sampled inputs are {', '.join(inputs)}" if inputs else ""
+        raise InputError(
+            f"second = '{name}': the study has no such variable with one number a wall{what}." + nearest(name, known)
+        )
+    return np.asarray(ds[name].values, dtype=np.float64)
+
+
+class _Regression:
+    """Estimator of 1/dispersion and (a, b) over the dispersion, x counted from its mean."""
+
+    def __init__(self, cells: Cells, logarithmic: bool) -> None:
+        self.categories = [0]
+        self.cells = Cells(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
+        self.logarithmic = logarithmic
+        x = self._scaled(cells.lower[1])
+        self._middle = float(np.average(x, weights=cells.total))
+        self.rows = rows_of(cells.lower[0], cells.upper[0], self.regressors(cells.lower[1]))
+
+    def _scaled(self, z: FloatArray) -> FloatArray:
+        return np.log(z) if self.logarithmic else z
+
+    def regressors(self, z: FloatArray) -> FloatArray:
+        """Return what the mean of the capacity's logarithm depends on, array (n, 2)."""
+        return np.column_stack((np.ones(len(z)), self._scaled(z) - self._middle))
+
+    def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Return the parameters for weights of the cells."""
+        if start is None:
+            start = np.append(Composite([0], self.cells).best(), 0.0)
+        return most_likely(self.rows, weight, start)[0]
+
+    def scores(self, at: FloatArray) -> FloatArray:
+        """Return each cell's own gradient."""
+        return scores(at, self.rows)
+
+    def curvature(self, at: FloatArray) -> FloatArray:
+        """Return the curvature of the log-likelihood."""
+        return likelihood(at[None], self.rows, self.cells.total[None]).curvature[0]
+
+    def value(self, at: FloatArray) -> float:
+        """Return the log-likelihood."""
+        return float(likelihood(at[None], self.rows, self.cells.total[None]).value[0])
+
+    def best(self) -> FloatArray:
+        """Return the parameters for all walls."""
+        return self.at(self.cells.total[None])[0]
+
+    def fits(self) -> list[Fit]:
+        """Return the curve at the mean of the second variable."""
+        at = self.best()
+        return [Fit(float(np.exp(at[1] / at[0])), float(1.0 / at[0]), FITTED)]
+
+
+def _fitted(
+    model: _Regression, grid: FloatArray, grid_z: FloatArray, confidence: float, bootstrap: int,
+    random: np.random.Generator,
+) -> tuple[dict[str, Any], dict[str, float]]:  # fmt: skip
+    """Return the variables of the dataset, and its attributes that tell what the second variable explains."""
+    status = reasons(model.cells)[0] or FITTED
+    at, alone = np.full(3, np.nan), np.full(2, np.nan)
+    again = np.empty((0, 3))
+    attrs: dict[str, float] = {}
+    if status == FITTED:
+        plain = Composite([0], model.cells)
+        at, alone = model.best(), plain.best()
+        if not SMALLEST < 1.0 / at[0] < LARGEST:
+            status = f"no finite dispersion explains the walls (it runs to {1.0 / at[0]:.2g})"
+            at = np.full(3, np.nan)
+        else:
+            attrs = {"aic_with": 6.0 - 2.0 * model.value(at), "aic_without": 4.0 - 2.0 * plain.value(alone)}
+            if bootstrap:
+                found: Resampled = resample(model, at, bootstrap, random)
+                again = found.again
+    regressors = model.regressors(grid_z)
+    tails = [0.5 * (1 - confidence), 0.5 * (1 + confidence)]
+    with np.errstate(divide="ignore"):
+        log_grid = np.log(grid)
+
+    def numbers(p: FloatArray) -> dict[str, FloatArray]:
+        along = p[1:] @ regressors.T
+        with np.errstate(invalid="ignore"):
+            probability = special.ndtr(p[0] * log_grid[None, :] - along[:, None])
+        median, slope, dispersion = np.exp(along / p[0]), p[2] / p[0], 1.0 / p[0]
+        return {"probability": probability, "median": median, "slope": slope, "dispersion": dispersion}
+
+    best = numbers(at)
+    resamples = [numbers(p) for p in again]
+    words = {
+        "probability": (("second", "intensity"), "probability of the category or worse"),
+        "median": (("second",), "median capacity"),
+        "slope": ((), "change of the logarithm of the median with the second variable or its logarithm"),
+        "dispersion": ((), "standard deviation of the capacity's logarithm"),
+    }
+    columns: dict[str, Any] = {}
+    for key, (dims, text) in words.items():
+        columns[key] = (dims, best[key], {"units": "1", "long_name": text})
+        each = np.array([r[key] for r in resamples])
+        ends = np.quantile(each, tails, axis=0) if len(each) > 1 else np.full((2, *np.shape(best[key])), np.nan)
+        for word, end in zip(("lower", "upper"), ends):
+            columns[f"{key}_{word}"] = (dims, end, {"units": "1", "long_name": f"{text}, {word}"})
+    text = "standard deviation of the capacity's logarithm without the second variable"
+    columns["dispersion_alone"] = ((), 1.0 / alone[0], {"units": "1", "long_name": text})
+    columns["fit_status"] = ((), status)
+    return columns, attrs

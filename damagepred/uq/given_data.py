@@ -1,0 +1,204 @@
+"""Sensitivity from walls that were run for something else: rank correlation, and shares of variance.
+
+- Rank correlation (Spearman): whether capacity rises or falls with an input, from -1 to 1. Partial: with what the other
+  inputs explain taken out of both, as inputs that are correlated need it.
+- First-order share: how much of the output's variance its mean over walls of the same input explains, also where it
+  rises and falls. From slices of as many walls each along the input, corrected for what so many slices explain by
+  chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.errors import InputError
+from damagepred.uq.estimate import normal_factor
+from damagepred.uq.ranks import ranks
+from damagepred.uq.samplers import Stream, generator
+
+FloatArray = NDArray[np.float64]
+
+FEWEST = 10
+"""Walls that it takes at least."""
+
+MOST = 20_000
+"""Walls resampled for the errors; of more, the error is taken from so many and scaled by the root of the number."""
+
+
+def rank_correlation(
+    inputs: Mapping[str, FloatArray],
+    output: FloatArray,
+    *,
+    weight: FloatArray | None = None,
+    confidence: float = 0.9,
+    resamples: int = 500,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return Spearman's and the partial rank correlation of an output with each input.
+
+    Parameters
+    ----------
+    inputs : mapping of str to array (walls,)
+        Inputs.
+    output : array (walls,)
+        Numbers, or the ranks of ``damagepred.uq.ranks.interval_ranks``.
+    weight : array (walls,), optional
+        What each wall counts for.
+    confidence : float
+        Of the intervals.
+    resamples, seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``spearman`` and ``partial``, each with ``_lower`` and ``_upper``, on (variable,). Intervals are even in
+        Fisher's arctanh of the correlation, with the error of the resamples.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, or the output does not vary.
+    """
+    names, x, y, w = _checked(inputs, output, weight, confidence)
+
+    def both(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
+        return np.arctanh(np.clip(_correlations(x, y, w), -1 + 1e-12, 1 - 1e-12))
+
+    best, error = _with_errors(both, x, y, w, resamples, seed)
+    reach = normal_factor(confidence) * error
+    columns = {
+        name: ("variable", np.tanh(value), {"units": "1", "long_name": words})
+        for k, (what, words) in enumerate((("spearman", "rank correlation"), ("partial", "partial rank correlation")))
+        for name, value in ((what, best[k]), (f"{what}_lower", (best - reach)[k]), (f"{what}_upper", (best + reach)[k]))
+    }
+    return xr.Dataset(columns, {"variable": names}, {"confidence": confidence, "walls": len(y)})
+
+
+def first_order(
+    inputs: Mapping[str, FloatArray],
+    output: FloatArray,
+    *,
+    weight: FloatArray | None = None,
+    confidence: float = 0.9,
+    resamples: int = 500,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return the share of an output's variance that each input brings about by itself.
+
+    Parameters
+    ----------
+    inputs, output, weight, confidence, resamples, seed
+        See ``rank_correlation``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``first_order`` with ``_error``, ``_lower`` and ``_upper``, on (variable,). Shares of inputs that are correlated
+        overlap.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, or the output does not vary.
+    """
+    names, x, y, w = _checked(inputs, output, weight, confidence)
+    best, error = _with_errors(_sliced_shares, x, y, w, resamples, seed)
+    reach = normal_factor(confidence) * error
+    words = {"units": "1", "long_name": "share of variance that the input brings about by itself"}
+    columns = (("", best), ("_error", error), ("_lower", best - reach), ("_upper", best + reach))
+    return xr.Dataset(
+        {f"first_order{end}": ("variable", value[0], words) for end, value in columns},
+        {"variable": names},
+        {"confidence": confidence, "walls": len(y), "slices": _slices(len(y))},
+    )
+
+
+def _checked(
+    inputs: Mapping[str, FloatArray], output: FloatArray, weight: FloatArray | None, confidence: float
+) -> tuple[list[str], FloatArray, FloatArray, FloatArray]:
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    y = np.asarray(output, dtype=np.float64)
+    w = np.ones(len(y)) if weight is None else np.asarray(weight, dtype=np.float64)
+    columns = {name: np.asarray(v, dtype=np.float64) for name, v in inputs.items()}
+    for name, values in {**columns, "the output": y, "weight": w}.items():
+        if values.shape != y.shape:
+            raise InputError(f"{name}: has {values.size} values for {len(y)} walls.")
+        if unknown := int((~np.isfinite(values)).sum()):
+            raise InputError(
+                f"{name}: {unknown} of {len(y)} values are not finite, and leaving walls out would falsify what the "
+                "others say; choose an output that all walls have."
+            )
+    varying = {name: v for name, v in columns.items() if np.ptp(v) > 0}
+    if not varying:
+        raise InputError("inputs: none of them varies.")
+    if len(y) < FEWEST or np.ptp(y) == 0:
+        raise InputError(
+            f"the output: has {len(y)} values, from {y.min(initial=np.inf):g} to {y.max(initial=-np.inf):g}; "
+            f"sensitivity takes at least {FEWEST} walls that differ."
+        )
+    return list(varying), np.array(list(varying.values())), y, w
+
+
+def _with_errors(
+    of: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
+    resamples: int,
+    seed: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Return numbers of all walls and their standard errors from walls drawn again."""
+    best = of(x, y, w)
+    if resamples < 2:
+        return best, np.full_like(best, np.nan)
+    random = generator(seed, Stream.BOOTSTRAP, 0)
+    walls = len(y)
+    size = min(walls, MOST)
+    some = random.permutation(walls)[:size] if size < walls else np.arange(walls)
+    again = []
+    for _ in range(resamples):
+        drawn = some[random.integers(size, size=size)]
+        if np.ptp(y[drawn]) > 0:
+            again.append(of(x[:, drawn], y[drawn], w[drawn]))
+    return best, np.std(again, axis=0, ddof=1) * np.sqrt(size / walls)
+
+
+def _correlations(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
+    """Return rank correlations and partial ones, array (2, inputs), from inputs (inputs, walls)."""
+    table = np.array([ranks(row, w) for row in (*x, y)])
+    table -= (table @ w / w.sum())[:, None]
+    covariance = (table * w) @ table.T
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    matrix = covariance / np.outer(scale, scale)
+    inverse = np.linalg.pinv(matrix, hermitian=True)
+    partial = -inverse[:-1, -1] / np.sqrt(np.maximum(np.diag(inverse)[:-1] * inverse[-1, -1], 1e-300))
+    return np.array([matrix[:-1, -1], partial])
+
+
+def _slices(walls: int) -> int:
+    """Return in how many slices walls are put along an input: bias by their width and by chance fall alike."""
+    return int(np.clip(round(1.5 * walls ** (1 / 3)), 2, walls // 3))
+
+
+def _sliced_shares(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
+    """Return the share of variance between slices along each input, array (1, inputs), corrected for chance."""
+    count = _slices(len(y))
+    centred = y - w @ y / w.sum()
+    found = []
+    for row in x:
+        slot = np.minimum((ranks(row, w) * count).astype(np.int64), count - 1)
+        weight = np.bincount(slot, w, count)
+        there = weight > 0
+        mean = np.bincount(slot, w * centred, count)[there] / weight[there]
+        groups, alike = int(there.sum()), w.sum() ** 2 / (w @ w)
+        total = w @ centred**2
+        within = total - weight[there] @ mean**2
+        # the corrected share (epsilon squared): mean squares instead of sums
+        found.append(1.0 - (within / max(alike - groups, 1.0)) / (total / (alike - 1.0)))
+    return np.array([found])

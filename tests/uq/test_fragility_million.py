@@ -1,0 +1,93 @@
+"""Very many walls: counted, not copied; the same answer as wall by wall."""
+
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.uq.fragility import fit_fragility
+from tests.uq.test_fragility import NAMES
+
+MEDIANS, SCATTER = np.array([2.0, 6.0, 14.0, 30.0]), 0.5
+GIB = 2**30
+
+
+def archive(walls: int, own_movement: bool, seed: int = 1) -> xr.Dataset:
+    """A study of known walls with 20 increments to 20 mm, or each to its own 15 to 25 mm."""
+    random = np.random.default_rng(seed)
+    category = np.empty((walls, 21), dtype=np.int8)
+    end = random.uniform(0.015, 0.025, walls) if own_movement else np.full(walls, 0.02)
+    movement = end[:, None] * (np.arange(21) / 20)
+    for first in range(0, walls, 50_000):
+        part = slice(first, first + 50_000)
+        factor = np.exp(SCATTER * random.standard_normal(len(end[part])))
+        capacity = 1e-3 * MEDIANS * factor[:, None]
+        category[part] = (movement[part, :, None] >= capacity[:, None, :]).sum(axis=2)
+    both = ("sample", "increment")
+    return xr.Dataset(
+        {
+            "damage_category": (both, category, {"flag_meanings": NAMES}),
+            "status": ("sample", np.zeros(walls, dtype=np.int8)),
+            "central_deflection": (both, movement, {"units": "m"}),
+        }
+    )
+
+
+def check(curves: xr.Dataset, walls: int) -> None:
+    assert (curves["fit_status"] == "fitted").all()
+    reached = curves["reached"].values / walls
+    # what n walls know, less where few of them reached it; ten standard errors would be a mistake, not bad luck
+    error = 10 * SCATTER / np.sqrt(walls * np.minimum(reached, 0.3))
+    assert (np.abs(np.log(curves["median"].values / (1e-3 * MEDIANS))) < error).all()
+    assert (np.abs(curves["dispersion"].values / SCATTER - 1) < error / SCATTER).all()
+    width = np.log(curves["median_upper"].values / curves["median_lower"].values)
+    assert (width > 2 * 1.645 * 0.5 * SCATTER / np.sqrt(walls)).all()
+    assert (width < 0.5 * error).all()
+
+
+@pytest.mark.parametrize(("walls", "own_movement"), [(100_000, False), (25_000, True)])
+def test_many_walls(walls: int, own_movement: bool) -> None:
+    ds = archive(walls, own_movement)
+    began = time.process_time()
+    curves = fit_fragility(ds, bootstrap=200)
+    assert time.process_time() - began < 6  # a million are to take less than a minute
+    check(curves, walls)
+
+
+def test_resamples_by_one_step_have_the_errors_of_fitted_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    import damagepred.uq.fragility.resampling as resampling
+
+    ds = archive(3000, True)
+    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=300)
+    monkeypatch.setattr(resampling, "MANY_CELLS", 100)
+    stepped = fit_fragility(ds, categories=[2, 3], bootstrap=300)
+    for name in ("median", "dispersion"):
+        widths = [ds[f"{name}_upper"].values - ds[f"{name}_lower"].values for ds in (fitted, stepped)]
+        np.testing.assert_allclose(widths[1], widths[0], rtol=0.2)
+        assert (stepped[f"{name}_lower"] < fitted[name]).all()
+        assert (fitted[name] < stepped[f"{name}_upper"]).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("own_movement", [False, True])
+def test_a_million_walls_in_a_minute_and_two_gibibytes(own_movement: bool) -> None:
+    """In a process of its own, whose memory is its own."""
+    code = f"from tests.uq.test_fragility_million import report; report(1_000_000, {own_movement})"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    seconds, size = (float(v) for v in out.split()[-2:])
+    assert seconds < 60
+    assert size < 2 * GIB
+
+
+def report(walls: int, own_movement: bool) -> None:
+    """Print what it takes: seconds, and bytes at most, the archive included."""
+    ds = archive(walls, own_movement)
+    began = time.perf_counter()
+    curves = fit_fragility(ds, bootstrap=200)
+    seconds = time.perf_counter() - began
+    check(curves, walls)
+    print(seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)

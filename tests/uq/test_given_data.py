@@ -1,0 +1,174 @@
+"""Rank correlation, first-order shares and crossed shares: scipy, closed forms, coverage, censored walls."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from damagepred.errors import InputError
+from damagepred.uq.crossed import crossed_shares
+from damagepred.uq.given_data import MOST, first_order, rank_correlation
+from damagepred.uq.ranks import interval_ranks, ranks
+from tests.uq.test_fragility import brackets
+from tests.uq.test_sensitivity import closed_form, ishigami
+
+INF = np.inf
+
+
+def test_ranks_are_scipy_s() -> None:
+    values = np.array([3.0, 1, 3, 2, 9, 3])
+    np.testing.assert_allclose(ranks(values), (stats.rankdata(values) - 0.5) / 6)
+    # weight 2 is to be there twice
+    np.testing.assert_allclose(
+        ranks(np.array([1.0, 2, 3]), np.array([1.0, 2, 1])), ranks(np.array([1.0, 2, 2, 3]))[[0, 1, 3]]
+    )
+
+
+def test_walls_that_have_not_reached_it_are_tied_at_the_top() -> None:
+    capacity = np.random.default_rng(1).lognormal(2.0, 0.5, 200)
+    lower, upper = brackets(capacity, np.arange(0.0, 8.5, 1.0))
+    tied = np.where(np.isinf(upper), 99.0, upper)
+    np.testing.assert_allclose(interval_ranks(lower, upper), ranks(tied), atol=1e-6)
+
+
+def test_a_wall_that_failed_early_may_rank_anywhere_above() -> None:
+    """(1, inf) among 1, 2, 3, 4 known exactly: it lies above the first, else nothing is known."""
+    lower, upper = np.array([1.0, 2, 3, 4, 1.0]), np.array([1.0, 2, 3, 4, INF])
+    found = interval_ranks(lower, upper)
+    assert found[4] == pytest.approx((0.2 + 1.0) / 2, abs=1e-6)
+    assert (np.diff(found[:4]) > 0).all()
+
+
+def sampled(seed: int, walls: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    random = np.random.default_rng(seed)
+    x = random.standard_normal((3, walls))
+    x[1] = 0.6 * x[0] + 0.8 * x[1]
+    return dict(zip("abc", x)), x[0] + 0.5 * x[1] ** 3 + 0.4 * random.standard_normal(walls)
+
+
+def test_rank_correlation_is_scipy_s_and_partial_that_of_residuals() -> None:
+    inputs, y = sampled(2, 300)
+    y = np.round(y, 1)
+    found = rank_correlation(inputs, y, resamples=0)
+    for name, x in inputs.items():
+        assert float(found["spearman"].sel(variable=name)) == pytest.approx(stats.spearmanr(x, y).statistic, abs=1e-12)
+    table = np.array([stats.rankdata(v) for v in (*inputs.values(), y)])
+    for k, name in enumerate("abc"):
+        others = np.column_stack((np.ones(300), np.delete(table[:3], k, axis=0).T))
+        rest = [row - others @ np.linalg.lstsq(others, row)[0] for row in (table[k], table[3])]
+        expected = np.corrcoef(*rest)[0, 1]
+        assert float(found["partial"].sel(variable=name)) == pytest.approx(expected, abs=1e-10)
+
+
+def normal_spearman(rho: float) -> float:
+    """Of two normals with correlation rho (Kruskal 1958)."""
+    return 6 / np.pi * np.arcsin(rho / 2)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.7])
+def test_intervals_of_rank_correlation_hold_the_truth_about_nine_times_in_ten(rho: float) -> None:
+    held, repetitions = 0, 60
+    for seed in range(repetitions):
+        random = np.random.default_rng([3, seed])
+        x, e = random.standard_normal((2, 100))
+        found = rank_correlation({"x": x}, rho * x + np.sqrt(1 - rho**2) * e, resamples=100, seed=seed)
+        held += bool(found["spearman_lower"][0] <= normal_spearman(rho) <= found["spearman_upper"][0])
+    assert 47 <= held <= 60  # 54 expected
+
+
+def test_more_walls_than_are_resampled_have_smaller_errors() -> None:
+    random = np.random.default_rng(4)
+    width = []
+    for walls in (MOST, 4 * MOST):
+        x = random.standard_normal(walls)
+        found = rank_correlation({"x": x}, x + random.standard_normal(walls), resamples=20)
+        width.append(float(found["spearman_upper"][0] - found["spearman_lower"][0]))
+    assert width[0] / width[1] == pytest.approx(2.0, rel=0.5)
+
+
+def test_first_order_shares_of_ishigami() -> None:
+    unit = np.random.default_rng(5).random((8000, 3))
+    found = first_order(dict(zip("abc", unit.T)), ishigami(unit), resamples=30)
+    np.testing.assert_allclose(found["first_order"], closed_form()[0], atol=0.03)
+    # what rank correlation cannot see: the second input goes up and down
+    assert abs(float(rank_correlation({"b": unit[:, 1]}, ishigami(unit), resamples=0)["spearman"][0])) < 0.05
+
+
+def test_an_input_that_does_nothing_has_no_share_on_average() -> None:
+    shares = []
+    for seed in range(200):
+        random = np.random.default_rng([6, seed])
+        x, y = random.standard_normal((2, 60))
+        shares.append(float(first_order({"x": x}, y, resamples=0)["first_order"][0]))
+    assert abs(np.mean(shares)) < 3 * np.std(shares) / np.sqrt(200) + 0.005
+
+
+def test_intervals_of_first_order_shares_hold_the_truth_about_nine_times_in_ten() -> None:
+    held, repetitions = 0, 60
+    for seed in range(repetitions):
+        random = np.random.default_rng([7, seed])
+        x, e = random.standard_normal((2, 400))
+        found = first_order({"x": x}, np.sqrt(0.4) * x + np.sqrt(0.6) * e, resamples=60, seed=seed)
+        held += bool(found["first_order_lower"][0] <= 0.4 <= found["first_order_upper"][0])
+    assert 46 <= held <= 60
+
+
+@pytest.mark.parametrize("what", [rank_correlation, first_order])
+@pytest.mark.parametrize(
+    ("inputs", "output", "words"),
+    [
+        ({"x": np.append(np.arange(19.0), np.nan)}, np.arange(20.0), "x: 1 of 20 values are not finite"),
+        ({"x": np.arange(20.0)}, np.append(np.arange(19.0), np.nan), "the output: 1 of 20 values"),
+        ({"x": np.arange(20.0)}, np.ones(20), "from 1 to 1"),
+        ({"x": np.ones(20)}, np.arange(20.0), "none of them varies"),
+        ({"x": np.arange(5.0)}, np.arange(5.0), "at least 10 walls"),
+        ({"x": np.arange(5.0)}, np.arange(20.0), "x: has 5 values for 20 walls"),
+    ],
+)
+def test_what_is_refused(what, inputs: dict, output: np.ndarray, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        what(inputs, output)
+
+
+# -- crossed -----------------------------------------------------------------------------------------------------------
+
+
+def tables(random: np.random.Generator, count: int, wall: float, joints: float, both: float) -> np.ndarray:
+    """Values a w + b f + c w f of two walls w and two fields f a table."""
+    w, f = random.standard_normal((2, count, 2))
+    return wall * w[:, :, None] + joints * f[:, None, :] + both * w[:, :, None] * f[:, None, :]
+
+
+def test_crossed_shares_in_closed_form() -> None:
+    found = crossed_shares(tables(np.random.default_rng(1), 40_000, 2.0, 1.0, 0.5), resamples=50)
+    variance = 4 + 1 + 0.25
+    np.testing.assert_allclose(found["first_order"], np.array([4, 1]) / variance, atol=0.015)
+    np.testing.assert_allclose(found["total"], np.array([4.25, 1.25]) / variance, atol=0.015)
+    assert float(found["interaction"]) == pytest.approx(0.25 / variance, abs=0.01)
+
+
+def test_crossed_shares_add_up() -> None:
+    found = crossed_shares(tables(np.random.default_rng(2), 20, 1.0, 1.0, 1.0), resamples=0)
+    assert float(found["first_order"].sum() + found["interaction"]) == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(found["total"], found["first_order"] + found["interaction"], atol=1e-12)
+
+
+def test_crossed_intervals_hold_the_truth_about_nine_times_in_ten() -> None:
+    held = []
+    for seed in range(80):
+        found = crossed_shares(tables(np.random.default_rng([3, seed]), 60, 1.0, 1.0, 0.5), resamples=200, seed=seed)
+        truth = np.array([1, 1]) / 2.25
+        held.append((found["first_order_lower"].values <= truth) & (truth <= found["first_order_upper"].values))
+    assert 0.8 <= np.mean(held) <= 0.98
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (np.full((4, 2, 2), np.nan), "16 of 16 values are not finite"),
+        (np.ones((4, 2, 2)), "does not vary"),
+        (np.ones((4, 4)), "two or more tables"),
+    ],
+)
+def test_tables_that_give_no_shares(values: np.ndarray, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        crossed_shares(values)

@@ -1,0 +1,130 @@
+"""Fragility surfaces: known truth, a general optimiser, coverage, and what has none."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import optimize, special
+
+from damagepred.errors import InputError
+from damagepred.plotting import draw_fragility_surface
+from damagepred.uq.fragility import capacities, fit_fragility, fit_surface
+from tests.uq.test_fragility import fail, study
+
+EXPONENT, SCATTER, AT_ONE = 0.8, 0.3, 8.0
+
+
+def walls(seed: int, count: int = 200, end: float = 20.0, increments: int = 40) -> xr.Dataset:
+    """Capacity 8 mm times (strength / MPa)^0.8, lognormal about it."""
+    random = np.random.default_rng(seed)
+    strength = np.exp(0.4 * random.standard_normal(count))
+    capacity = AT_ONE * strength**EXPONENT * np.exp(SCATTER * random.standard_normal(count))
+    ds = study(capacity, end=end, increments=increments)
+    words = {"units": "Pa", "long_name": "sampled input joint.tensile_strength", "role": "input"}
+    return ds.assign({"joint.tensile_strength": ("sample", 1e6 * strength, words)})
+
+
+def test_it_is_the_maximum_of_the_likelihood() -> None:
+    ds = walls(1, 80, end=9.0)
+    found = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
+    c = capacities(ds, 1)
+    x = np.log(ds["joint.tensile_strength"].values)
+
+    def unlikely(p: np.ndarray) -> float:
+        with np.errstate(divide="ignore"):
+            a, b = ((np.log(v) - p[0] - p[1] * (x - 13.8)) / np.exp(p[2]) for v in (c.lower, c.upper))
+        return -float(np.log(np.maximum(special.ndtr(b) - special.ndtr(a), 1e-300)).sum())
+
+    options = {"xatol": 1e-10, "fatol": 1e-13, "maxiter": 5000, "maxfev": 5000}
+    best = optimize.minimize(unlikely, [2.0, 0.5, -1.0], method="Nelder-Mead", options=options).x
+    assert float(found["slope"]) == pytest.approx(best[1], rel=1e-5)
+    assert float(found["dispersion"]) == pytest.approx(np.exp(best[2]), rel=1e-5)
+    expected = np.exp(best[0] + best[1] * (np.log(found["second"].values) - 13.8))
+    np.testing.assert_allclose(found["median"], expected, rtol=1e-5)
+
+
+def test_bands_hold_the_truth_about_nine_times_in_ten() -> None:
+    """Half of the walls censored."""
+    hits, repetitions = np.zeros(3), 40
+    for seed in range(repetitions):
+        ds = walls(100 + seed, 150, end=8.0, increments=16)
+        found = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=100, seed=seed, points=(9, 5))
+        truth = AT_ONE * (found["second"].values[2] / 1e6) ** EXPONENT
+        known = {"slope": EXPONENT, "dispersion": SCATTER}
+        for k, (name, value) in enumerate(known.items()):
+            hits[k] += bool(found[f"{name}_lower"] <= value <= found[f"{name}_upper"])
+        hits[2] += bool(found["median_lower"][2] <= truth <= found["median_upper"][2])
+    # 36 expected; 30 or fewer come in 1 % of binomial draws
+    assert (hits >= 30).all(), hits
+
+
+def test_what_the_second_variable_explains_is_told() -> None:
+    ds = walls(3, 400)
+    found = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
+    assert float(found["dispersion"]) == pytest.approx(SCATTER, rel=0.12)
+    assert float(found["dispersion_alone"]) == pytest.approx(np.hypot(SCATTER, 0.4 * EXPONENT), rel=0.12)
+    assert found.attrs["aic_with"] < found.attrs["aic_without"] - 50
+    alone = float(fit_fragility(ds, categories=[1], bootstrap=0)["dispersion"][0])
+    assert float(found["dispersion_alone"]) == pytest.approx(alone, rel=1e-9)
+    other = np.random.default_rng(4).uniform(4.0, 8.0, 400)
+    ds = ds.assign({"wall.length": ("sample", other, {"units": "m"})})
+    idle = fit_surface(ds, 1, "wall.length", bootstrap=100)
+    assert idle["slope_lower"] < 0 < idle["slope_upper"]
+    assert idle.attrs["aic_with"] > idle.attrs["aic_without"] - 4
+
+
+def test_probability_rises_with_the_movement_and_falls_with_the_strength() -> None:
+    found = fit_surface(walls(5), 1, "joint.tensile_strength", bootstrap=30, points=(21, 11))
+    assert found["probability"].dims == ("second", "intensity")
+    assert (np.diff(found["probability"], axis=1) >= 0).all()
+    assert (np.diff(found["probability"], axis=0) <= 0).all()
+    assert (found["probability_lower"] <= found["probability"] + 1e-9).all()
+    assert found["second"].attrs["units"] == "Pa"
+
+
+def test_a_linear_scale_for_what_may_be_negative() -> None:
+    ds = walls(6)
+    moved = ds.assign(shift=("sample", np.log(ds["joint.tensile_strength"].values / 1e6)))
+    found = fit_surface(moved, 1, "shift", bootstrap=0)
+    assert found.attrs["scale"] == "linear"
+    log = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
+    assert float(found["slope"]) == pytest.approx(float(log["slope"]), rel=1e-6)
+    with pytest.raises(InputError, match="not positive"):
+        fit_surface(moved, 1, "shift", scale="log")
+
+
+def test_failed_walls_count_as_far_as_they_were_followed() -> None:
+    ds = walls(7, 300)
+    for wall in range(0, 300, 10):
+        fail(ds, wall, 8)
+    found = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
+    assert int(found["failed"]) > 0
+    assert float(found["slope"]) == pytest.approx(EXPONENT, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("joint.tensile", "no such variable with one number a wall; sampled inputs are joint.tensile_strength"),
+     ("damage_category", "no such variable"), ("same", "does not vary")],
+)  # fmt: skip
+def test_what_is_no_second_variable(name: str, words: str) -> None:
+    ds = walls(8, 30).assign(same=("sample", np.ones(30)))
+    with pytest.raises(InputError, match=words):
+        fit_surface(ds, 1, name)
+
+
+def test_a_category_that_was_never_reached_has_no_surface() -> None:
+    found = fit_surface(walls(9, 40), 3, "joint.tensile_strength", bootstrap=20)
+    assert str(found["fit_status"].values) == "never reached"
+    assert np.isnan(found["probability"]).all()
+    assert "no surface" in draw_fragility_surface(found).texts[0].get_text()
+
+
+def test_the_drawing_names_its_axes_in_the_units_of_engineers() -> None:
+    ds = walls(10)
+    ds["central_deflection"] = ds["central_deflection"] * 1e-3
+    ds["central_deflection"].attrs["units"] = "m"
+    ax = draw_fragility_surface(fit_surface(ds, 1, "joint.tensile_strength", bootstrap=40))
+    assert ax.get_xlabel() == "central deflection (mm)"
+    assert ax.get_ylabel() == "joint, tensile strength (MPa)"
+    assert ax.get_xlim()[1] == pytest.approx(20.0)
+    assert "power 0.8" in ax.get_title(loc="left") or "power 0.7" in ax.get_title(loc="left")
