@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from damagepred.damage.simple import simple_methods
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
     from damagepred.path import solve
+    from damagepred.rejudge import judge_again
     from damagepred.scene import Scene
     from damagepred.study import Study, open_study
     from damagepred.uq.fragility import fit_fragility
@@ -37,6 +38,7 @@ _HOMES = {
     "Study": "study",
     "StudyError": "errors",
     "fit_fragility": "uq.fragility",
+    "judge_again": "rejudge",
     "open_study": "study",
     "simple_methods": "damage.simple",
     "solve": "path",
@@ -53,6 +55,7 @@ __all__ = [
     "StudyError",
     "__version__",
     "fit_fragility",
+    "judge_again",
     "open_study",
     "simple_methods",
     "solve",

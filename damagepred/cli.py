@@ -400,9 +400,50 @@ def plot(
     from damagepred.errors import InputError
 
     ds = read_dataset(path)
+    if "sample" in ds.sizes:  # of a study judged again
+        from damagepred.plotting import save_study_pictures
+
+        for file in save_study_pictures(ds, output):
+            screen.say(f"drew {file}")
+        return
     if "contact_opening" not in ds:
         raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
     _draw_wall(ds, output)
+
+
+@app.command("judge")
+def judge_command(
+    path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],
+    table: Annotated[
+        str | None, typer.Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
+    ] = None,
+    plasterboard: Annotated[
+        bool | None, typer.Option("--plasterboard/--no-plasterboard", help="Limits for walls lined with it.")
+    ] = None,
+    count_rule: Annotated[
+        bool | None, typer.Option("--groups/--no-groups", help="Whether groups of cracks count.")
+    ] = None,
+    group_count: Annotated[int | None, typer.Option("--group-count", help="Cracks that make a group.")] = None,
+    group_distance: Annotated[
+        str | None, typer.Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
+    ] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+) -> None:
+    """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
+    from damagepred.archive.files import check_writable, read_dataset, write_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.rejudge import judge_again
+
+    check_writable(output)
+    before = open_study(path) if path.is_dir() else read_dataset(path)
+    after = judge_again(
+        before, table=table, plasterboard=plasterboard, count_rule=count_rule, group_count=group_count,
+        group_distance=None if group_distance is None else screen.quantity("--group-distance", group_distance, "m"),
+    )  # fmt: skip
+    screen.judged_again(before, after)
+    if output is not None:
+        write_dataset(after, output)
+        screen.say(f"wrote {output}")
 
 
 def main() -> None:

@@ -21,6 +21,7 @@ from damagepred.damage import (
     Verdict,
     damage_table,
     judge,
+    kept_rules,
 )
 from damagepred.errors import SolverError
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
@@ -246,9 +247,11 @@ def solve(
             status = "collapsed"
             last = steps[-1].increment
             message = f"part of the wall came loose in increment {last.number}"
+            attributes["collapse_increment"] = last.number
             if run is not None:
                 first = next(s.increment for s in steps if s.increment.collapsed)
                 message = f"part of the wall came loose by {first.time:.4g} s"
+                attributes["collapse_increment"] = first.number
             else:
                 attributes["collapse_progress"] = last.standing_progress
                 attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
@@ -326,14 +329,6 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     values["damage_category"] = values["damage_category"].astype(np.int8)
     return values
-
-
-def rules_kept(damage: Damage) -> dict[str, dict[str, float]]:
-    """Return what of the rules is an attribute of a variable that was found by them."""
-    return {
-        "dpc_separation_length": {"opening_threshold": damage.dpc_threshold},
-        "crack_group_width": {"group_distance": damage.group_distance},
-    }
 
 
 def without_zone_fields(step: Step) -> Step:
@@ -465,7 +460,7 @@ def _collect(
          "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
          **_zoning(model)},
     )  # fmt: skip
-    for name, more in rules_kept(damage).items():
+    for name, more in kept_rules(damage).items():
         ds[name].attrs.update(more)
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")
     return ds

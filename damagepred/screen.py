@@ -186,6 +186,50 @@ def wall_table(ds: xr.Dataset) -> None:
         say(line)
 
 
+def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
+    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
+    names = [str(ds["damage_category"].attrs["flag_meanings"]).split() for ds in (before, after)]
+    title = str(before.attrs.get("title", ""))
+    if "sample" in before["damage_category"].dims:
+        from damagepred.rejudge import shares
+
+        was, now = shares(before), shares(after)
+        walls = sum(was.values())
+        rows = [
+            [_category(c, names[1] if c < len(names[1]) else names[0]) if c >= 0 else "not known",
+             *(f"{found.get(c, 0)} ({found.get(c, 0) / walls:.1%})" for found in (was, now))]
+            for c in sorted({*was, *now}, key=lambda c: (c < 0, c)) if c >= 0 or was.get(c, 0) or now.get(c, 0)
+        ]  # fmt: skip
+        table(f"{title}: walls by the worst category of their path", ["category", "before", "after"], rows)
+    else:
+        columns = ["deflection\nmm", "widest crack\nmm", "category\nbefore", "category\nafter"]
+        rows = [
+            [f"{1e3 * float(d):.2f}", f"{1e3 * float(w):.3f}", *(_category(int(c), n) for c, n in zip(pair, names))]
+            for d, w, *pair in zip(
+                before["central_deflection"].values, before["crack_width_max"].values,
+                before["damage_category"].values, after["damage_category"].values,
+            )
+        ]  # fmt: skip
+        table(title, columns, rows)
+    for line in (*str(after.attrs["judgement"]).split("; "), *_levels(after)):
+        say(line)
+
+
+def _levels(ds: xr.Dataset) -> list[str]:
+    """Say how many walls, or which increments, are seen to be out of level or plumb, and have sticking openings."""
+    said = []
+    for name, what in (("deviation_level", "out of level or plumb"), ("opening_sticking", "doors and windows")):
+        if name not in ds or not ds[name].size:
+            continue
+        level, names = ds[name].values, str(ds[name].attrs["flag_meanings"]).split()
+        rows = ds.sizes["sample"] if "sample" in ds[name].dims else 1
+        worst = level.reshape(rows, -1).max(axis=1)
+        words = {-1: "not known"} | {n: name.replace("_", " ") for n, name in enumerate(names)}
+        shares = (f"{(worst == n).mean():.1%} {word}" for n, word in words.items() if (worst == n).any())
+        said.append(f"{what}, at worst: {', '.join(shares) if rows > 1 else words[int(worst[0])]}")
+    return said
+
+
 def zones_in_words(ds: xr.Dataset) -> list[str]:
     """Say how many blocks are deformable, and how many of their zones yield; nothing if all are rigid."""
     if "zones" not in ds.attrs:

@@ -414,7 +414,7 @@ def open_study(path: str | Path) -> xr.Dataset:
     Parameters
     ----------
     path : str or Path
-        Study folder.
+        Study folder, or a file of a whole study, as ``damagepred judge -o`` writes it.
 
     Returns
     -------
@@ -427,4 +427,9 @@ def open_study(path: str | Path) -> xr.Dataset:
     InputError
         If it is no study folder.
     """
+    if Path(path).is_file():
+        ds = read_dataset(path)
+        if "sample" not in ds.sizes:
+            raise InputError(f"{path}: is no study (it has no dimension sample).")
+        return ds
     return StudyFolder(path).results()

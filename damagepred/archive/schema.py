@@ -121,6 +121,12 @@ VARIABLES: dict[str, Variable] = {
     "base_slope_max": Variable(_STEP, "1", "largest deviation of the lowest course from level, over about a metre"),
     "control_joint_opening_max": Variable(_STEP, "m", "most by which a control joint has widened anywhere"),
     "control_joint_closing_max": Variable(_STEP, "m", "most by which a control joint has closed anywhere"),
+    "deviation_level": Variable(
+        _STEP,
+        None,
+        "how much the wall proper is seen to be out of level or plumb, judged again",
+        ("not_noticeable", "undesirable", "clearly_visible"),
+    ),
     # the end of the movement alone, of a study that keeps it besides the path
     **{
         f"end_{name}": Variable(("sample",), unit, f"{what}, at the end of the sample's movement", flags)
@@ -150,6 +156,12 @@ VARIABLES: dict[str, Variable] = {
     ),
     "opening_distortion": Variable(
         (*_STEP, *_OPENING), "1", "largest change of the right angle at a corner of the opening, in radians, either way"
+    ),
+    "opening_sticking": Variable(
+        (*_STEP, *_OPENING),
+        None,
+        "whether a door or window in the opening sticks, judged again",
+        ("free", "sticks_slightly", "sticks"),
     ),
     "opening_diagonal_change": Variable(
         (*_STEP, *_OPENING), "m", "change of length of the diagonal that has shortened most, lengthening positive"

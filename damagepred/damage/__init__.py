@@ -5,7 +5,7 @@ from damagepred.damage.deep_beam import BeamStrain, beam_strain, deflection_over
 from damagepred.damage.deviation import Deviation, SightLines, deviation_limits
 from damagepred.damage.distortion import Distortion, Frames, sticking_limits
 from damagepred.damage.joints import JointMap
-from damagepred.damage.judge import GROUP_COUNTS, Verdict, category_of, damage_table, judge
+from damagepred.damage.judge import GROUP_COUNTS, Verdict, category_of, damage_table, judge, kept_rules
 from damagepred.damage.limits import (
     MovementLimit,
     StrainTable,
@@ -20,7 +20,7 @@ from damagepred.damage.simple import (
     simple_category,
     simple_methods,
 )
-from damagepred.damage.table import DamageTable, load_table
+from damagepred.damage.table import DamageTable, load_table, read_table
 
 __all__ = [
     "GROUP_COUNTS",
@@ -46,10 +46,12 @@ __all__ = [
     "find_cracks",
     "group_widths",
     "judge",
+    "kept_rules",
     "largest_group",
     "load_movement_limits",
     "load_strain_table",
     "load_table",
+    "read_table",
     "simple_categories",
     "simple_category",
     "simple_methods",

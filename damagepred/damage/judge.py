@@ -53,6 +53,14 @@ class Verdict(NamedTuple):
     dpc_slip_max: float
 
 
+def kept_rules(settings: Damage) -> dict[str, dict[str, float]]:
+    """Return what of the rules is an attribute of a variable that was found by them."""
+    return {
+        "dpc_separation_length": {"opening_threshold": settings.dpc_threshold},
+        "crack_group_width": {"group_distance": settings.group_distance},
+    }
+
+
 def damage_table(settings: Damage) -> DamageTable:
     """Return the table that the settings ask for, with the plasterboard allowance if they do."""
     table = load_table(settings.table)
@@ -77,7 +85,14 @@ def category_of(cracks: Cracks, table: DamageTable, settings: Damage) -> int:
     return int(table.by_width_and_group(widest, group))
 
 
-def judge(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray, settings: Damage) -> Verdict:
+def judge(
+    joints: JointMap,
+    opening: FloatArray,
+    slip: FloatArray,
+    cracked: BoolArray,
+    settings: Damage,
+    table: DamageTable | None = None,
+) -> Verdict:
     """Judge one state of a wall.
 
     Parameters
@@ -90,8 +105,10 @@ def judge(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: Bool
         Whether the bond is broken.
     settings : Damage
         Table and rules.
+    table : DamageTable, optional
+        In place of that of the settings.
     """
-    table = damage_table(settings)
+    table = damage_table(settings) if table is None else table
     cracks = find_cracks(joints, opening, slip, cracked)
     groups = group_widths(cracks, settings.group_distance, (*GROUP_COUNTS, settings.group_count))
     widest = cracks.width[0] if len(cracks.width) else 0.0

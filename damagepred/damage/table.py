@@ -5,6 +5,8 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,14 +102,45 @@ def load_table(name: str) -> DamageTable:
     InputError
         If there is no such table.
     """
-    content = tomllib.loads(data_file("damage", f"{name}.toml").read_text(encoding="utf-8"))
-    categories = sorted(content["category"], key=lambda c: c["number"])
+    return read_table(data_file("damage", f"{name}.toml"))
+
+
+def read_table(path: Path) -> DamageTable:
+    """Read a damage table written like those in ``data/damage``.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it is missing or is no such table.
+    """
+    try:
+        return _table(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    except KeyError as error:
+        raise InputError(f"{path}: is no damage table, it lacks {error}; see data/damage/as2870.toml.") from None
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{path}: is no damage table ({error}); see data/damage/as2870.toml.") from None
+
+
+def _table(content: dict[str, Any]) -> DamageTable:
+    categories = sorted(content["category"], key=lambda c: int(c["number"]))
+    limits = [float(c["from"]) for c in categories[1:]]
+    if [c["number"] for c in categories] != list(range(len(categories))) or len(categories) < 2:
+        raise ValueError("categories must be numbered 0, 1, ...")
+    if any(a >= b for a, b in zip([0.0, *limits], limits)):
+        raise ValueError("the limits must grow from category to category")
     return DamageTable(
         name=content["name"],
         source=content["source"],
         confidence=content["confidence"],
         category_names=tuple(c["name"] for c in categories),
-        limits=tuple(float(c["from"]) for c in categories[1:]),
+        limits=tuple(limits),
         group_category=int(content["group"]["category"]),
         group_width=float(content["group"]["crack_width"]),
         plasterboard_factor=content["plasterboard"]["factor"] if "plasterboard" in content else None,

@@ -17,9 +17,9 @@ from damagepred.archive.parts import Column, Columns, alike, joined, read_part, 
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, VARIABLES, category_attributes
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
-from damagepred.damage import damage_table
+from damagepred.damage import damage_table, kept_rules
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
-from damagepred.path import Step, follow, model_of, path_values, rules_kept, without_zone_fields
+from damagepred.path import Step, follow, model_of, path_values, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.warm_up import warm_up
@@ -290,7 +290,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     table = damage_table(settings.scene.damage)
     for name, more in (
         ("damage_category", category_attributes(table.category_names, f"{table.name}; {table.source}")),
-        *rules_kept(settings.scene.damage).items(),
+        *kept_rules(settings.scene.damage).items(),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
     # a rig that lets go ends the movement

@@ -240,3 +240,21 @@ def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path
     result = command("fragility", folder, "--categories", "one")
     assert result.code == 2
     assert "--categories 'one': must be whole numbers parted by commas" in result.err
+
+
+def test_judge_again_from_the_command_line(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SMALL_SCENE)
+    assert command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc").code == 0
+    result = command("judge", tmp_path / "wall.nc", "--table", "bre251", "-o", tmp_path / "again.nc")
+    assert result.code == 0, result.err
+    assert "judged again by BRE Digest 251" in result.out
+    assert "out of level or plumb, at worst: not noticeable" in result.out
+    assert read_dataset(tmp_path / "again.nc").attrs["damage_table"] == "BRE Digest 251"
+    old = Path(__file__).parents[1] / "archive" / "version_1"
+    result = command("judge", old, "--plasterboard", "-o", tmp_path / "study.nc")
+    assert result.code == 0, result.err
+    assert "walls by the worst category of their path" in result.out
+    assert "judged by their widest crack alone" in result.out
+    assert command("fragility", tmp_path / "study.nc").code == 0
+    result = command("judge", old, "--table", "bre25")
+    assert (result.code, "bre251.toml" in result.err) == (2, True)

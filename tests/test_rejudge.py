@@ -1,0 +1,276 @@
+"""Archives judged again under other rules: what comes out is what solving again under these rules would give."""
+
+import time
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.archive.files import read_dataset, write_dataset
+from damagepred.archive.schema import category_attributes
+from damagepred.damage import load_table
+from damagepred.errors import InputError
+from damagepred.rejudge import shares
+from damagepred.scene import Damage, Joint, Movement, Opening, Scene, Wall
+from damagepred.study import Study, open_study
+from damagepred.study.settings import StudySettings
+from tests.conftest import SMALL_STUDY
+
+MM = 1e-3
+OLD = Path(__file__).parent / "archive" / "version_1"
+
+
+def study(width: list, group: list | None = None, status: list | None = None, category: list | None = None):
+    """A study made up: widths (mm) on (sample, increment); of all groups the same width."""
+    wide = np.array(width, dtype=np.float64) * MM
+    table = load_table("as2870")
+    known = np.where(np.isfinite(wide), table.by_width(np.nan_to_num(wide)), -1)
+    known = known if category is None else np.array(category)
+    both = ("sample", "increment")
+    ds = xr.Dataset(
+        {
+            "crack_width_max": (both, wide),
+            "damage_category": (both, known.astype(np.int8), category_attributes(table.category_names, "")),
+            "status": ("sample", np.array(status or [0] * len(wide), dtype=np.int8)),
+            "group_count": ("group_count", [2, 3, 4, 5]),
+        },
+        attrs={"damage_table": table.name, "highest_category": 4},
+    )
+    if group is not None:
+        widths = np.repeat(np.array(group, dtype=np.float64)[..., None] * MM, 4, axis=-1)
+        ds["crack_group_width"] = ((*both, "group_count"), widths)
+    return ds
+
+
+def again(ds: xr.Dataset, **rules) -> list:
+    return damagepred.judge_again(ds, **rules)["damage_category"].values.tolist()
+
+
+# -- limits and groups, at their edges -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("table", ["as2870", "bre251"])
+@pytest.mark.parametrize("plasterboard", [False, True])
+def test_every_limit_at_its_edge(table: str, plasterboard: bool):
+    if table == "bre251" and plasterboard:
+        return
+    factor = 1.5 if plasterboard else 1.0
+    for number, limit in enumerate(load_table(table).limits):
+        widths = [[limit * factor / MM * f for f in (1 - 1e-6, 1.0, 1 - 1e-15, 1 + 1e-6)]]
+        zeros = np.zeros((1, 4))
+        found = again(study(widths, zeros), table=table, plasterboard=plasterboard)
+        assert found == [[number, number + 1, number + 1, number + 1]]
+
+
+@pytest.mark.parametrize(("plasterboard", "limit"), [(False, 3.0), (True, 4.5)])
+def test_groups_at_their_edge(plasterboard: bool, limit: float):
+    group = [[limit * (1 - 1e-6), limit, limit * (1 - 1e-15), limit + 1e-6]]
+    ds = study([[4.6] * 4], group)
+    assert again(ds, plasterboard=plasterboard) == [[2, 3, 3, 3]]
+    assert again(ds, plasterboard=plasterboard, count_rule=False) == [[2] * 4]
+
+
+def test_groups_of_more_cracks_are_narrower():
+    ds = study([[4.0]], [[3.5]])
+    ds["crack_group_width"].values[0, 0] = np.array([3.5, 3.1, 2.9, 0.0]) * MM
+    assert [again(ds, group_count=n)[0][0] for n in (2, 3, 4, 5)] == [3, 3, 2, 2]
+    with pytest.raises(InputError, match=r"group_count = 6: this archive holds groups of 2, 3, 4, 5 cracks"):
+        again(ds, group_count=6)
+
+
+def test_a_group_never_makes_it_less():
+    assert again(study([[16.0, 5.0]], [[3.0, 3.0]])) == [[4, 3]]
+
+
+def test_a_table_of_one_s_own(tmp_path: Path):
+    text = (Path(damagepred.__file__).parent.parent / "data" / "damage" / "as2870.toml").read_text()
+    own = tmp_path / "mine.toml"
+    own.write_text(text.replace("from = 5.0e-3", "from = 4.0e-3").replace("AS 2870-2011 Table C1", "mine"))
+    judged = damagepred.judge_again(study([[4.0]], [[0.0]]), table=own)
+    assert judged["damage_category"].values.tolist() == [[3]]
+    assert judged.attrs["damage_table"] == "mine"
+    own.write_text(text.replace("number = 2", "number = 7"))
+    with pytest.raises(InputError, match=r"mine\.toml: is no damage table \(categories must be numbered"):
+        again(study([[4.0]]), table=own)
+    own.write_text(text.replace("from = 5.0e-3", "from = 0.5e-3"))
+    with pytest.raises(InputError, match="the limits must grow"):
+        again(study([[4.0]]), table=own)
+    own.write_text("name = 1")
+    with pytest.raises(InputError, match="lacks 'category'"):
+        again(study([[4.0]]), table=own)
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        ({"table": "as2780"}, "as2870.toml"),
+        ({"table": "bre251", "plasterboard": True}, "no such allowance"),
+        ({"group_distance": 0.5}, "group_distance = 0.5: this archive was judged with 1 m"),
+        ({"dpc_threshold": 2e-3}, "dpc_threshold = 0.002"),
+        ({"group_count": 1}, "group_count = 1: Input should be greater than or equal to 2"),
+    ],
+)
+def test_what_cannot_be_is_said(rules: dict, words: str):
+    with pytest.raises(InputError, match=words):
+        again(study([[4.0]], [[0.0]]), **rules)
+    with pytest.raises(InputError, match="no variable 'crack_width_max'"):
+        again(study([[4.0]]).drop_vars("crack_width_max"))
+
+
+# -- paths that ended ------------------------------------------------------------------------------------------------
+
+
+def test_beyond_the_end_of_a_path_nothing_is_made_up():
+    nan = np.nan
+    ds = study(
+        [[0.0, 16.0, nan], [0.0, 30.0, nan], [0.0, 2.0, 3.0], [0.0, 1.5, nan], [0.0, 6.0, nan]],
+        np.zeros((5, 3)),
+        status=[0, 0, 0, 1, 0],  # the fourth fell down in increment 1
+        category=[[0, 4, 4], [0, 4, 4], [0, 2, 2], [0, 4, 4], [0, 3, -1]],  # the fifth's rig let go
+    )
+    judged = damagepred.judge_again(ds, table="bre251")
+    assert judged["damage_category"].values.tolist() == [[0, 4, -1], [0, 5, 5], [0, 2, 2], [0, 5, 5], [0, 3, -1]]
+    assert judged.attrs["highest_category"] == 4  # none is known to 5 but by chance
+    assert "of 1 of 5 walls the category is not known beyond the end of their paths" in judged.attrs["judgement"]
+    assert "all are known up to category 4" in judged.attrs["judgement"]
+    assert again(ds) == ds["damage_category"].values.tolist()  # by its own rules as it was
+    # limits that are stricter are all known: 16 and 30 mm are beyond the highest
+    strict = damagepred.judge_again(ds, plasterboard=True)
+    assert strict["damage_category"].values.tolist() == [[0, 3, -1], [0, 4, 4], [0, 2, 2], [0, 4, 4], [0, 2, -1]]
+    assert strict.attrs["highest_category"] == 3
+
+
+def test_a_wall_that_failed_stays_unknown_where_it_was():
+    ds = study([[0.0, np.nan], [np.nan, np.nan]], [[0, np.nan], [np.nan, np.nan]], [2, 3])
+    assert again(ds, table="bre251") == [[0, -1], [-1, -1]]
+
+
+def test_what_an_older_archive_does_not_hold_is_said():
+    ds = open_study(OLD)
+    judged = damagepred.judge_again(ds, table="bre251")
+    assert "2 of 3 walls are judged by their widest crack alone" in judged.attrs["judgement"]
+    assert "no deviation from level and plumb" in judged.attrs["judgement"]
+    by_width = load_table("bre251").by_width(np.nan_to_num(ds["crack_width_max"].values))
+    known = np.isfinite(ds["crack_width_max"].values)
+    np.testing.assert_array_equal(judged["damage_category"].values[known], by_width[known])
+    assert "widest crack alone" not in damagepred.judge_again(ds, count_rule=False).attrs["judgement"]
+
+
+# -- the same as solving again ---------------------------------------------------------------------------------------
+
+
+def run(folder: Path, rules: str, movement: str = "path") -> xr.Dataset:
+    text = SMALL_STUDY.replace("stop_at_category = 4", f'stop_at_category = "none"\nmovement = "{movement}"')
+    settings = tomllib.loads(text)
+    settings["scene"]["damage"] = tomllib.loads(rules)
+    with ThreadPoolExecutor(1) as executor:
+        Study(StudySettings.from_dict(settings)).run(folder, samples=4, executor=executor)
+    return open_study(folder)
+
+
+@pytest.mark.parametrize("movement", ["path", "sampled", "both"])
+def test_a_study_judged_again_is_a_study_run_by_these_rules(tmp_path: Path, movement: str):
+    first = run(tmp_path / "first", "count_rule = false", movement)
+    second = run(tmp_path / "second", 'table = "bre251"\ngroup_count = 3\n', movement)
+    judged = damagepred.judge_again(first, table="bre251", count_rule=True, group_count=3)
+    for name in ("damage_category", "end_damage_category", "crack_group_width", "end_crack_group_width"):
+        assert (name in second) == (name in judged)
+        if name in second:
+            np.testing.assert_array_equal(judged[name].values, second[name].values)
+    assert str(judged["damage_category"].attrs) == str(second["damage_category"].attrs)
+    assert judged.attrs["damage_table"] == second.attrs["damage_table"]
+    assert judged.attrs["highest_category"] == second.attrs["highest_category"] == 5
+    assert first["damage_category"].attrs["flag_meanings"].endswith("severe")  # what was given is not changed
+    assert "very_severe" not in first["damage_category"].attrs["flag_meanings"]
+    write_dataset(judged, tmp_path / "judged.nc")
+    back = open_study(tmp_path / "judged.nc")
+    np.testing.assert_array_equal(back["damage_category"].values, judged["damage_category"].values)
+    if movement == "path":
+        assert np.isfinite(judged["tilt_max"].values).all()
+        assert set(np.unique(judged["deviation_level"].values)) <= {0, 1, 2}
+
+
+WEAK = Scene(
+    wall=Wall(length=2.4, height=0.6),
+    opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.3),),
+    joint=Joint(tensile_strength=1e3, cohesion=3e3),
+    movement=Movement(kind="doming", central_deflection=30 * MM, increments=6),
+)
+
+
+@pytest.fixture(scope="module")
+def wall() -> xr.Dataset:
+    return damagepred.solve(WEAK)
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        {"table": "bre251"},
+        {"plasterboard": True},
+        {"count_rule": False},
+        {"group_count": 7},
+        {"group_count": 3, "group_distance": 0.3, "dpc_threshold": 0.1 * MM},
+    ],
+    ids=str,
+)
+def test_a_wall_judged_again_is_a_wall_solved_by_these_rules(wall: xr.Dataset, rules: dict):
+    judged = damagepred.judge_again(wall, **rules)
+    solved = damagepred.solve(WEAK, damage=Damage(**rules))
+    for name in ("damage_category", "crack_width_max", "crack_count", "crack_group_width", "base_crack_width_max",
+                 "dpc_opening_max", "dpc_separation_length", "dpc_slip_max"):  # fmt: skip
+        np.testing.assert_array_equal(judged[name].values, solved[name].values, err_msg=name)
+        assert str(judged[name].attrs) == str(solved[name].attrs)
+    assert wall["damage_category"].attrs["comment"].startswith("AS 2870-2011 Table C1;")
+
+
+def test_the_rules_matter_for_that_wall(wall: xr.Dataset):
+    """Else the test above could not fail."""
+    found = {str(r): again(wall, **r) for r in ({}, {"table": "bre251"}, {"plasterboard": True}, {"count_rule": False})}
+    assert len({str(v) for v in found.values()}) >= 3
+
+
+def test_a_wall_from_a_file_is_judged_as_that_in_memory(wall: xr.Dataset, tmp_path: Path):
+    write_dataset(wall, tmp_path / "wall.nc")
+    assert again(read_dataset(tmp_path / "wall.nc"), table="bre251") == again(wall, table="bre251")
+
+
+def test_a_wall_without_its_contacts_is_judged_by_its_numbers(wall: xr.Dataset):
+    bare = wall.drop_dims(["contact", "block", "vertex"])
+    for rules in ({"table": "bre251"}, {"plasterboard": True}, {"count_rule": False}, {"group_count": 4}):
+        assert again(bare, **rules) == again(wall, **rules)
+
+
+def test_a_wall_that_fell_keeps_the_highest_category(wall: xr.Dataset):
+    fallen = wall.assign_attrs(status="collapsed", collapse_increment=4)
+    assert again(fallen, table="bre251")[4:] == [5, 5, 5]
+    assert again(fallen, table="bre251")[:4] == again(wall, table="bre251")[:4]
+
+
+# -- size ------------------------------------------------------------------------------------------------------------
+
+
+def large(samples: int, increments: int = 21) -> xr.Dataset:
+    grow = np.random.default_rng(0).lognormal(np.log(10.0), 0.6, (samples, 1))
+    width = grow * np.linspace(0.0, 1.0, increments)
+    return study(width, 0.7 * width)
+
+
+@pytest.mark.parametrize("samples", [20_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
+def test_many_walls_are_judged_in_seconds(samples: int):
+    ds = large(samples)
+    began = time.perf_counter()
+    judged = damagepred.judge_again(ds, table="bre251")
+    seconds = time.perf_counter() - began
+    width, group = ds["crack_width_max"].values, ds["crack_group_width"].values[..., 0]
+    expected = np.zeros(width.shape, dtype=np.int8)
+    for limit in (0.1, 1, 5, 15, 25):
+        expected += width >= limit * MM
+    expected[(group >= 3 * MM) & (expected < 3)] = 3
+    assert (judged["damage_category"].values == expected).mean() > 1 - 1e-6  # rounding at a limit
+    assert sum(shares(judged).values()) == samples
+    assert seconds < 30e-6 * samples
