@@ -53,7 +53,7 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
     try:
         return TypeAdapter(kind).validate_python(dict(tables))
     except ValidationError as error:
-        lines = list(dict.fromkeys(_line(kind, problem) for problem in error.errors()))
+        lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
         raise InputError("\n".join(f"{source}: {line}" for line in lines)) from None
 
 
@@ -69,6 +69,17 @@ def plain(value: Any) -> Any:
     return value
 
 
+def _once_a_place(problems: list[Any]) -> list[Any]:
+    """Leave out, where a value may be a number or a string, that it is no string either, and which it was taken for."""
+    found: dict[tuple[Any, ...], Any] = {}
+    for problem in problems:
+        location = problem["loc"]
+        either = bool(location) and location[-1] in ("float", "int", "str")
+        place = location[:-1] if either else location
+        found.setdefault(place if either else (*place, problem["type"]), {**problem, "loc": place})
+    return list(found.values())
+
+
 def _line(kind: type, problem: Any) -> str:
     location = [str(part) for part in problem["loc"]]
     value, limits = problem.get("input"), problem.get("ctx", {})
@@ -76,10 +87,8 @@ def _line(kind: type, problem: Any) -> str:
     match problem["type"]:
         case "unexpected_keyword_argument" | "unexpected_positional_argument":
             allowed = _field_names(kind, location[:-1])
-            return (
-                f"unknown key {place}; {_place(location[:-1]) or 'the top level'} takes {', '.join(allowed)}."
-                + nearest(location[-1], allowed)
-            )
+            takes = f"; {_place(location[:-1]) or 'the top level'} takes {', '.join(allowed)}." if allowed else "."
+            return f"unknown key {place}{takes}" + nearest(location[-1], allowed)
         case "missing" | "missing_keyword_only_argument":
             return f"{place}: is missing; give it a value."
         case "greater_than":
@@ -90,6 +99,8 @@ def _line(kind: type, problem: Any) -> str:
             return f"{place} = {value!r}: must be less than {limits['lt']:g}{_unit(kind, location)}."
         case "less_than_equal":
             return f"{place} = {value!r}: must be at most {limits['le']:g}{_unit(kind, location)}."
+        case "finite_number":
+            return f"{place} = {value!r}: must be a finite number."
         case "literal_error":
             hint = nearest(
                 str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]

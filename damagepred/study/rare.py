@@ -24,7 +24,7 @@ from damagepred.study.capacity import Question, asked_of
 from damagepred.study.rare_walls import Crew, Walls, question_file
 from damagepred.study.sample import joint_places
 from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.uq.subset import Level, SubsetEstimate, subset_simulation
+from damagepred.uq.subset import Level, SubsetEstimate, check_sizes, subset_simulation
 
 WALLS, WALLS_FAILED_REACHED = "walls.jsonl", "walls_failed_reached.jsonl"
 """Logs of the two runs."""
@@ -135,6 +135,9 @@ def rare_event(
         If the folder holds another question or is in use.
     """
     question.check(settings)
+    check_sizes(samples, level_share)  # before the folder is made: nothing else could be asked in it then
+    if workers < 1 or not (timeout is None or timeout > 0):
+        raise InputError(f"workers = {workers}, timeout = {timeout}: must be 1 or more, and greater than 0 s.")
     asked = asked_of(settings, question)
     if asked.shape_varies and asked.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")

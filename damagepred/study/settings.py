@@ -253,6 +253,8 @@ class StudySettings:
                 )
         self._check_sampling(source)
         self._check_range(source)
+        if self.study.coarse:
+            self.coarse_scene(f"{source}: [study.coarse]")
 
     def _check_sampling(self, source: str) -> None:
         how = self.study
@@ -314,6 +316,21 @@ class StudySettings:
                         f"the scene cannot take: {reason} Use a distribution that stays in range, or lower and upper."
                     ) from None
 
+    def coarse_scene(self, source: str = "[study.coarse]") -> Scene:
+        """Return the scene of the coarse wall.
+
+        Parameters
+        ----------
+        source : str
+            For messages.
+
+        Raises
+        ------
+        InputError
+            If the scene cannot be like that.
+        """
+        return Scene.from_dict(_merged(self.scene.to_dict(), self.study.coarse), source=source)
+
     def _pairs(self) -> list[tuple[str, str, float]]:
         return [(a, b, value) for a, row in self.correlation.items() for b, value in row.items()]
 
@@ -373,6 +390,14 @@ class StudySettings:
         if changes.get("samples", 1) < 1 or changes.get("seed", 0) < 0:
             raise InputError("the number of samples must be 1 or more, and the seed 0 or more.")
         return dataclasses.replace(self, study=dataclasses.replace(self.study, **changes))
+
+
+def _merged(scene: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(scene)
+    for key, value in changes.items():
+        before = merged.get(key)
+        merged[key] = _merged(before or {}, value) if isinstance(value, Mapping) else value
+    return merged
 
 
 def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: str = "") -> list[str]:

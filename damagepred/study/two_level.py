@@ -9,7 +9,7 @@ are of points from several scrambles, which tell the error.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import open_study
 from damagepred.errors import InputError, StudyError
-from damagepred.scene import Scene
 from damagepred.study.capacity import Question
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import Study
@@ -72,14 +71,13 @@ def levels(settings: StudySettings) -> tuple[StudySettings, StudySettings]:
     InputError
         If the study says nothing of a coarse wall, or the scene cannot take it.
     """
-    coarse = settings.study.coarse
-    if not coarse:
+    if not settings.study.coarse:
         raise InputError(
             "[study.coarse]: say in which the coarse wall differs, such as [study.coarse.wall] block_length = '480 mm'."
         )
     if settings.study.sampler == "table" or settings.study.importance:
         raise InputError("[study.coarse]: goes with samples drawn as stated; no table and no importance.")
-    scene = Scene.from_dict(_merged(settings.scene.to_dict(), coarse), source="[study.coarse]")
+    scene = settings.coarse_scene()
     sobol = settings.study.sampler == "sobol"
     given = settings.study.replicates
     how = replace(
@@ -95,14 +93,6 @@ def pilot_of(level: StudySettings) -> StudySettings:
     """Return a level with random samples of its own seed, the same for both levels."""
     seed = int(generator(level.study.seed, Stream.PILOT, 0).integers(2**31))
     return replace(level, study=replace(level.study, sampler="random", replicates=1, seed=seed))
-
-
-def _merged(scene: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(scene)
-    for key, value in changes.items():
-        before = merged.get(key)
-        merged[key] = _merged(before or {}, value) if isinstance(value, Mapping) else value
-    return merged
 
 
 def run_two_level(

@@ -142,7 +142,7 @@ def subset_simulation(
     >>> 0.0005 < found.probability < 0.003   # exact: 0.00135
     True
     """
-    chains, length = _sizes(samples, level_share)
+    chains, length = check_sizes(samples, level_share)
     margin = _Counted(limit_state, failed_reached)
     z = np.array([generator(seed, Stream.SUBSET, i).standard_normal(dimensions) for i in range(samples)])
     g = margin(z)
@@ -166,8 +166,21 @@ def subset_simulation(
     return _estimate(levels, g, z, margin, confidence)
 
 
-def _sizes(samples: int, level_share: float) -> tuple[int, int]:
-    chains, length = round(samples * level_share), round(1 / level_share) if 0 < level_share < 1 else 0
+def check_sizes(samples: int, level_share: float) -> tuple[int, int]:
+    """Return the number of chains of a level and their length.
+
+    Parameters
+    ----------
+    samples, level_share : int, float
+        See ``subset_simulation``.
+
+    Raises
+    ------
+    InputError
+        If they are no whole numbers, or too small.
+    """
+    possible = 0 < level_share < 1
+    chains, length = (round(samples * level_share), round(1 / level_share)) if possible else (0, 0)
     if chains * length != samples or chains < 5 or length < 2:
         raise InputError(
             f"samples = {samples}, level_share = {level_share:g}: the share must be one over a whole number, 2 or "

@@ -49,7 +49,9 @@ def read_table(path: str | Path, unit_of: Callable[[str], str], known: Sequence[
         with Path(path).open(newline="", encoding="utf-8-sig") as file:
             lines = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if any(map(str.strip, row))]
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"study.table = {str(path)!r}: cannot be read ({error}).") from None
+        raise InputError(
+            f"study.table = {str(path)!r}: cannot be read ({getattr(error, 'strerror', None) or error})."
+        ) from None
     lines = [(number, row) for number, row in lines if not row[0].lstrip().startswith("#")]
     if len(lines) < 2:
         raise InputError(f"{path}: must have a line with the columns' names and one line a sample.")

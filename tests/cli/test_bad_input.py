@@ -77,6 +77,19 @@ upper = 0.8
 """
 
 BAD_STUDIES = {
+    "no number": (STUDY.replace("0.8", "nan"), ["[variables.joint.friction] upper = nan: must be a finite number"]),
+    "coarse wall that cannot be": (
+        STUDY + '[study.coarse.wall]\nblock_length = "-480 mm"\n',
+        ["[study.coarse]", "[wall] block_length", "than 0"],
+    ),
+    "unknown key of importance": (
+        STUDY + '[study.importance."joint.friction"]\nshft = -1.5\n',
+        ["unknown key", "joint.friction", "shft"],
+    ),
+    "table that is not there": (
+        STUDY.split("[variables")[0] + 'sampler = "table"\ntable = "walls.csv"\n',
+        ["walls.csv", "(No such file"],
+    ),
     "unknown place": (STUDY.replace("joint.friction", "joint.fricton"), ["joint.fricton", "'joint.friction'"]),
     "unknown family": (STUDY.replace('"uniform"', '"unifrom"'), ["distribution", "unifrom", "'uniform'"]),
     "missing parameter": (STUDY.replace("upper = 0.8", ""), ["uniform", "lower and upper", "given: lower"]),

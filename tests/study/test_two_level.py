@@ -130,5 +130,8 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
 def test_a_study_without_a_coarse_wall_says_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"study.coarse\]: say in which"):
         levels(settings({}))
+    # said when the study is read, whatever it is read for
     with pytest.raises(InputError, match="block_lenth"):
-        levels(settings({"wall": {"block_lenth": 0.48}}))
+        settings({"wall": {"block_lenth": 0.48}})
+    with pytest.raises(InputError, match=r"block_length = -0.48: must be greater than 0"):
+        settings({"wall": {"block_length": -0.48}})
