@@ -35,6 +35,7 @@ def warm_up(scene: Scene) -> None:
         scene,
         wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
         opening=(),
+        control_joint=tuple(replace(joint, x=0.72) for joint in scene.control_joint[:1]),
         dpc=replace(scene.dpc, course=1) if scene.dpc else None,
         movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
         loads=Loads(),
