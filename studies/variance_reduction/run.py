@@ -101,11 +101,16 @@ for whether it is reached by that."""
 
 
 def reached(ds: xr.Dataset, what: str) -> tuple[FloatArray, FloatArray]:
-    """Return the movements (m) between which a category, or an opening of the dpc, is reached by each wall."""
+    """Return the movements (m) between which a category, or an opening of the dpc, is reached by each wall.
+
+    NaN of walls that failed.
+    """
     kind, value = what.split(" ", 1)
     if kind == "category":
         known = walls(ds, int(value))
-        return known.lower, known.upper
+        found = np.full((2, ds.sizes["sample"]), np.nan)
+        found[:, known.sample] = known.lower, known.upper
+        return found[0], found[1]
     limit, moved = 1e-3 * float(value.split()[-2]), ds["central_deflection"].values
     opening = np.maximum.accumulate(ds["dpc_opening_max"].values, axis=1)
     first = (opening >= limit).argmax(axis=1)
@@ -121,9 +126,9 @@ def values_of(ds: xr.Dataset, quantity: Quantity) -> FloatArray:
     lower, upper = reached(ds, quantity[0])
     if np.isnan(quantity[1]):
         end = ds["central_deflection"].values[:, -1]
-        middle = np.where(np.isfinite(upper), (lower + np.where(np.isfinite(upper), upper, 0.0)) / 2, end)
+        middle = np.where(np.isinf(upper), end, (lower + np.where(np.isinf(upper), 0.0, upper)) / 2)
         return np.log(middle)
-    return shares(lower, upper, quantity[1])
+    return np.where(np.isnan(upper), np.nan, shares(lower, upper, quantity[1]))
 
 
 def quantities(ds: xr.Dataset, wall: str) -> list[Quantity]:
@@ -139,13 +144,14 @@ def quantities(ds: xr.Dataset, wall: str) -> list[Quantity]:
     found: list[Quantity] = []
     for name in what:
         upper = reached(ds, name)[1]
+        upper = upper[~np.isnan(upper)]
         there = np.isfinite(upper)
         if there.mean() > 0.99:
             found.append((name, np.nan))
         # of a category, the end of the increment in which it was reached
         marks = [np.sort(upper)[int(share * len(upper))] for share in (0.5, 0.1) if there.mean() > share]
         found += [(name, float(f"{mark:.3g}")) for mark in dict.fromkeys(marks)]
-    return [q for q in found if np.isnan(q[1]) or 0.03 < values_of(ds, q).mean() < 0.97]
+    return [q for q in found if np.isnan(q[1]) or 0.03 < np.nanmean(values_of(ds, q)) < 0.97]
 
 
 def name_of(quantity: Quantity) -> str:
@@ -157,7 +163,7 @@ def run(study: Study, folder: Path, samples: int, workers: int) -> xr.Dataset:
     summary = study.run(folder, samples, workers)
     if summary.interrupted:
         raise SystemExit(f"{folder}: {summary.done} of {summary.total} walls; the same call goes on")
-    return open_study(folder)
+    return open_study(folder).isel(sample=slice(samples))  # more may be there from another call
 
 
 # -- Sobol points -----------------------------------------------------------------------------------------------------
@@ -173,20 +179,20 @@ def sobol(
     rows = []
     for quantity in quantities(ds, wall):
         values = values_of(ds, quantity)
-        if len(values) != len(label):
-            continue  # a wall failed
-        length = 8
+        known, length = ~np.isnan(values), min(8, samples)
         while length <= samples:
-            rows.append({"quantity": name_of(quantity), "points": length, **saved(values, label, turn < length)})
+            used = known & (turn < length)
+            found = saved(values[used], label[used])
+            rows.append({"quantity": name_of(quantity), "points": length, **found, "failed": int((~known).sum())})
             length *= 2
     return pd.DataFrame(rows)
 
 
-def saved(values: FloatArray, label: NDArray[np.int64], used: NDArray[np.bool_]) -> dict[str, float]:
+def saved(values: FloatArray, label: NDArray[np.int64]) -> dict[str, float]:
     """Return how many random walls one Sobol wall stands for, with a 90 % interval from the number of scrambles."""
     groups = int(label.max()) + 1
-    means = np.array([values[used & (label == r)].mean() for r in range(groups)])
-    ratio = float(values.var(ddof=1) / (used.sum() / groups) / means.var(ddof=1))
+    means = np.array([values[label == r].mean() for r in range(groups)])
+    ratio = float(values.var(ddof=1) / (len(values) / groups) / means.var(ddof=1))
     low, high = (ratio * float(stats.chi2.ppf(q, groups - 1)) / (groups - 1) for q in (0.05, 0.95))
     return {"ratio": ratio, "lower": low, "upper": high}
 
@@ -212,8 +218,8 @@ def split(settings: StudySettings, wall: str, folder: Path, pairs: int, workers:
     rows = []
     for quantity in quantities(ds, wall):
         values = values_of(ds, quantity)
-        if len(values) == 2 * pairs:
-            rows.append({"quantity": name_of(quantity), **common_share(*values.reshape(pairs, 2).T)})
+        both = values.reshape(pairs, 2)
+        rows.append({"quantity": name_of(quantity), **common_share(*both[~np.isnan(both).any(axis=1)].T)})
     return pd.DataFrame(rows)
 
 
@@ -255,9 +261,8 @@ def coarse_walls(settings: StudySettings, wall: str, folder: Path, pilot: int, w
         cost = [float(np.nanmedian(ds["run_time"].values)) for ds in found]
         for quantity in quantities(found[0], wall):
             values, other = (values_of(ds, quantity) for ds in found)
-            if len(other) != len(values):
-                continue  # a wall failed
-            report = read_pilot(values, other, *cost)
+            known = ~np.isnan(values) & ~np.isnan(other)
+            report = read_pilot(values[known], other[known], *cost)
             rows.append({
                 "coarse wall": name, "quantity": name_of(quantity), "correlation": report.correlation,
                 "lower": report.correlation_lower, "upper": report.correlation_upper, "cost ratio": report.cost_ratio,

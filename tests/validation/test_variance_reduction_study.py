@@ -26,12 +26,23 @@ def test_the_measure_of_what_is_saved() -> None:
     assert partly["ratio"] == pytest.approx(3, rel=0.5)
 
 
+def test_the_share_of_what_pairs_have_in_common() -> None:
+    random = np.random.default_rng(3)
+    common = random.standard_normal(400)
+    pairs = [np.sqrt(0.7) * common + np.sqrt(0.3) * random.standard_normal(400) for _ in range(2)]
+    found = runpy.run_path(str(STUDY))["common_share"](*pairs)
+    assert found["lower"] < 0.7 < found["upper"]
+    assert found["gain at most"] == pytest.approx(1 / 0.3, rel=0.25)
+
+
 @pytest.mark.slow
 def test_the_small_form_runs(tmp_path: Path) -> None:
     study = runpy.run_path(str(STUDY))
     settings = study["settings_of"]("small")
-    gained = study["sobol"](settings, tmp_path / "sobol.dp", 4, 4, 1)
-    beside = study["coarse_walls"](settings, tmp_path, 12, 1)
+    gained = study["sobol"](settings, "small", tmp_path / "sobol.dp", 4, 4, 1)
+    beside = study["coarse_walls"](settings, "small", tmp_path, 12, 1)
+    shared = study["split"](settings, "small", tmp_path, 6, 1)
     assert len(gained)
+    assert shared["share"].between(-1, 1).all()
     assert set(beside["coarse wall"]) == set(study["COARSE"])
     assert beside["correlation"].between(-1, 1).all()
