@@ -446,6 +446,25 @@ def judge_command(
         screen.say(f"wrote {output}")
 
 
+@app.command()
+def report(
+    path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="HTML file to write; by default beside the input.")
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="Of bands and intervals.", min=0.01, max=0.999)] = 0.9,
+    no_replay: Annotated[
+        bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
+    ] = False,
+) -> None:
+    """Write one self-contained page about a solved wall or a study."""
+    from damagepred.report import write_report
+
+    with screen.Bar("solving a typical wall again") as bar:
+        place = write_report(path, output, replay=not no_replay, confidence=confidence, on_step=bar.step)
+    screen.say(f"wrote {place}")
+
+
 def main() -> None:
     """Run the command line; every expected error is one message and an exit code."""
     from damagepred.errors import InputError, SolverError, StudyError

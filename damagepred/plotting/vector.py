@@ -1,0 +1,78 @@
+"""Figures as vector drawings inside a page: nothing they refer to lies outside, and no two of them share a name."""
+
+from __future__ import annotations
+
+import io
+import re
+from xml.etree import ElementTree as Tree
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+_SVG = "{http://www.w3.org/2000/svg}"
+_LINK = "{http://www.w3.org/1999/xlink}href"
+_REFERENCE = re.compile(r"url\(#([^)]+)\)")
+_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+
+_UNIT = 2
+"""Decimals of a coordinate: a hundredth of a point is finer than any printer."""
+
+
+def svg_of(figure: Figure, prefix: str, label: str) -> str:
+    """Return a figure as an ``<svg>`` element for a page of HTML.
+
+    Letters are drawn as outlines, so that it looks the same everywhere. All ids begin with the prefix.
+
+    Parameters
+    ----------
+    figure : Figure
+        What to draw.
+    prefix : str
+        A word that no other drawing of the page has.
+    label : str
+        What it shows, for those who do not see it.
+    """
+    stream = io.BytesIO()
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": prefix}):
+        figure.savefig(stream, format="svg", bbox_inches="tight", pad_inches=0.05, metadata=nothing)
+    root = Tree.fromstring(stream.getvalue())
+    _own_names(root, prefix)
+    # as large as it was meant to be, but never wider than the page
+    width = float(root.get("width", "0").removesuffix("pt"))
+    kept = {"viewBox": root.get("viewBox", ""), "style": f"width:{width:.0f}pt"}
+    root.attrib.clear()
+    root.attrib.update({"role": "img", "aria-label": label, "class": "drawing", **kept})
+    return Tree.tostring(root, encoding="unicode", method="html")
+
+
+def _own_names(root: Tree.Element, prefix: str) -> None:
+    """Give ids a prefix, take namespaces off names, round coordinates, drop what only files need."""
+    used = {name for e in root.iter() for value in e.attrib.values() for name in _names_in(value)}
+    for element in root.iter():
+        for child in [c for c in element if c.tag in (f"{_SVG}metadata", f"{_SVG}title")]:
+            element.remove(child)
+        element.tag = element.tag.removeprefix(_SVG)
+        element.tail = None
+        if not (element.text or "").strip():
+            element.text = None
+        for key, value in list(element.attrib.items()):
+            if key == "id":
+                del element.attrib[key]
+                if value in used:
+                    element.set("id", f"{prefix}-{value}")
+            elif key == _LINK:
+                del element.attrib[key]
+                # the gradient of a colour bar is a picture, inside the drawing
+                element.set("href", f"#{prefix}-{value[1:]}" if value.startswith("#") else value)
+            else:
+                own = _REFERENCE.sub(lambda match: f"url(#{prefix}-{match[1]})", value)
+                element.set(key, _NUMBER.sub(_shorter, own) if key in ("d", "x", "y", "style", "points") else own)
+
+
+def _names_in(value: str) -> list[str]:
+    return [value[1:]] if value.startswith("#") and " " not in value else _REFERENCE.findall(value)
+
+
+def _shorter(match: re.Match[str]) -> str:
+    return f"{float(match[0]):.{_UNIT}f}".rstrip("0").rstrip(".")

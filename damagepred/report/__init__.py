@@ -1,0 +1,18 @@
+"""One self-contained page for a wall or a study, to be put in a file.
+
+parts      what a page is made of: sections, tables, figures
+words      numbers with the units engineers write
+inputs     the scene and its variables as tables, with where each value comes from
+sources    shipped values and their sources
+quality    how well the equations are solved
+limits     what a code allows, and how likely damage is there
+caveats    what the results do not say
+wall       the page of one wall
+study      the page of a study
+page       from sections to HTML
+"""
+
+from damagepred.report.page import page_html
+from damagepred.report.writing import report_place, write_report
+
+__all__ = ["page_html", "report_place", "write_report"]

@@ -1,0 +1,155 @@
+"""What the results do not say."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from damagepred.report.inputs import unsure
+from damagepred.report.parts import Section, Text
+from damagepred.report.words import length, number
+from damagepred.scene import Scene
+from damagepred.study.settings import StudySettings
+
+
+def model_caveats(scene: Scene) -> list[str]:
+    """Return what the model of one wall leaves out."""
+    said = [
+        "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement out "
+        "of its plane, and torsion of the house are not in the model.",
+    ]
+    if scene.dynamics is None:
+        said.append(
+            "Displacements are small and there is no time: no creep, shrinkage, moisture expansion or temperature, no "
+            "repetition of wet and dry seasons."
+        )
+    if scene.solver.blocks == "rigid" and scene.solver.above_dpc is None:
+        said.append("Bricks neither crack nor crush: cracks run through joints alone.")
+    if scene.joint.fracture_energy is None:
+        said.append(
+            "Bonds break at once when their strength is reached. Which joint breaks next then hangs on little, and so "
+            "does the widest crack: single walls are examples, only shares of many say how likely something is."
+        )
+    if scene.movement.prescribed:
+        said.append(
+            "The underside of the wall follows a given form: that the wall's weight and stiffness change the form of "
+            "the footing is left out."
+        )
+    elif scene.footing.concrete is None:
+        said.append("The footing is linear elastic; a real one is cracked, and bends where it is.")
+    if scene.dpc is not None:
+        said.append(
+            "The category is that of the wall above the damp-proof course. Opening and slip of the course itself, and "
+            "cracks in the courses below it, are reported apart and make no category."
+        )
+    if scene.block.elastic_modulus == 9.0e9 and scene.joint.normal_stiffness < 1e11:
+        said.append(
+            "The blocks' modulus is one of masonry (9000 MPa), in series with the joints: the compliance of the joints "
+            "counts twice, as in the paper that the model follows. The wall is softer than that modulus says."
+        )
+    said.append(
+        "Crack width is the main measure of the damage table, not the only one: where a crack is, what it does to "
+        "doors, windows and tightness, and how it is seen count as well. The limits were read in a secondary source."
+    )
+    return said
+
+
+def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
+    """Return the caveats of one wall.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The wall.
+    scene : Scene
+        What it was made from.
+    """
+    said = []
+    if str(ds.attrs.get("status", "complete")) != "complete":
+        said.append(f"The path ended early: {ds.attrs.get('status_message', ds.attrs['status'])}.")
+    strengths = (
+        "This is one wall with the values stated. Real joints scatter, and scatter decides where walls crack and how "
+    )
+    said.append(strengths + "wide: a study of many walls says how likely each category is.")
+    if "sample" in ds.attrs:
+        said[-1] = "This is one sampled wall of a study. Others of the same study may look quite different."
+    if int(ds.attrs.get("apex_limited_joints", 0)):
+        said.append(
+            f"{int(ds.attrs['apex_limited_joints'])} joints have a tensile strength beyond cohesion / friction, the "
+            "tip of their friction law; it was cut to that."
+        )
+    return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(scene))])
+
+
+def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySettings, moved: float) -> Section:
+    """Return the caveats of a study.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The study.
+    curves : xarray.Dataset or None
+        Its curves, if there are any.
+    settings : StudySettings
+        What was asked.
+    moved : float
+        Movement (m) to which every wall was moved.
+    """
+    said = [
+        "Bands and intervals are those of having sampled so many walls and no more. Whether the model is right, and "
+        "whether the inputs are, is not in them; `damagepred estimate` with [study.epistemic] weighs the latter."
+    ]
+    if doubtful := unsure(settings):
+        said.append(
+            f"The mean or the scatter of {len(doubtful)} variables is remembered or assumed, not measured: "
+            f"{', '.join(doubtful)}. Measure those that matter before anything is built on the figures."
+        )
+    if curves is not None:
+        said += _curve_caveats(curves, moved)
+    if (
+        "apex_limited" in ds
+        and (cut := np.nanmean(np.where(ds["apex_limited"].values < 0, np.nan, ds["apex_limited"]))) > 0
+    ):
+        said.append(
+            f"In a wall, {number(float(cut), 3)} joints on average have a sampled tensile strength beyond cohesion / "
+            "friction, the tip of their friction law; it was cut to that, so the strength in effect is smaller than "
+            "its mean says."
+        )
+    if "limit_deflection" in ds and np.isfinite(ds["limit_deflection"].values).any():
+        count = int(np.isfinite(ds["limit_deflection"].values).sum())
+        said.append(
+            f"{count} walls ended before the full movement, where jacks or supports carry nothing any more; what they "
+            "had not reached there counts as not yet reached."
+        )
+    said.append("Walls are one by one: those of a house, and houses of a street, share bricks, builders and ground.")
+    return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(settings.scene))])
+
+
+def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
+    said = []
+    if failed := int(curves.attrs.get("samples_failed", 0)):
+        said.append(
+            f"{failed} failed walls are left out of the curves. The table of curves has the medians if all of them had "
+            "been undamaged to the end, or damaged where they failed."
+        )
+    for number_, category in enumerate(curves["category"].values):
+        one = curves.isel(category=number_)
+        reached, not_yet = int(one["reached"]), int(one["not_reached"])
+        if not_yet and reached and not_yet > reached:
+            said.append(
+                f"Category {int(category)} was not reached by {not_yet} of {reached + not_yet} walls: its curve is "
+                "known at its lower end, and its median rests on the assumption that capacities are lognormal."
+            )
+        median = float(one["median"])
+        if (
+            np.isfinite(median)
+            and median > moved > 0
+            and str(curves.attrs.get("intensity_measure")) != "deflection_ratio"
+        ):
+            said.append(
+                f"The median of category {int(category)}, {length(median)}, lies beyond {length(moved)}, to which all "
+                "walls were moved: an extrapolation."
+            )
+    if int(curves.attrs.get("curves_cross", 0)):
+        said.append("The curves of two categories, fitted apart, cross; where they do, neither is to be trusted.")
+    return said

@@ -1,0 +1,174 @@
+"""Inputs as tables: the scene, what is uncertain about it, and where each value comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from damagepred.report.parts import Part, Section, Table, Text
+from damagepred.report.sources import (
+    CONFIDENCE,
+    GIVEN,
+    PAPER,
+    Source,
+    field_source,
+    source_of_value,
+    sources_of_variable,
+)
+from damagepred.report.words import named, number, plain, quantity
+from damagepred.scene import Scene
+from damagepred.scene.quantity import to_si
+from damagepred.study.settings import StudySettings
+from damagepred.uq.variable import Variable
+
+HEADS = {
+    "wall": "Wall", "block": "Blocks", "joint": "Mortar joints", "dpc": "Damp-proof course", "opening": "Opening",
+    "footing": "Footing", "movement": "Movement", "rig": "Test rig", "soil": "Soil", "mound": "Mound", "loads": "Loads",
+    "solver": "Solver", "damage": "Damage", "dynamics": "Run in time",
+}  # fmt: skip
+
+_EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
+_OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength")
+
+
+def input_section(scene: Scene, settings: StudySettings | None = None) -> Section:
+    """Return the section that says what went in.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    settings : StudySettings, optional
+        What is uncertain about it.
+    """
+    uncertain = set(settings.variables) if settings is not None else set()
+    rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain)]
+    what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
+    sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
+    parts: list[Part] = [
+        Text([
+            "Values are those the calculation used. A source is named where a value is that of a table shipped with "
+            f"the program; “{GIVEN}” is what the user wrote, “default” what the program takes if nothing is said, "
+            "which the user may have written as well."
+        ]),
+        Table(
+            what, ["quantity", "value", "unit", "source"], [row[1:] for row in rows], words=(0, 2, 3),
+            groups=[row[0] for row in rows],
+        ),
+    ]  # fmt: skip
+    if settings is not None and settings.variables:
+        variables = [_variable_row(place, v) for place, v in settings.variables.items()]
+        sources |= {name for row in variables for name in CONFIDENCE if f"({name})" in row[4]}
+        parts.append(
+            Table(
+                "What is uncertain", ["quantity", "distribution", "varies from", "unit", "source"], variables,
+                words=(0, 1, 2, 3, 4), note="COV is the coefficient of variation, standard deviation over mean.",
+            )
+        )  # fmt: skip
+        pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
+        if pairs:
+            rows = [[_place(a), _place(b), number(value)] for a, b, value in pairs]
+            parts.append(Table("Correlation of the variables", ["of", "with", "correlation"], rows, words=(0, 1)))
+    if any("Zhuge" in row[-1] for row in rows):
+        parts.append(Text([f"Zhuge et al.: {PAPER}."]))
+    if sources:
+        known = [f"({name}): {meaning}" for name, meaning in CONFIDENCE.items() if name in sources]
+        parts.append(Text(["How sure a source is:"], known))
+    return Section("inputs", "Inputs and their sources", parts)
+
+
+def unsure(settings: StudySettings) -> list[str]:
+    """Return the variables whose mean or scatter nobody has measured, or that was not looked up."""
+    doubtful = []
+    for place, variable in settings.variables.items():
+        if any(source.confidence in ("memory", "inferred") for source in sources_of_variable(place, variable)):
+            doubtful.append(_place(place))
+    return doubtful
+
+
+def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the tables of a scene that the calculation reads."""
+    shape, method = scene.movement.shape, scene.solver.method
+    unread = {"rig": shape != "jacks", "soil": shape != "mound", "mound": shape != "mound"}
+    for name, values in scene.to_dict().items():
+        if unread.get(name):
+            continue
+        if name == "solver" and method != "explicit":
+            values = {key: value for key, value in values.items() if key not in _EXPLICIT}
+        if name == "solver" and scene.solver.blocks == "rigid":
+            values = {key: value for key, value in values.items() if key not in ("plane", "rigid_error")}
+        if name == "block" and scene.solver.blocks == "rigid":
+            values = {key: value for key, value in values.items() if key not in _OF_ZONES}
+        if name == "joint" and "compressive_strength" not in values:
+            values = {key: value for key, value in values.items() if key != "cap_shear"}
+        if isinstance(values, dict):
+            yield name, values
+        elif isinstance(values, list):
+            for number_, item in enumerate(values):
+                yield f"{name}.{number_}", item
+
+
+def _rows(table: str, values: dict[str, Any], uncertain: set[str]) -> Iterator[list[str]]:
+    kind, _, which = table.partition(".")
+    head = HEADS.get(kind, named(kind)) + (f" {int(which) + 1}" if which.isdigit() else "")
+    for key, value in values.items():
+        place = f"{table}.{key}"
+        if isinstance(value, dict):
+            for row in _rows(place, value, uncertain):
+                yield [head if not row[0] else row[0], f"{named(key)}: {row[1]}", *row[2:]]
+            continue
+        if isinstance(value, int | float) and not isinstance(value, bool) and Scene.takes_number(place):
+            shown, unit = quantity(float(value), Scene.unit_of(place))
+        else:
+            shown, unit = plain(value), ""
+        source = Source("varies, see below") if place in uncertain else source_of_value(table, key, value)
+        yield [head, named(key), shown, unit, str(source)]
+
+
+def _variable_row(place: str, variable: Variable) -> list[str]:
+    unit = Scene.unit_of(place)
+    sources = [str(source) for source in sources_of_variable(place, variable)]
+    varies = "wall to wall"
+    if variable.field is not None:
+        varies = "joint to joint"
+        if variable.field.by_course:
+            along = variable.field.course_correlation
+            varies += f", correlation {number(along)} to the next of a course"
+            sources.append(f"field: {field_source(place, along)}")
+        elif variable.field.correlation_length is not None:
+            varies += f", correlation length {number(variable.field.correlation_length)} m"
+    scale, shown = _scale_of(variable, unit)
+    return [_place(place), _words(variable, unit, scale), varies, shown, "; ".join(sources)]
+
+
+def _scale_of(variable: Variable, unit: str) -> tuple[float, str]:
+    """Return the unit that suits a variable's values, and its size in SI."""
+    given = next(
+        (getattr(variable, n) for n in ("mean", "median", "upper", "scale", "std") if getattr(variable, n)), None
+    )
+    if given is None:
+        given = next(iter(variable.values), 1.0)
+    value = to_si(given, unit)
+    text, shown = quantity(value, unit, 12)
+    number_ = float(text.replace("−", "-"))
+    return (value / number_ if number_ else 1.0), shown
+
+
+def _words(variable: Variable, unit: str, scale: float) -> str:
+    """Return a distribution with its parameters in the shown unit."""
+    with_unit = ((n, getattr(variable, n)) for n in ("mean", "median", "std", "lower", "upper", "scale"))
+    pure = ((n, getattr(variable, n)) for n in ("cov", "dispersion", "shape", "alpha", "beta"))
+    told = [f"{named(name)} {number(to_si(value, unit) / scale)}" for name, value in with_unit if value is not None]
+    told += [f"{'COV' if n == 'cov' else n} {number(float(value))}" for n, value in pure if value is not None]
+    if variable.values:
+        told.append(f"{len(variable.values)} values")
+    if variable.name:
+        told.append(f"{variable.name} of scipy.stats")
+    if variable.components:
+        told.append(f"{len(variable.components)} components")
+    return f"{named(variable.distribution)}: {', '.join(told)}" if told else named(variable.distribution)
+
+
+def _place(place: str) -> str:
+    table, _, key = place.partition(".")
+    return f"{HEADS.get(table, named(table)).lower()}: {named(key)}"

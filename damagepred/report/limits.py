@@ -1,0 +1,173 @@
+"""What a code allows, and which damage there is at that movement."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from damagepred.data_files import data_file
+from damagepred.errors import InputError
+from damagepred.report.parts import Part, Section, Table, Text
+from damagepred.report.quality import categories
+from damagepred.report.words import chance, length, named, with_band
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fragility import Fit
+
+MEASURE = "central_deflection"
+
+
+class Limit(NamedTuple):
+    """Largest design deflection of a footing under one kind of construction.
+
+    Attributes
+    ----------
+    construction : str
+        In words.
+    ratio : int
+        n of the limit length / n.
+    absolute : float
+        The limit that holds where it is the lesser (m).
+    deflection : float
+        What holds for the length asked for (m).
+    """
+
+    construction: str
+    ratio: int
+    absolute: float
+    deflection: float
+
+
+def code_limits(span: float) -> tuple[str, list[Limit]]:
+    """Return the source of the limits, and each limit for a footing of some length.
+
+    Parameters
+    ----------
+    span : float
+        Length between the footing's ends (m).
+    """
+    content = _table()
+    found = []
+    for name, entry in content.items():
+        if isinstance(entry, dict):
+            ratio, absolute = int(entry["span_over_deflection"]), float(entry["deflection"])
+            found.append(Limit(named(name), ratio, absolute, min(span / ratio, absolute)))
+    return f"{content['source']} ({content['confidence']})", sorted(found, key=lambda limit: limit.deflection)
+
+
+def wall_limits(ds: xr.Dataset) -> Section:
+    """Return in which category one wall is at each limit."""
+    source, found = code_limits(float(ds.attrs["span"]))
+    deflection = ds[MEASURE].values
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+    rows = []
+    for limit in found:
+        at = np.flatnonzero(deflection >= limit.deflection * (1 - 1e-9))
+        if at.size:
+            category, width = int(ds["damage_category"].values[at[0]]), float(ds["crack_width_max"].values[at[0]])
+            told = [f"{category} {named(names[category])}", length(width)]
+        else:
+            told = ["not moved as far", "–"]
+        rows.append([limit.construction, f"L/{limit.ratio}, {length(limit.absolute)}", length(limit.deflection), *told])
+    table = Table(
+        "This wall at the design deflections of a code, by construction",
+        ["construction", "limit, the lesser of", "for this length", "category of damage", "widest crack"], rows,
+        words=(0, 1, 3), note=f"{source}. At the first increment that reaches the limit.",
+    )  # fmt: skip
+    return Section("limits", "At code limits", [table])
+
+
+def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confidence: float = 0.9) -> Section:
+    """Return how likely each category is at each limit, from curves and counted.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    curves : xarray.Dataset or None
+        Fitted against the central deflection; None where there are none.
+    moved : float
+        Movement (m) to which every wall was moved.
+    confidence : float
+        Of the intervals.
+    """
+    source, found = code_limits(float(ds.attrs["span"]))
+    of = categories(ds)
+    head = ["construction", "limit, the lesser of", "for this length", *(f"{name} or worse" for _, name in of)]
+    parts: list[Part] = [Text([
+        f"{source} limits the deflection of a footing under a design movement of the site, by construction. The "
+        "figures are the probabilities of damage to this wall if its footing deflects by just as much; the wall itself "
+        "is of one construction, and the other limits are there to compare."
+    ])]  # fmt: skip
+    rows = []
+    for limit in found if curves is not None else []:
+        assert curves is not None
+        cells = [_from_curve(curves, category, limit.deflection) for category, _ in of]
+        rows.append([*_limit(limit), *cells])
+    if rows:
+        parts.append(Table(
+            f"Probability from the fitted curves ({confidence:.0%} band)", head, rows, words=(0, 1),
+            note=f"† beyond {length(moved)}, to which all walls were moved: extrapolated. A dash: no curve was fitted.",
+        ))  # fmt: skip
+        parts[-1] = _marked(parts[-1], found, moved)
+    rows = []
+    for limit in found:
+        try:
+            counted = [exceedance(ds, c, limit.deflection, confidence=confidence, intensity=MEASURE) for c, _ in of]
+        except InputError:  # single ends tell no share at one movement
+            break
+        cells = []
+        for one in counted:
+            e = one.estimate
+            short = one.not_followed > 0 or limit.deflection > moved * (1 + 1e-9)
+            cells.append(
+                "not moved as far" if short else with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
+            )
+        rows.append([*_limit(limit), *cells])
+    if rows:
+        parts.append(Table(
+            f"Counted among the walls ({confidence:.0%} interval)", head, rows, words=(0, 1),
+            note="A wall known to have reached the category between two increments counts for the share of that step.",
+        ))  # fmt: skip
+    return Section("limits", "Probabilities at code limits", parts)
+
+
+def _limit(limit: Limit) -> list[str]:
+    return [limit.construction, f"L/{limit.ratio}, {length(limit.absolute)}", length(limit.deflection)]
+
+
+def _from_curve(curves: xr.Dataset, category: int, at: float) -> str:
+    if category not in curves["category"].values:
+        return "–"
+    one = curves.sel(category=category)
+    median, dispersion = float(one["median"]), float(one["dispersion"])
+    if not (np.isfinite(median) and np.isfinite(dispersion)):
+        return "–"
+    value = float(Fit(median, dispersion, "fitted").probability(np.array([at]))[0])
+    grid = one["intensity"].values
+    low, high = (
+        float(np.interp(at, grid, one[f"probability_{end}"].values, right=np.nan)) for end in ("lower", "upper")
+    )
+    # a curve is never quite at 0 or 1, whatever it is rounded to
+    told = [chance(float(np.clip(p, 1e-12, 1 - 1e-12))) for p in (value, low, high)]
+    return with_band(told[0], told[1], told[2], "\n")
+
+
+def _marked(table: Part, found: list[Limit], moved: float) -> Part:
+    """Mark the limits that lie beyond the movement of the walls."""
+    assert isinstance(table, Table)
+    rows = [
+        [*row[:2], f"{row[2]} †" if limit.deflection > moved * (1 + 1e-9) else row[2], *row[3:]]
+        for row, limit in zip(table.rows, found)
+    ]
+    marked = any("†" in row[2] for row in rows)
+    note = table.note if marked else "A dash: no curve was fitted." if any("–" in row[3:] for row in rows) else ""
+    return Table(table.caption, table.columns, rows, table.words, note)
+
+
+@lru_cache(maxsize=1)
+def _table() -> dict:
+    return tomllib.loads(data_file("damage", "as2870_deflection_limits.toml").read_text(encoding="utf-8"))

@@ -1,0 +1,53 @@
+"""From sections to one page of HTML that needs nothing else."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+from damagepred.report.parts import Page
+
+_CODE = re.compile(r"`([^`]+)`")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:mm|m|kN|N|GPa|MPa|kPa|Pa|s|min|h|%)\b)")
+
+
+def page_html(page: Page) -> str:
+    """Return a report as one page of HTML: styles and drawings are inside, and nothing outside is referred to.
+
+    Parameters
+    ----------
+    page : Page
+        The report.
+    """
+    return str(_template().render(page=page, style=_file("page.css")))
+
+
+@lru_cache(maxsize=1)
+def _template() -> Any:
+    import jinja2
+    import markupsafe
+
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined, finalize=_together
+    )
+    environment.filters["code"] = _with_code
+    environment.filters["verbatim"] = lambda text: markupsafe.escape(text)
+    return environment.from_string(_file("page.html"))
+
+
+def _with_code(text: str) -> Any:
+    """Return text with what stands between backquotes as code."""
+    from markupsafe import Markup, escape
+
+    return Markup(_CODE.sub(r"<code>\1</code>", str(escape(_together(text)))))
+
+
+def _together(value: Any) -> Any:
+    """Return text in which no line ends between a number and its unit; what is HTML already is left as it is."""
+    return _BEFORE_UNIT.sub("\u00a0", value) if type(value) is str else value
+
+
+def _file(name: str) -> str:
+    return files("damagepred.report").joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,144 @@
+"""What a page is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Text:
+    """Paragraphs; with ``items`` a list below the last."""
+
+    paragraphs: Sequence[str] = ()
+    items: Sequence[str] = ()
+
+    kind = "text"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    caption : str
+        What it says.
+    columns : sequence of str
+        Heads.
+    rows : sequence of sequences of str
+        Cells as they are shown; a line break is one.
+    words : sequence of int
+        Columns that hold words, and stand to the left; numbers stand to the right.
+    groups : sequence of str
+        What each row belongs to, if they come in groups, which then have heads of their own.
+    note : str
+        Below it.
+    """
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: Sequence[int] = (0,)
+    note: str = ""
+    groups: Sequence[str] = ()
+
+    kind = "table"
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure.
+
+    Attributes
+    ----------
+    name : str
+        One word, the prefix of its ids.
+    caption : str
+        Below it.
+    label : str
+        What it shows, for those who do not see it.
+    svg : str
+        The drawing.
+    """
+
+    name: str
+    caption: str
+    label: str
+    svg: str
+
+    kind = "drawing"
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A file or commands, word for word."""
+
+    caption: str
+    text: str
+
+    kind = "listing"
+
+
+Part = Text | Table | Drawing | Listing
+
+
+@dataclass
+class Section:
+    """A chapter of a page.
+
+    Attributes
+    ----------
+    name : str
+        One word, its anchor.
+    title : str
+        Its head.
+    parts : list of Part
+        In order.
+    """
+
+    name: str
+    title: str
+    parts: list[Part] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A whole report.
+
+    Attributes
+    ----------
+    title, subtitle : str
+        Of what, and what kind of report.
+    warnings : sequence of str
+        To be read before all else: what is unfinished or failed.
+    facts : sequence of (str, str)
+        The results in brief.
+    sections : sequence of Section
+        In order.
+    """
+
+    title: str
+    subtitle: str
+    warnings: Sequence[str]
+    facts: Sequence[tuple[str, str]]
+    sections: Sequence[Section]
+
+
+def drawing(name: str, caption: str, label: str, figure: Figure) -> Drawing:
+    """Take a figure into a page.
+
+    Parameters
+    ----------
+    name, caption, label : str
+        See ``Drawing``.
+    figure : Figure
+        What to show.
+    """
+    from damagepred.plotting.vector import svg_of
+
+    return Drawing(name, caption, label, svg_of(figure, name, label))

@@ -1,0 +1,137 @@
+"""Where values come from: the shipped tables say it of their own, and of nothing else."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from damagepred.data_files import data_file
+from damagepred.errors import InputError
+from damagepred.scene import Scene
+from damagepred.uq.variable import Variable
+
+PAPER = "The Prediction of Damage to Masonry Houses Caused by Foundation Movements"
+"""Title of the paper that the model follows: named once, not in every row."""
+
+GIVEN = "as given"
+DEFAULT = "default"
+
+CONFIDENCE = {
+    "seed": "the paper that the model follows",
+    "read": "read in a secondary source",
+    "derived": "derived from other figures",
+    "memory": "remembered from the literature, not looked up",
+    "inferred": "assumed, with no source",
+}
+"""What the shipped tables mean by how sure they are."""
+
+_MATERIALS = {
+    "block": "clay_brick_masonry", "joint": "mortar_joint", "dpc": "dpc", "footing": "concrete_footing",
+}  # fmt: skip
+"""Tables of a scene, and those of data/materials/zhuge.toml with the same keys."""
+
+
+class Source(NamedTuple):
+    """Where a value comes from, and how sure that is.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    confidence : str
+        One of ``CONFIDENCE``, or empty where nothing is known.
+    """
+
+    name: str
+    confidence: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.confidence})" if self.confidence else self.name
+
+
+def source_of_value(table: str, key: str, value: Any) -> Source:
+    """Say where a value of a scene comes from.
+
+    Parameters
+    ----------
+    table, key : str
+        Its place.
+    value : object
+        As the scene has it.
+
+    Returns
+    -------
+    Source
+        Of the shipped value where it is that, otherwise whether it is the default or was given.
+    """
+    shipped = _materials().get(_MATERIALS.get(table, ""), {})
+    if key in shipped and _same(value, shipped[key]):
+        return Source(shipped["source"].replace(f"{PAPER}, ", ""), shipped["confidence"])
+    defaults = _defaults().get(table, {})
+    return Source(DEFAULT if key in defaults and _same(value, defaults[key]) else GIVEN)
+
+
+def sources_of_variable(place: str, variable: Variable) -> list[Source]:
+    """Say where the mean and the scatter of a variable come from.
+
+    Parameters
+    ----------
+    place : str
+        Its place in the scene.
+    variable : Variable
+        Its distribution.
+    """
+    if variable.source:
+        return [Source(variable.source)]
+    shipped = _statistics().get(place, {})
+    if not shipped or variable.distribution != shipped["distribution"]:
+        return [Source(GIVEN)]
+    unit = Scene.unit_of(place)
+    from damagepred.scene.quantity import to_si
+
+    def is_shipped(key: str) -> bool:
+        own = getattr(variable, key, None)
+        try:
+            return own is not None and key in shipped and _same(to_si(own, "1" if key == "cov" else unit), shipped[key])
+        except (ValueError, InputError):
+            return False
+
+    found = []
+    for what, keys in (("mean", ("mean",)), ("cov", ("cov", "lower"))):
+        ours = [key for key in keys if key in shipped]
+        if ours and all(is_shipped(key) for key in ours[:1]):
+            found.append(Source(f"{what}: {shipped[f'{what}_source']}", shipped[f"{what}_confidence"]))
+        elif ours:
+            found.append(Source(f"{what}: {GIVEN}"))
+    return found or [Source(GIVEN)]
+
+
+def field_source(place: str, correlation: float) -> Source:
+    """Say where the correlation from one unit of a course to the next comes from."""
+    shipped = _statistics().get(place, {}).get("field", {})
+    if shipped and _same(correlation, shipped["course_correlation"]):
+        return Source(shipped["source"], shipped["confidence"])
+    return Source(GIVEN)
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, int | float) and isinstance(b, int | float) and not isinstance(a, bool):
+        return math.isclose(a, b, rel_tol=1e-9, abs_tol=0.0)
+    return bool(a == b)
+
+
+@lru_cache(maxsize=1)
+def _materials() -> dict[str, Any]:
+    return tomllib.loads(data_file("materials", "zhuge.toml").read_text(encoding="utf-8"))
+
+
+@lru_cache(maxsize=1)
+def _statistics() -> dict[str, Any]:
+    return tomllib.loads(data_file("statistics", "masonry.toml").read_text(encoding="utf-8"))
+
+
+@lru_cache(maxsize=1)
+def _defaults() -> dict[str, Any]:
+    return Scene().to_dict()

@@ -1,0 +1,286 @@
+"""The page of a study."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.provenance import package_commit
+from damagepred.errors import DamagepredError, InputError
+from damagepred.report.caveats import study_caveats
+from damagepred.report.inputs import input_section
+from damagepred.report.limits import study_limits
+from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
+from damagepred.report.quality import FAILED, MISSING, common_movement, monte_carlo, study_quality
+from damagepred.report.typical import typical_and_worst
+from damagepred.report.wall import crack_parts, wall_drawing
+from damagepred.report.words import length, named, number, with_band
+from damagepred.study.settings import StudySettings, read_frozen
+from damagepred.study.words import duration
+from damagepred.uq.fragility import fit_fragility
+
+if TYPE_CHECKING:
+    from damagepred.path import Step
+
+MOST_LINES = 1000
+"""Walls that are drawn as lines one by one; of more, the lines together are a picture inside the drawing."""
+
+MOST_FAILURES = 10
+"""Failed walls that are listed one by one."""
+
+
+def study_page(
+    folder: StudyFolder,
+    written: str,
+    *,
+    replay: bool = True,
+    confidence: float = 0.9,
+    on_step: Callable[[Step], None] | None = None,
+) -> Page:
+    """Return the report of a study, finished or not.
+
+    Parameters
+    ----------
+    folder : StudyFolder
+        The study.
+    written : str
+        Date of the report.
+    replay : bool
+        Whether a typical wall is solved again, to draw it.
+    confidence : float
+        Of bands and intervals.
+    on_step : callable, optional
+        Called with each increment of the wall that is solved again.
+
+    Raises
+    ------
+    InputError
+        If it is no study, or no wall of it has been solved.
+    """
+    ds = folder.results()
+    settings = read_frozen(folder.study_text())
+    if not (ds["status"].values < FAILED).any():
+        raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
+    curves = fit_fragility(ds, confidence=confidence)
+    at_limits = curves
+    if curves.attrs["intensity_measure"] != "central_deflection":
+        at_limits = fit_fragility(ds, intensity="central_deflection", confidence=confidence)
+    moved = common_movement(ds)
+    paths = ds["damage_category"].ndim == 2
+    if paths:
+        certainty = monte_carlo(ds, moved, confidence)
+    else:
+        certainty = [
+            Text(["The study keeps the end of each wall's movement alone: the error of its curves is their band."])
+        ]
+    deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
+    sections = [
+        input_section(settings.scene, settings),
+        Section("run", "What was run", _run_parts(folder, ds, settings, written)),
+        Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
+        Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),
+        Section("fragility", "How likely is which damage", _fragility(curves)),
+        study_limits(ds, at_limits, deflected, confidence),
+        study_caveats(ds, curves, settings, moved),
+        Section("files", "The study in full", [
+            Listing("Study file with its scene, complete with defaults", folder.study_text().strip())
+        ]),
+    ]  # fmt: skip
+    return Page(
+        title=str(ds.attrs.get("title", "study")),
+        subtitle="How likely is which damage to a wall: a Monte Carlo study",
+        warnings=_warnings(folder, ds),
+        facts=_facts(ds, curves),
+        sections=sections,
+    )
+
+
+def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
+    status = ds["status"].values
+    missing, failed = int((status == MISSING).sum()), int((status == FAILED).sum())
+    said = []
+    if missing:
+        said.append(
+            f"This study is unfinished: {missing} of {len(status)} walls have not been run. All that follows is of the "
+            f"{len(status) - missing} that have. The same `damagepred study` command goes on."
+        )
+    if failed:
+        said.append(
+            f"{failed} of {len(status)} walls failed and are left out of curves and shares; bounds with all of them "
+            f"undamaged or damaged are given. Their reasons are in {folder.path.name}/failures."
+        )
+    return said
+
+
+def _facts(ds: xr.Dataset, curves: xr.Dataset) -> list[tuple[str, str]]:
+    status, measure = ds["status"].values, named(str(curves.attrs["intensity_measure"]))
+    facts = [("Walls", f"{int((status < FAILED).sum())} solved of {len(status)}, each with other joints and movement")]
+    for number_, category in enumerate(curves["category"].values):
+        one = curves.isel(category=number_)
+        reached, count = int(one["reached"]), int(one["reached"]) + int(one["not_reached"])
+        text = f"reached by {reached} of {count} walls"
+        if np.isfinite(float(one["median"])):
+            text += f"; median {measure} {_median(one, str(curves['intensity'].attrs['units']))}"
+        facts.append((f"Category {int(category)}, {named(str(one['category_name'].item()))}", text))
+    return facts
+
+
+def _median(one: xr.Dataset, unit: str) -> str:
+    return with_band(*(_in_unit(float(one[f"median{end}"]), unit) for end in ("", "_lower", "_upper")))
+
+
+def _in_unit(value: float, unit: str) -> str:
+    if unit == "m":
+        return length(value)
+    return f"1/{1 / value:.0f}" if unit == "1" and np.isfinite(value) and value > 0 else number(value, 3)
+
+
+def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, written: str) -> list[Part]:
+    manifest, how = folder.manifest(), settings.study
+    status = ds["status"].values
+    version, commit = (manifest.get(f"damagepred_{name}", "unknown") for name in ("version", "commit"))
+    rows = [
+        ["folder", folder.path.resolve().name],
+        ["program", f"damagepred {version}, commit {commit}"],
+        ["study begun", str(manifest.get("created", "?"))],
+        ["report written", written],
+        ["walls asked for", str(len(status))],
+        *([f"walls {word}", str(int((status == value).sum()))]
+          for value, word in ((0, "complete"), (1, "collapsed"), (2, "failed"), (3, "not run yet"))),
+        ["seed", str(how.seed)],
+        ["sampler", how.sampler + (f", {how.replicates} independent scrambles" if how.replicates > 1 else "")],
+        ["solver", settings.scene.solver.method.replace("_", "-")],
+        ["increments", str(settings.scene.movement.increments)],
+        ["a wall is followed to", _followed(settings)],
+    ]  # fmt: skip
+    if "run_time" in ds and np.isfinite(ds["run_time"].values).any():
+        seconds = ds["run_time"].values
+        rows.append(
+            [
+                "time of a wall",
+                f"{duration(float(np.nanmean(seconds)))} on average, {duration(float(np.nanmax(seconds)))} at most",
+            ]
+        )
+    if "weight" in ds:
+        rows.append(["importance sampling", "walls have weights, which shares and curves count"])
+    parts: list[Part] = [Table("Program and study", ["", ""], rows, words=(0, 1))]
+    if failed := sorted(folder.failed_samples()):
+        records = [folder.failure(i) for i in failed]
+        reasons = Counter(str(record["reason"]) for record in records)
+        parts.append(
+            Table("Why walls failed", ["reason", "walls"], [[named(r), str(n)] for r, n in reasons.most_common()])
+        )
+        rows = [[str(r["sample"]), str(r["message"]), f"damagepred replay {folder.path.name} {r['sample']}"]
+                for r in records[:MOST_FAILURES]]  # fmt: skip
+        note = f"{len(failed) - MOST_FAILURES} more are on record in the folder." if len(failed) > MOST_FAILURES else ""
+        parts.append(Table("Failed walls", ["sample", "what happened", "to solve it again"], rows, (1, 2), note))
+    return parts
+
+
+def _followed(settings: StudySettings) -> str:
+    stop = settings.study.stop_at_category
+    if stop == "none" or (settings.study.movement != "path" and stop is None):
+        return "the end of its movement"
+    return f"category {settings.last_category if stop is None else stop}, or the end of its movement"
+
+
+def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None) -> list[Part]:
+    from damagepred.plotting import draw_category_shares, draw_crack_widths
+    from damagepred.plotting.sheet import figure_of
+
+    widths = draw_crack_widths(ds)
+    if ds.sizes["sample"] > MOST_LINES:
+        for lines in widths.collections:
+            lines.set_rasterized(lines.get_label() == "each wall")
+    parts: list[Part] = [
+        drawing(
+            "shares", "Share of the walls in each category, by the highest reached so far.",
+            "Shares of walls by damage category against the movement", figure_of(draw_category_shares(ds)),
+        ),
+        drawing(
+            "widths", "Widest crack of every wall, with median and quantiles over the walls.",
+            "Widest crack of each wall against the movement, with quantiles", figure_of(widths),
+        ),
+    ]  # fmt: skip
+    chosen = typical_and_worst(ds)
+    if chosen is None:
+        return parts
+    commands = [f"damagepred replay {folder.path.name} {chosen.typical} -o typical.nc --plot typical",
+                f"damagepred replay {folder.path.name} {chosen.worst} -o worst.nc --plot worst"]  # fmt: skip
+    said = (
+        f"Typical is sample {chosen.typical}, {chosen.why_typical}; the worst is sample {chosen.worst}, "
+        f"{chosen.why_worst}."
+    )
+    if replay:
+        from damagepred.study.replay import replay as solve_again
+
+        try:
+            wall, comparison = solve_again(folder.path, chosen.typical, on_step)
+        except DamagepredError as error:
+            parts.append(Text([f"The typical wall could not be solved again: {error}"]))
+        else:
+            parts.append(wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. "))
+            parts.append(Text([f"{said} {_solved_again(comparison, folder)}"]))
+            parts += crack_parts(wall)
+    else:
+        parts.append(Text([said]))
+    parts.append(Listing("Both walls with all their fields and pictures", "\n".join(commands)))
+    return parts
+
+
+def _solved_again(comparison: str, folder: StudyFolder) -> str:
+    """Say whether the typical wall is the one of the study, and if not, why it may differ."""
+    if comparison.startswith("bit for bit"):
+        return "Solved again for this report, the typical wall is bit for bit what the study holds."
+    ran, now = folder.manifest().get("damagepred_commit", "unknown"), package_commit()
+    why = f"the study was run by commit {ran}, this is {now}" if ran != now else "other machines may round otherwise"
+    return f"Solved again for this report, the typical wall is not bit for bit what the study holds: {why}."
+
+
+def _no_paths() -> Text:
+    return Text([
+        "The study keeps the end of each wall's movement alone ([study] movement = “sampled”): there are no paths to "
+        "draw."
+    ])  # fmt: skip
+
+
+def _fragility(curves: xr.Dataset) -> list[Part]:
+    from damagepred.plotting import draw_fragility
+    from damagepred.plotting.sheet import figure_of
+
+    unit, confidence = str(curves["intensity"].attrs["units"]), float(curves.attrs["confidence"])
+    measure = named(str(curves.attrs["intensity_measure"]))
+    figure = drawing(
+        "fragility",
+        f"Probability of each category or worse against the {measure}: lognormal curves with {confidence:.0%} bands, "
+        "and the shares of walls at the increments as steps.",
+        f"Fragility curves of the damage categories against the {measure}, with confidence bands",
+        figure_of(draw_fragility(curves)),
+    )  # fmt: skip
+    rows, failed = [], bool(curves.attrs.get("samples_failed", 0))
+    for number_, category in enumerate(curves["category"].values):
+        one = curves.isel(category=number_)
+        dispersion = with_band(*(number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")))
+        row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit), dispersion,
+               f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
+               str(one["fit_status"].item())]  # fmt: skip
+        if failed:
+            ends = [_in_unit(float(one[f"median_failed_{end}"]), unit) for end in ("undamaged", "damaged")]
+            row.append(" or ".join(ends))
+        rows.append(row)
+    band = f"({confidence:.0%} band)"
+    head = ["category or worse", f"median {measure} {band}", f"dispersion {band}", "walls that reached it", "fit"]
+    note = (
+        "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
+        "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
+        "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
+        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls."
+    )
+    if failed:
+        head.append("median if all failed walls were undamaged, or damaged")
+    return [figure, Table("The curves", head, rows, words=(0, 4), note=note)]

@@ -1,0 +1,86 @@
+"""Which wall of a study to look at: a typical one, and the worst."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from damagepred.report.words import length
+from damagepred.uq.exceedance import walls
+from damagepred.uq.fragility import movement_measure
+
+
+class Chosen(NamedTuple):
+    """Two walls of a study.
+
+    Attributes
+    ----------
+    typical, worst : int
+        Their numbers.
+    why_typical, why_worst : str
+        By what they were chosen.
+    """
+
+    typical: int
+    worst: int
+    why_typical: str
+    why_worst: str
+
+
+def typical_and_worst(ds: xr.Dataset) -> Chosen | None:
+    """Choose a typical wall and the worst of a study with paths.
+
+    Typical is the wall of median capacity for the worst category that at least half of the walls have reached; where
+    that is none, the wall whose widest crack at the end is the median. The worst reached the worst category first.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+
+    Returns
+    -------
+    Chosen or None
+        None if no wall was solved.
+    """
+    measure = movement_measure(ds)
+    found = {c: walls(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
+    reached = {c: np.isfinite(known.upper) for c, known in found.items()}
+    if not len(found[1].sample):
+        return None
+    often = [c for c, hit in reached.items() if hit.sum() >= 0.5 * max(len(hit), 1)]
+    some = [c for c, hit in reached.items() if hit.any()]
+    width = np.nan_to_num(ds["crack_width_max"].values[found[1].sample], nan=-1.0).max(axis=1)
+    if often:
+        known = found[often[-1]]
+        typical = int(known.sample[_median_place(known.upper)])
+        why = f"which reached category {often[-1]} at a median {_named(measure)} of {length(_median(known.upper))}"
+    else:
+        typical = int(found[1].sample[_median_place(width)])
+        why = f"whose widest crack is the median, {length(_median(width))}"
+    if some:
+        known = found[some[-1]]
+        first = int(np.argmin(known.upper))
+        worst, reason = (
+            int(known.sample[first]),
+            f"which reached category {some[-1]} first, at {length(known.upper[first])}",
+        )
+    else:
+        worst = int(found[1].sample[np.argmax(width)])
+        reason = f"whose widest crack is the widest, {length(float(width.max()))}"
+    return Chosen(typical, worst, why, reason)
+
+
+def _median_place(values: np.ndarray) -> int:
+    """Return where the value in the middle of all is."""
+    return int(np.argsort(values, kind="stable")[(len(values) - 1) // 2])
+
+
+def _median(values: np.ndarray) -> float:
+    return float(values[_median_place(values)])
+
+
+def _named(measure: str) -> str:
+    return measure.replace("_", " ")

@@ -1,0 +1,243 @@
+"""The page of one wall."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from damagepred.errors import InputError
+from damagepred.report.caveats import wall_caveats
+from damagepred.report.inputs import input_section
+from damagepred.report.limits import wall_limits
+from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
+from damagepred.report.quality import wall_quality
+from damagepred.report.words import length, named, number
+from damagepred.scene import Scene
+
+NEEDED = ("contact_opening", "damage_category", "crack_width_max", "central_deflection", "block_x")
+
+
+def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
+    """Return the report of one wall.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``damagepred.solve`` or ``damagepred replay`` returns it.
+    origin : str
+        The file it is of.
+    written : str
+        Date of the report.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall with all its fields.
+    """
+    for name in NEEDED:
+        if name not in ds.variables:
+            raise InputError(
+                f"{origin}: is not the result of solve or replay (it has no {name}); a report needs one of these, or a "
+                "study folder."
+            )
+    if "scene" not in ds.attrs:
+        raise InputError(
+            f"{origin}: does not say what wall it is of (it has no scene); a report needs one solved from it."
+        )
+    scene = Scene.from_dict(tomllib.loads(ds.attrs["scene"]), source=f"{origin} scene")
+    sections = [
+        input_section(scene),
+        Section("run", "What was run", [_run(ds, origin, written)]),
+        Section("quality", "How good the solution is", wall_quality(ds)),
+        Section("damage", "Damage", damage_parts(ds)),
+        *([wall_limits(ds)] if "time" not in ds.variables and "span" in ds.attrs else []),
+        wall_caveats(ds, scene),
+        Section(
+            "files", "The scene in full", [Listing("Scene file, complete with defaults", ds.attrs["scene"].strip())]
+        ),
+    ]
+    return Page(
+        title=str(ds.attrs.get("title", "masonry wall")),
+        subtitle="Damage to one wall"
+        + (f", sample {int(ds.attrs['sample'])} of a study" if "sample" in ds.attrs else ""),
+        warnings=_warnings(ds),
+        facts=_facts(ds, scene),
+        sections=sections,
+    )
+
+
+def _warnings(ds: xr.Dataset) -> list[str]:
+    status = str(ds.attrs.get("status", "complete"))
+    message = str(ds.attrs.get("status_message", ""))
+    if status in ("complete", "collapsed"):
+        return [f"The wall collapsed: {message}" if message else "The wall collapsed."] if status == "collapsed" else []
+    return [
+        f"The path is not complete: {status}{': ' + message if message else ''}. What follows is of its first part."
+    ]
+
+
+def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
+    category, words = _category(ds, -1)
+    movement = f"{scene.movement.kind}, footing deflected by {length(float(ds['central_deflection'].values[-1]))}"
+    if "deflection_ratio" in ds.variables and (ratio := float(ds["deflection_ratio"].values[-1])) > 0:
+        movement += f" (1/{1 / ratio:.0f} of its length)"
+    if "surface_movement" in ds.variables:
+        movement += f" under a surface movement of {length(float(ds['surface_movement'].values[-1]))}"
+    facts = [
+        ("Movement", movement),
+        ("Damage", f"category {category}, {words} ({ds.attrs.get('damage_table', '')})"),
+        ("Widest crack", length(float(ds["crack_width_max"].values[-1]))),
+    ]
+    if scene.dpc is not None:
+        facts.append((
+            "Damp-proof course",
+            f"opens by {length(float(ds['dpc_opening_max'].values[-1]))} at most, by more than "
+            f"{length(float(ds['dpc_separation_length'].attrs.get('opening_threshold', np.nan)))} over "
+            f"{number(float(ds['dpc_separation_length'].values[-1]), 3)} m",
+        ))  # fmt: skip
+    facts += [
+        (f"{opening.kind.capitalize()} {i + 1}", f"changes its width by {length(float(change))} (widening positive)")
+        for i, (opening, change) in enumerate(zip(scene.opening, ds["opening_width_change"].values[-1]))
+    ]
+    return facts
+
+
+def _category(ds: xr.Dataset, increment: int) -> tuple[int, str]:
+    category = int(ds["damage_category"].values[increment])
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+    return category, named(names[category]) if 0 <= category < len(names) else "not known"
+
+
+def _run(ds: xr.Dataset, origin: str, written: str) -> Table:
+    commit = str(ds.attrs.get("damagepred_commit", "unknown"))
+    rows = [
+        ["file", origin],
+        ["program", f"damagepred {ds.attrs.get('damagepred_version', '?')}, commit {commit}"],
+        ["report written", written],
+        ["solver", str(ds.attrs.get("solver_method", "?")).replace("_", "-")],
+        ["blocks", str(ds.sizes["block"])],
+        ["contacts", str(ds.sizes["contact"])],
+        ["increments", str(ds.sizes["increment"] - 1)],
+        ["how the path ended", str(ds.attrs.get("status", "?"))],
+    ]
+    if "zones" in ds.attrs:
+        rows.insert(5, ["zones", f"{ds.attrs['zones']} in {ds.attrs['deformable_blocks']} deformable blocks"])
+    if "sample" in ds.attrs:
+        rows.insert(3, ["sample", f"{int(ds.attrs['sample'])}, of a study with seed {int(ds.attrs['seed'])}"])
+    return Table("Program and run", ["", ""], rows, words=(0, 1))
+
+
+def damage_parts(ds: xr.Dataset) -> list[Part]:
+    """Return drawings and tables of the damage to one wall.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    """
+    from damagepred import plotting
+    from damagepred.plotting.sheet import figure_of
+
+    parts: list[Part] = [wall_drawing(ds, "wall")]
+    parts += crack_parts(ds)
+    parts.append(
+        drawing(
+            "history", "Widest crack and opening of the damp-proof course as the ground moves.",
+            "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
+            "damage categories", figure_of(plotting.draw_history(ds)),
+        )
+    )  # fmt: skip
+    if (ds["contact_kind"].values == ds_kind("dpc")).any():
+        parts.append(
+            drawing(
+                "dpc", "Opening of the damp-proof course along the wall.",
+                "Opening of the damp-proof course along the wall at several movements",
+                figure_of(plotting.draw_dpc_opening(ds)),
+            )
+        )  # fmt: skip
+    if ds.sizes.get("opening", 0):
+        parts.append(
+            drawing(
+                "openings", "Change of width of the openings; widening is positive.",
+                "Change of width of each opening against the movement",
+                figure_of(plotting.draw_opening_width_change(ds)),
+            )
+        )  # fmt: skip
+    if "section_x" in ds.variables:
+        parts.append(
+            drawing("footing", "The footing: its form, moment and curvature along the wall.",
+                    "Form, bending moment and curvature of the footing along its length",
+                    plotting.footing_sheet(ds))
+        )  # fmt: skip
+    return [*parts, _path_table(ds)]
+
+
+def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
+    """Return the drawing of a wall at the end of its path.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    name : str
+        Of the drawing.
+    caption : str
+        What to say before the rest.
+    """
+    from damagepred.plotting import draw_wall
+    from damagepred.plotting.sheet import figure_of
+
+    category, words = _category(ds, -1)
+    width = length(float(ds["crack_width_max"].values[-1]))
+    where = f"at a deflection of {length(float(ds['central_deflection'].values[-1]))}"
+    caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements drawn too large."
+    return drawing(
+        name, caption, f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
+        figure_of(draw_wall(ds)),
+    )  # fmt: skip
+
+
+def crack_parts(ds: xr.Dataset) -> list[Part]:
+    """Return the table of a wall's cracks at the end of its path."""
+    return []
+
+
+def ds_kind(word: str) -> int:
+    """Return the value of ``contact_kind`` for a kind of joint."""
+    from damagepred.archive.schema import KINDS
+
+    return KINDS.index(word)
+
+
+def _path_table(ds: xr.Dataset) -> Table:
+    """Return what became of the wall, a row an increment."""
+    columns: list[tuple[str, Sequence[str]]] = []
+    mm = 1e3
+    if "time" in ds.variables:
+        columns.append(("time (s)", [f"{t:.3f}" for t in ds["time"].values]))
+    if "surface_movement" in ds.variables:
+        columns.append(("surface movement (mm)", [f"{mm * v:.2f}" for v in ds["surface_movement"].values]))
+    columns.append(("deflection (mm)", [f"{mm * v:.2f}" for v in ds["central_deflection"].values]))
+    columns.append(("widest crack (mm)", [f"{mm * v:.3f}" for v in ds["crack_width_max"].values]))
+    columns.append(("cracks", [str(int(v)) for v in ds["crack_count"].values] if "crack_count" in ds else []))
+    categories = [_category(ds, i) for i in range(ds.sizes["increment"])]
+    columns.append(("category", [f"{c} {words}".replace(" ", "\u00a0") for c, words in categories]))
+    if (ds["contact_kind"].values == ds_kind("dpc")).any():
+        threshold = length(float(ds["dpc_separation_length"].attrs.get("opening_threshold", np.nan)))
+        columns.append(("dpc opening (mm)", [f"{mm * v:.3f}" for v in ds["dpc_opening_max"].values]))
+        columns.append((f"dpc open by over {threshold} (m)", [f"{v:.2f}" for v in ds["dpc_separation_length"].values]))
+    for i in range(ds.sizes.get("opening", 0)):
+        wider = [f"{mm * v:+.3f}".replace("-", "−") for v in ds["opening_width_change"].values[:, i]]
+        columns.append((f"opening {i + 1} wider by (mm)", wider))
+    columns = [(head, cells) for head, cells in columns if cells]
+    heads = [head for head, _ in columns]
+    rows = [list(row) for row in zip(*(cells for _, cells in columns))]
+    shown = (
+        rows if len(rows) <= 60 else [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, 60).round().astype(int))]
+    )
+    note = "" if len(shown) == len(rows) else f"{len(shown)} of {len(rows)} increments."
+    words = (heads.index("category"),)
+    return Table("The wall's path", heads, shown, words, note)

@@ -1,0 +1,96 @@
+"""Numbers as engineers write them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+_SCALES: dict[str, tuple[tuple[float, str], ...]] = {
+    "m": ((1.0, "m"), (1e-3, "mm")),
+    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    "N": ((1e3, "kN"), (1.0, "N")),
+    "N*m": ((1e3, "kN m"), (1.0, "N m")),
+    "s": ((1.0, "s"), (1e-3, "ms")),
+}
+"""Units by size, the largest first: the first that leaves a number of 0.1 or more is taken, or the last."""
+
+_FIXED = {
+    "Pa/m": (1e9, "N/mm³"), "kg/m**3": (1.0, "kg/m³"), "N/m": (1.0, "N/m"), "m/s**2": (1.0, "m/s²"), "1": (1.0, "–"),
+}  # fmt: skip
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Return a number to so many figures, without an exponent where that is legible."""
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else "∞"
+    text = f"{value:.{digits}g}"
+    if "e" in text and 1e-4 <= abs(value) < 1e7:
+        text = f"{float(text):f}".rstrip("0").rstrip(".")
+    return text.replace("-", "−")
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> tuple[str, str]:
+    """Return a number in SI and its unit as engineers write both.
+
+    Parameters
+    ----------
+    value : float
+        In SI.
+    unit : str
+        SI unit as the scene's fields bear it.
+    digits : int
+        Significant figures.
+    """
+    if unit in _FIXED:
+        factor, shown = _FIXED[unit]
+        return number(value / factor, digits), shown
+    scales = _SCALES.get(unit, ((1.0, unit),))
+    factor, shown = next((s for s in scales if abs(value) >= 0.1 * s[0]), scales[-1])
+    return number(value / factor, digits), shown
+
+
+def length(value: float, digits: int = 3) -> str:
+    """Return a movement or width (m) in mm with its unit."""
+    return f"{number(1e3 * value, digits)} mm" if math.isfinite(value) else "–"
+
+
+def chance(value: float) -> str:
+    """Return a probability; one that is all but 0 or 1 is said to be that, one that is 0 or 1 is counted so."""
+    if not math.isfinite(value):
+        return "–"
+    if 0 < value < 0.001:
+        return "< 0.001"
+    if 0.999 < value < 1:
+        return "> 0.999"
+    return f"{value:.3f}" if 0 < value < 0.0995 or 0.9905 < value < 1 else f"{value:.2f}"
+
+
+def with_band(value: str, low: str, high: str, between: str = " ") -> str:
+    """Return a number with its confidence interval, if there is one that tells more.
+
+    Parameters
+    ----------
+    value, low, high : str
+        The number and the ends, as they are shown.
+    between : str
+        What parts them: a space or a line break.
+    """
+    return value if "–" in (value, low, high) or value == low == high else f"{value}{between}({low} to {high})"
+
+
+def plain(value: Any) -> str:
+    """Return a setting that is no quantity."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, list | tuple):
+        return ", ".join(plain(v) for v in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {plain(v)}" for key, v in value.items())
+    return str(value).replace("_", " ")
+
+
+def named(word: str) -> str:
+    """Return a name of the archive or the scene file in plain words."""
+    return word.replace("_", " ")

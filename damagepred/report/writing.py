@@ -1,0 +1,82 @@
+"""Reports as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from damagepred.archive.files import check_writable, read_dataset, write_whole
+from damagepred.archive.folder import StudyFolder
+from damagepred.errors import InputError
+from damagepred.report.page import page_html
+
+if TYPE_CHECKING:
+    from damagepred.path import Step
+
+
+def report_place(path: str | Path) -> Path:
+    """Return where a report goes if nothing is said: ``house.dp`` or ``wall.nc`` to ``house_report.html`` beside it."""
+    place = Path(path) if Path(path).name not in ("", "..") else Path(path).resolve()
+    return place.with_name(f"{place.stem}_report.html")
+
+
+def write_report(
+    path: str | Path,
+    output: str | Path | None = None,
+    *,
+    replay: bool = True,
+    confidence: float = 0.9,
+    on_step: Callable[[Step], None] | None = None,
+) -> Path:
+    """Write the report of a solved wall or a study as one page of HTML.
+
+    Parameters
+    ----------
+    path : str or Path
+        Result of solve or replay (``*.nc``), or study folder (``*.dp``).
+    output : str or Path, optional
+        File to write; see ``report_place``.
+    replay : bool
+        Whether a typical wall of a study is solved again, to draw it.
+    confidence : float
+        Of bands and intervals of a study.
+    on_step : callable, optional
+        Called with each increment of the wall that is solved again.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        If there is no such wall or study, or nothing of it has been solved.
+    StudyError
+        If the file cannot be written.
+    """
+    source = Path(path)
+    place = Path(output) if output is not None else report_place(source)
+    if not source.exists():
+        raise InputError(f"{source}: no such file or study folder.")
+    if place.is_dir():
+        raise InputError(f"{place}: is a folder; give the name of a file, such as {place / 'report.html'}.")
+    check_writable(place if place.suffix else place.with_suffix(".html"))
+    written = datetime.now().astimezone().isoformat(sep=" ", timespec="minutes")
+    if source.is_dir():
+        from damagepred.report.study import study_page
+
+        folder = StudyFolder(source)
+        folder.require()
+        page = study_page(folder, written, replay=replay, confidence=confidence, on_step=on_step)
+    else:
+        from damagepred.report.wall import wall_page
+
+        if source.suffix == ".toml":
+            raise InputError(f"{source}: is a description; solve it first (damagepred solve {source.name} -o wall.nc).")
+        page = wall_page(read_dataset(source), source.name, written)
+    html = page_html(page)
+    write_whole(place, lambda p: p.write_text(html, encoding="utf-8"))
+    return place

@@ -1,0 +1,75 @@
+"""How an estimate settles as walls are added."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.uq.estimate import probability
+from damagepred.uq.exceedance import shares, walls
+
+FloatArray = NDArray[np.float64]
+
+LOOKS = 60
+"""Numbers of walls at which an estimate is shown, at most."""
+
+
+class Running(NamedTuple):
+    """A probability as found from the first walls of a study, more and more of them.
+
+    Attributes
+    ----------
+    counted : array of int (looks,)
+        Walls that count.
+    value, lower, upper : array (looks,)
+        Estimate and confidence interval from these.
+    """
+
+    counted: NDArray[np.int64]
+    value: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+
+
+def running_probability(
+    ds: xr.Dataset, category: int, at: float, *, confidence: float = 0.9, intensity: str | None = None
+) -> Running:
+    """Estimate the probability of a category at a movement from the first walls, the first few more, and so on.
+
+    Each interval is one of that many walls alone; who stops at the first one that pleases is wrong more often than it
+    says (see ``damagepred.uq.stopping``).
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it, with paths.
+    category : int
+        Category or worse.
+    at : float
+        Movement (m, or 1 for a deflection ratio).
+    confidence : float
+        Of the intervals.
+    intensity : str, optional
+        Measure of the movement; by default the study's own.
+    """
+    known = walls(ds, category, intensity)
+    hit, total = shares(known.lower, known.upper, at), len(known.lower)
+    count = np.unique(np.geomspace(min(2, total), total, LOOKS).round().astype(np.int64)) if total else np.empty(0, int)
+    found = [
+        probability(
+            hit[:n],
+            weight=None if known.weight is None else known.weight[:n],
+            replicate=None if known.replicate is None else known.replicate[:n],
+            confidence=confidence,
+        )
+        for n in count
+    ]
+    return Running(
+        count,
+        np.array([e.value for e in found]),
+        np.array([e.lower for e in found]),
+        np.array([e.upper for e in found]),
+    )

@@ -1,0 +1,234 @@
+"""What reports say, against what is known."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.report.inputs import input_section, unsure
+from damagepred.report.limits import code_limits, study_limits, wall_limits
+from damagepred.report.parts import Table
+from damagepred.report.quality import common_movement, energy_shares
+from damagepred.report.sources import source_of_value, sources_of_variable
+from damagepred.report.study import study_page
+from damagepred.report.typical import typical_and_worst
+from damagepred.report.wall import wall_page
+from damagepred.report.words import chance, length, number, quantity, with_band
+from damagepred.scene import Scene
+from damagepred.study.settings import StudySettings
+from damagepred.uq.fragility import fit_fragility
+from tests.made_up import made_up_study
+
+
+def table(section: object, begins: str) -> Table:
+    return next(p for p in section.parts if isinstance(p, Table) and p.caption.startswith(begins))
+
+
+# -- words ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (0.453e6, "Pa", ("0.453", "MPa")), (9.0e9, "Pa", ("9", "GPa")), (82.0e9, "Pa/m", ("82", "N/mm³")),
+        (81999999999.99998, "Pa/m", ("82", "N/mm³")), (0.008, "m", ("8", "mm")), (2.4, "m", ("2.4", "m")),
+        (0.11, "m", ("0.11", "m")), (6000.0, "N", ("6", "kN")), (0.0, "Pa", ("0", "Pa")), (0.75, "1", ("0.75", "–")),
+        (2000.0, "kg/m**3", ("2000", "kg/m³")), (-0.002, "m", ("−2", "mm")), (0.0, "m", ("0", "mm")),
+    ],
+)  # fmt: skip
+def test_quantities_as_engineers_write_them(value: float, unit: str, shown: tuple[str, str]) -> None:
+    assert quantity(value, unit) == shown
+
+
+def test_probabilities_are_never_rounded_to_certainty() -> None:
+    said = [chance(v) for v in (0.0, 1e-9, 0.0456, 0.456, 0.99999, 1.0, math.nan)]
+    assert said == ["0.00", "< 0.001", "0.046", "0.46", "> 0.999", "1.00", "–"]
+    assert with_band("0.46", "0.3", "0.6") == "0.46 (0.3 to 0.6)"
+    assert with_band("0.46", "–", "–") == "0.46"
+    assert with_band("–", "0.3", "0.6") == "–"
+    assert with_band("> 0.999", "> 0.999", "> 0.999") == "> 0.999"
+    assert number(1234567.0) == "1235000"
+    assert number(math.inf) == "∞"
+    assert length(math.nan) == "–"
+
+
+# -- inputs ---------------------------------------------------------------------------------------------------
+
+
+def test_a_source_is_named_for_the_papers_values_and_for_no_other() -> None:
+    paper = source_of_value("joint", "tensile_strength", 0.453e6)
+    assert "Table 2" in paper.name
+    assert paper.confidence == "seed"
+    assert "Table 1" in source_of_value("block", "density", 2000).name
+    assert str(source_of_value("joint", "tensile_strength", 0.4e6)) == "as given"
+    assert str(source_of_value("wall", "length", 6.0)) == "default"
+    assert str(source_of_value("wall", "length", 5.0)) == "as given"
+    assert str(source_of_value("opening.0", "width", 0.9)) == "as given"
+
+
+def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> None:
+    settings = StudySettings.from_toml(data_folder / "bryant_study.toml")
+    mean, scatter = sources_of_variable("joint.tensile_strength", settings.variables["joint.tensile_strength"])
+    assert (mean.confidence, scatter.confidence) == ("seed", "memory")
+    assert "Zhuge" in mean.name
+    (given,) = sources_of_variable("movement.central_deflection", settings.variables["movement.central_deflection"])
+    assert str(given) == "as given"
+    text = (data_folder / "bryant_study.toml").read_text().replace("cov = 0.30", "cov = 0.31")
+    content = tomllib.loads(text)
+    content["scene"] = Scene.from_toml(data_folder / content["scene"]).to_dict()
+    changed = StudySettings.from_dict(content).variables["joint.tensile_strength"]
+    mean, scatter = sources_of_variable("joint.tensile_strength", changed)
+    assert mean.confidence == "seed"
+    assert str(scatter) == "cov: as given"
+    assert "mortar joints: tensile strength" in unsure(settings)
+    assert "movement: central deflection" not in unsure(settings)
+
+
+def test_inputs_show_values_with_units_and_what_varies(data_folder: Path) -> None:
+    settings = StudySettings.from_toml(data_folder / "bryant_study.toml")
+    section = input_section(settings.scene, settings)
+    wall = table(section, "The wall")
+    rows = {(group, row[0]): row[1:] for group, row in zip(wall.groups, wall.rows)}
+    assert rows["Wall", "length"] == ["6", "m", "default"]
+    assert rows["Mortar joints", "normal stiffness"] == ["82", "N/mm³", "varies, see below"]
+    assert rows["Damp-proof course", "course"][0] == "2"
+    assert rows["Opening 1", "width"] == ["0.9", "m", "as given"]
+    assert not any(head in ("Soil", "Mound", "Test rig") for head, _ in rows)
+    assert ("Solver", "damping") not in rows
+    uncertain = {row[0]: row[1:] for row in table(section, "What is uncertain").rows}
+    assert uncertain["mortar joints: tensile strength"][:3] == [
+        "lognormal: mean 0.453, COV 0.3", "joint to joint, correlation 0.4 to the next of a course", "MPa",
+    ]  # fmt: skip
+    assert uncertain["movement: central deflection"][:3] == ["uniform: lower 40, upper 60", "wall to wall", "mm"]
+    assert "Heffler" in uncertain["mortar joints: tensile strength"][3]
+    assert table(section, "Correlation").rows[0][2] == "0.7"
+
+
+def test_every_shipped_scene_and_study_can_be_shown(data_folder: Path) -> None:
+    for file in sorted(data_folder.glob("bryant_*.toml")):
+        if file.stem == "bryant_study":
+            continue
+        rows = table(input_section(Scene.from_toml(file)), "The wall").rows
+        assert all(len(row) == 4 for row in rows)
+        assert all("{" not in cell and "None" not in cell for row in rows for cell in row)
+
+
+# -- code limits ----------------------------------------------------------------------------------------------
+
+
+def test_code_limits_are_the_lesser_of_two() -> None:
+    source, limits = code_limits(6.0)
+    assert "AS 2870-2011" in source
+    told = {limit.construction: limit.deflection for limit in limits}
+    assert told == pytest.approx({
+        "full masonry": 3e-3, "articulated full masonry": 7.5e-3, "masonry veneer": 10e-3,
+        "articulated masonry veneer": 15e-3, "clad frame": 20e-3,
+    })  # fmt: skip
+    assert {limit.construction: limit.deflection for limit in code_limits(24.0)[1]}["full masonry"] == 10e-3
+    assert [limit.deflection for limit in limits] == sorted(limit.deflection for limit in limits)
+
+
+def test_probabilities_at_limits_are_those_of_curves_and_counts(tmp_path: Path) -> None:
+    # a footing 1.44 m long: full masonry 0.72 mm, clad frame 4.8 mm, the others between; medians 1.5 and 3.5 mm
+    ds = open_study(made_up_study(tmp_path / "house.dp", 400))
+    curves = fit_fragility(ds, bootstrap=20)
+    section = study_limits(ds, curves, common_movement(ds))
+    fitted, counted = table(section, "Probability from"), table(section, "Counted among")
+    assert fitted.rows[0][0] == "full masonry"
+    for row, at in zip(fitted.rows, (0.72, 1.8, 2.4, 3.6, 4.8)):
+        assert row[2] == f"{at:g} mm"
+        truth = 0.5 * (1 + math.erf(math.log(at / 1.5) / 0.4 / math.sqrt(2)))
+        said = row[3].split()[0] if not row[3].startswith(("<", ">")) else {"<": 0.0, ">": 1.0}[row[3][0]]
+        assert float(said) == pytest.approx(truth, abs=0.06)
+        assert row[5] == row[6] == "–"  # never reached: no curve
+    share = (ds["damage_category"].values >= 1).any(axis=1).mean()
+    assert counted.rows[-1][3].split()[0] <= chance(share)
+
+
+def test_limits_beyond_the_movement_are_marked(tmp_path: Path) -> None:
+    ds = open_study(made_up_study(tmp_path / "house.dp", 60))
+    ds.attrs["span"] = 6.0  # limits up to 20 mm, walls moved to 6-9 mm
+    section = study_limits(ds, fit_fragility(ds, bootstrap=0), common_movement(ds))
+    fitted, counted = table(section, "Probability from"), table(section, "Counted among")
+    assert [row[2].endswith("†") for row in fitted.rows] == [False, True, True, True, True]
+    assert "extrapolated" in fitted.note
+    assert [row[3] == "not moved as far" for row in counted.rows] == [False, True, True, True, True]
+
+
+def test_one_wall_at_the_limits(wall: xr.Dataset) -> None:
+    # 2.4 m: 1.2, 3, 4, 6 and 8 mm; increments of 3 mm
+    rows = table(wall_limits(wall), "This wall at").rows
+    category = wall["damage_category"].values
+    for row, increment in zip(rows, (1, 1, 2, 2, 3)):
+        assert row[3].startswith(str(category[increment]))
+        assert row[4] == length(float(wall["crack_width_max"].values[increment]))
+    short = wall.isel(increment=slice(0, 3))
+    assert table(wall_limits(short), "This wall at").rows[-1][3:] == ["not moved as far", "–"]
+
+
+# -- what a study tells ---------------------------------------------------------------------------------------
+
+
+def test_typical_and_worst_wall(tmp_path: Path) -> None:
+    ds = open_study(made_up_study(tmp_path / "house.dp", 41, failed=(3,)))
+    chosen = typical_and_worst(ds)
+    category, movement = ds["damage_category"].values, ds["central_deflection"].values
+    reached = np.array([m[c >= 2][0] if (c >= 2).any() else np.inf for c, m in zip(category, movement)])
+    good = [i for i in range(41) if i != 3]
+    assert np.isfinite(reached[good]).mean() > 0.5  # otherwise the choice would be by another category
+    assert chosen.worst == good[int(np.argmin(reached[good]))]
+    others = reached[good]
+    assert (others < reached[chosen.typical]).sum() <= len(good) / 2
+    assert (others > reached[chosen.typical]).sum() <= len(good) / 2
+    assert "category 2" in chosen.why_typical
+
+
+def test_common_movement_is_what_all_walls_went_through(tmp_path: Path) -> None:
+    ds = open_study(made_up_study(tmp_path / "house.dp", 30, missing=(0,)))
+    assert common_movement(ds) == ds["central_deflection"].values[1:, -1].min()
+
+
+def test_the_page_of_a_study_says_what_was_run(study_folder: Path) -> None:
+    page = study_page(StudyFolder(study_folder), "2026-01-02 03:04", replay=False)
+    sections = {section.name: section for section in page.sections}
+    run = {row[0]: row[1] for row in table(sections["run"], "Program").rows}
+    assert run["seed"] == "7"
+    assert run["walls complete"] == "40"
+    assert run["walls failed"] == "0"
+    assert run["a wall is followed to"] == "category 4, or the end of its movement"
+    assert run["report written"] == "2026-01-02 03:04"
+    assert page.warnings == []
+    quality = {row[0]: row[1:] for row in table(sections["quality"], "How well").rows}
+    assert quality["largest unbalanced force (mean block weights)"][0] == "1e−09"
+    error = [
+        row for row in table(sections["quality"], "Probability of each").rows if row[1] == "1\u00a0very\u00a0slight"
+    ]
+    assert [row[4] for row in error] == ["40", "40"]
+    assert 0.2 < float(error[0][2].split()[0]) < 0.8  # where it is least sure
+    curves = table(sections["fragility"], "The curves")
+    assert len(curves.rows) == 4
+    assert curves.rows[3][4] == "never reached"
+
+
+def test_energy_that_does_not_balance_is_a_share_of_the_work(wall: xr.Dataset) -> None:
+    share = energy_shares(wall)
+    work = max(abs(float(wall[n][-1])) for n in ("external_work", "elastic_energy", "friction_work", "released_energy"))
+    assert share[-1] == pytest.approx(float(wall["energy_error"][-1]) / work)
+
+
+def test_the_page_of_a_wall_says_where_it_ends(wall: xr.Dataset) -> None:
+    page = wall_page(wall, "wall.nc", "today")
+    facts = dict(page.facts)
+    category = int(wall["damage_category"][-1])
+    assert facts["Damage"].startswith(f"category {category}, ")
+    assert facts["Widest crack"] == length(float(wall["crack_width_max"][-1]))
+    assert "12 mm (1/200 of its length)" in facts["Movement"]
+    assert page.warnings == []
+    broken = wall.assign_attrs(status="failed", status_message="no equilibrium")
+    assert wall_page(broken, "wall.nc", "today").warnings == [
+        "The path is not complete: failed: no equilibrium. What follows is of its first part."
+    ]

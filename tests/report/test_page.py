@@ -1,0 +1,135 @@
+"""The page as HTML: valid, self-contained, every name once, everything referred to there."""
+
+import re
+from collections import Counter
+from pathlib import Path
+from xml.etree import ElementTree as Tree
+
+import html5lib
+import pytest
+import xarray as xr
+
+from damagepred.archive.files import write_dataset
+from damagepred.report import write_report
+from damagepred.report.page import page_html
+from damagepred.report.parts import Drawing, Listing, Page, Section, Table, Text
+from tests.made_up import made_up_study
+
+HTML = "{http://www.w3.org/1999/xhtml}"
+SVG = "{http://www.w3.org/2000/svg}"
+NAMED_BY = re.compile(r"url\(#([^)]+)\)")
+
+
+def parsed(text: str) -> Tree.Element:
+    """The page as a tree; a parse error of the HTML standard is an error."""
+    return html5lib.HTMLParser(strict=True, namespaceHTMLElements=True).parse(text)
+
+
+def check_page(text: str) -> Tree.Element:
+    """Hold a page to what every report must be."""
+    root = parsed(text)
+    assert root.get("lang") == "en"
+    assert root.find(f".//{HTML}title").text
+    assert root.find(f".//{HTML}meta[@name='viewport']") is not None
+    ids = Counter(e.get("id") for e in root.iter() if e.get("id"))
+    assert max(ids.values()) == 1, [name for name, count in ids.items() if count > 1]
+    for element in root.iter():
+        for key, value in element.attrib.items():
+            if key in ("href", "{http://www.w3.org/1999/xlink}href", "src", "data", "action", "poster", "srcset"):
+                inside = value.startswith("data:image/png;base64,") and element.tag == f"{SVG}image"
+                assert inside or value.startswith("#"), value  # nothing outside
+                assert inside or value[1:] in ids, value
+            if key in ("aria-labelledby", "aria-describedby"):
+                assert value in ids
+            for name in NAMED_BY.findall(value):
+                assert name in ids, value
+            assert not key.startswith("on")
+    assert not list(root.iter(f"{HTML}script")) + list(root.iter(f"{HTML}link")) + list(root.iter(f"{HTML}img"))
+    style = "".join(e.text or "" for e in root.iter(f"{HTML}style"))
+    assert "url(" not in style
+    assert "@import" not in style
+    assert "http" not in style
+    for drawing in root.iter(f"{SVG}svg"):
+        assert drawing.get("role") == "img"
+        assert drawing.get("aria-label")
+    for figure in root.iter(f"{HTML}figure"):
+        assert figure.find(f"{HTML}figcaption").text.strip()
+    for table in root.iter(f"{HTML}table"):
+        assert table.get("aria-labelledby")
+        widths = {sum(int(cell.get("colspan", 1)) for cell in row) for row in table.iter(f"{HTML}tr")}
+        assert len(widths) == 1, table.get("aria-labelledby")
+    heads = [e.tag.removeprefix(HTML) for e in root.iter() if e.tag in (f"{HTML}h1", f"{HTML}h2", f"{HTML}h3")]
+    assert heads[0] == "h1"
+    assert heads.count("h1") == 1
+    shown = "".join(root.find(f"{HTML}body").itertext())
+    assert not re.search(r"\bnan\b|\binf\b|None\b|np\.float", shown)
+    return root
+
+
+def test_checks_of_a_page_can_fail() -> None:
+    page = Page("t", "s", [], [], [Section("a", "A", [Text(["x"])])])
+    good = page_html(page)
+    check_page(good)
+    for bad in (
+        good.replace('id="a-head"', 'id="a"'),
+        good.replace('href="#a"', 'href="https://example.org"'),
+        good.replace('href="#a"', 'href="#nowhere"'),
+        good.replace("<p>x</p>", '<p>x</p><img src="#a" alt="">'),
+        good.replace("<p>x</p>", "<p>nan</p>"),
+        good.replace("</section>", "</div>"),
+    ):
+        assert bad != good
+        with pytest.raises((AssertionError, html5lib.html5parser.ParseError)):
+            check_page(bad)
+
+
+def test_what_users_write_cannot_break_the_page() -> None:
+    bad = '<script>alert("1")</script> & `</code><b>`'
+    page = Page(bad, bad, [bad], [(bad, bad)], [
+        Section("a", bad, [
+            Text([bad], [bad]), Table(bad, [bad], [[bad]], note=bad), Listing(bad, f"</pre>{bad}"),
+            Drawing("d", bad, bad, '<svg role="img" aria-label="d"></svg>'),
+        ])
+    ])  # fmt: skip
+    root = check_page(page_html(page))
+    assert not list(root.iter(f"{HTML}b"))
+    assert bad in "".join(root.find(f".//{HTML}pre").itertext())
+    assert root.find(f".//{HTML}title").text == bad
+
+
+def test_report_of_a_wall(wall: xr.Dataset, tmp_path: Path) -> None:
+    write_dataset(wall, tmp_path / "wall.nc")
+    file = write_report(tmp_path / "wall.nc")
+    assert file == tmp_path / "wall_report.html"
+    text = file.read_text(encoding="utf-8")
+    assert len(text) < 5e6
+    root = check_page(text)
+    sections = [e.get("id") for e in root.iter(f"{HTML}section")]
+    assert sections == ["inputs", "run", "quality", "damage", "limits", "caveats", "files"]
+    assert [a.get("href") for a in root.find(f".//{HTML}nav").iter(f"{HTML}a")] == [f"#{s}" for s in sections]
+    figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
+    assert figures == ["figure-wall", "figure-history", "figure-dpc", "figure-openings"]
+
+
+@pytest.mark.parametrize(("failed", "missing"), [((), ()), ((3, 7), ()), ((), range(30, 40)), ((3,), range(12, 40))])
+def test_report_of_a_study(failed: tuple[int, ...], missing: range, tmp_path: Path) -> None:
+    folder = made_up_study(tmp_path / "house.dp", 40, failed=failed, missing=missing)
+    file = write_report(folder, tmp_path / "r.html", replay=False)
+    root = check_page(file.read_text(encoding="utf-8"))
+    sections = [e.get("id") for e in root.iter(f"{HTML}section")]
+    assert sections == ["inputs", "run", "quality", "damage", "fragility", "limits", "caveats", "files"]
+    figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
+    assert figures == ["figure-convergence", "figure-shares", "figure-widths", "figure-fragility"]
+    notes = ["".join(e.itertext()) for e in root.iter(f"{HTML}p") if e.get("class") == "warning"]
+    assert len(notes) == bool(failed) + bool(missing)
+    if missing:
+        assert f"unfinished: {len(missing)} of 40 walls have not been run" in notes[0]
+    if failed:
+        assert f"{len(failed)} of 40 walls failed" in notes[-1]
+
+
+def test_a_number_and_its_unit_stay_on_one_line_but_files_stay_as_they_are() -> None:
+    page = Page("t", "s", [], [], [Section("a", "A", [Text(["8 mm"]), Listing("a file", "x = '8 mm'")])])
+    text = page_html(page)
+    assert "<p>8\u00a0mm</p>" in text
+    assert "x = &#39;8 mm&#39;" in text
