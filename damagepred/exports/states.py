@@ -75,6 +75,8 @@ def limit_states(curves: xr.Dataset, categories: Sequence[int] | None = None) ->
     for name in ("median", "dispersion", "fit_status", "intensity", "category"):
         if name not in curves.variables:
             raise InputError(f"the dataset has no variable '{name}'; exports need curves of damagepred.fit_fragility.")
+    if curves.attrs.get("model") == "empirical":
+        raise InputError("model = 'empirical': has no medians and dispersions to export; fit 'separate' or 'common'.")
     known = [int(c) for c in curves["category"].values]
     wanted = known if categories is None else sorted({int(c) for c in categories})
     if unknown := [c for c in wanted if c not in known] or (not wanted and [0]):
@@ -133,7 +135,7 @@ def require_order(states: LimitStates, program: str) -> None:
             raise InputError(
                 f"the curves of categories {states.category[lesser]} and {states.category[worse]} cross at {at}, where "
                 f"both are {probability:.2g}; {program} takes limit states in order. Fit all curves with one "
-                "dispersion (model = 'common'): then they cannot cross."
+                "dispersion (--model common): then they cannot cross."
             )
 
 

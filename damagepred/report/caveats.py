@@ -129,8 +129,9 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
     said = []
     if failed := int(curves.attrs.get("samples_failed", 0)):
         said.append(
-            f"{failed} failed walls are left out of the curves. The table of curves has the medians if all of them had "
-            "been undamaged to the end, or damaged where they failed."
+            f"{failed} failed walls count in the curves as far as they were followed, which is right if walls do not "
+            "fail because they are weak or strong. The table of curves has the medians if all of them had been "
+            "undamaged to the end, or damaged where they failed."
         )
     for number_, category in enumerate(curves["category"].values):
         one = curves.isel(category=number_)

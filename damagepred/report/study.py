@@ -19,13 +19,16 @@ from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, d
 from damagepred.report.quality import FAILED, MISSING, common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import crack_parts, wall_drawing
-from damagepred.report.words import length, named, number, with_band
+from damagepred.report.words import chance, length, named, number, with_band
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.words import duration
 from damagepred.uq.fragility import fit_fragility
 
 if TYPE_CHECKING:
     from damagepred.path import Step
+
+GOODNESS = 100
+"""Times that walls of a fitted curve are made up to judge its distance from the empirical one."""
 
 MOST_LINES = 1000
 """Walls that are drawn as lines one by one; of more, the lines together are a picture inside the drawing."""
@@ -66,10 +69,10 @@ def study_page(
     settings = read_frozen(folder.study_text())
     if not (ds["status"].values < FAILED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
-    curves = fit_fragility(ds, confidence=confidence)
+    curves = _fitted(ds, None, confidence)
     at_limits = curves
     if curves.attrs["intensity_measure"] != "central_deflection":
-        at_limits = fit_fragility(ds, intensity="central_deflection", confidence=confidence)
+        at_limits = _fitted(ds, "central_deflection", confidence)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2
     if paths:
@@ -100,6 +103,14 @@ def study_page(
     )
 
 
+def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float) -> xr.Dataset:
+    """Return curves fitted each for itself, or with one dispersion if they cross."""
+    curves = fit_fragility(ds, intensity=intensity, confidence=confidence, goodness=GOODNESS)
+    if not int(curves.attrs["curves_cross"]):
+        return curves
+    return fit_fragility(ds, model="common", intensity=intensity, confidence=confidence, goodness=GOODNESS)
+
+
 def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
     status = ds["status"].values
     missing, failed = int((status == MISSING).sum()), int((status == FAILED).sum())
@@ -111,8 +122,9 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
         )
     if failed:
         said.append(
-            f"{failed} of {len(status)} walls failed and are left out of curves and shares; bounds with all of them "
-            f"undamaged or damaged are given. Their reasons are in {folder.path.name}/failures."
+            f"{failed} of {len(status)} walls failed: shares leave them out, curves count them as far as they were "
+            f"followed; bounds with all of them undamaged or damaged are given. Their reasons are in "
+            f"{folder.path.name}/failures."
         )
     return said
 
@@ -233,6 +245,10 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
     return parts
 
 
+def _fit_words(one: xr.Dataset) -> tuple[str, str]:
+    return str(one["fit_status"].item()), str(one["fit_note"].item())
+
+
 def _solved_again(comparison: str, folder: StudyFolder) -> str:
     """Say whether the typical wall is the one of the study, and if not, why it may differ."""
     if comparison.startswith("bit for bit"):
@@ -268,19 +284,29 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         dispersion = with_band(*(number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")))
         row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit), dispersion,
                f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
-               str(one["fit_status"].item())]  # fmt: skip
+               chance(float(one["p_value"])), "; ".join(filter(None, _fit_words(one)))]  # fmt: skip
         if failed:
             ends = [_in_unit(float(one[f"median_failed_{end}"]), unit) for end in ("undamaged", "damaged")]
             row.append(" or ".join(ends))
         rows.append(row)
     band = f"({confidence:.0%} band)"
-    head = ["category or worse", f"median {measure} {band}", f"dispersion {band}", "walls that reached it", "fit"]
+    head = [
+        "category or worse",
+        f"median {measure} {band}",
+        f"dispersion {band}",
+        "walls that reached it",
+        "goodness of fit",
+        "fit",
+    ]
     note = (
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
         "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
-        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls."
+        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls. Goodness of fit: how often walls of the "
+        "curve itself lie as far from it as these walls do; below 0.05 the curve is doubtful."
     )
+    if str(curves.attrs["model"]) == "common":
+        note += " Fitted each for itself, curves would cross; these have one dispersion for all."
     if failed:
         head.append("median if all failed walls were undamaged, or damaged")
-    return [figure, Table("The curves", head, rows, words=(0, 4), note=note)]
+    return [figure, Table("The curves", head, rows, words=(0, 5), note=note)]

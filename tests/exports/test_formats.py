@@ -143,11 +143,16 @@ def test_no_curve_at_all_says_what_to_do() -> None:
 def test_curves_that_cross_are_refused_with_the_remedy(kind: str, tmp_path: Path) -> None:
     # cross where ln(x/0.002)/0.6 = ln(x/0.003)/0.3, that is at 0.0045, probability Phi(ln(2.25)/0.6) = 0.91
     crossing = curves_of([0.002, 0.003], [0.6, 0.3])
-    with pytest.raises(InputError, match=r"categories 1 and 2 cross at 0\.0045, where both are 0\.91.*'common'"):
+    with pytest.raises(InputError, match=r"categories 1 and 2 cross at 0\.0045, where both are 0\.91.*--model common"):
         export_curves(crossing, kind, tmp_path / "curves.nc")
     swapped = curves_of([0.003, 0.002], [0.3, 0.3])
     with pytest.raises(InputError, match="categories 1 and 2 cross"):
         export_curves(swapped, kind, tmp_path / "curves.nc")
+
+
+def test_empirical_curves_have_no_parameters_to_export(ratios: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="model = 'empirical': has no medians"):
+        pelicun_frame(ratios.assign_attrs(model="empirical"))
 
 
 def test_curves_that_cross_where_nobody_minds_are_told(tmp_path: Path) -> None:

@@ -211,7 +211,8 @@ def test_the_page_of_a_study_says_what_was_run(study_folder: Path) -> None:
     assert 0.2 < float(error[0][2].split()[0]) < 0.8  # where it is least sure
     curves = table(sections["fragility"], "The curves")
     assert len(curves.rows) == 4
-    assert curves.rows[3][4] == "never reached"
+    assert curves.rows[3][5] == "never reached"
+    assert 0 <= float(curves.rows[0][4]) <= 1
 
 
 def test_energy_that_does_not_balance_is_a_share_of_the_work(wall: xr.Dataset) -> None:
