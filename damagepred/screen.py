@@ -378,7 +378,8 @@ def _fit_lines(curves: xr.Dataset) -> list[str]:
     ):
         if chance < 0.05:
             said.append(
-                f"category {number}: is {gap:.2f} from the empirical curve, as only {chance:.0%} of lognormal ones are"
+                f"category {number}: a lognormal fits badly; only {chance:.0%} of true ones do so by chance "
+                f"(distance from the empirical curve {gap:.2f})"
             )
         if note:
             said.append(f"category {number}: {note}")

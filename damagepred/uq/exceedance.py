@@ -187,7 +187,7 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
             f"give no curve to read the probability from: {fit.status}."
         )
     (estimator,) = estimators(cells)
-    again = resample(estimator, estimator.best(), 10 * RESAMPLES, generator(0, Stream.BOOTSTRAP, category))
+    again = resample(estimator, estimator.best(), 3 * RESAMPLES, generator(0, Stream.BOOTSTRAP, category))
     grid = np.array([at])
     band = resampled_band("bca", again, 0, grid, confidence)
     spread = float(np.std(special.ndtr(again.again[:, 0] * np.log(at) - again.again[:, 1]), ddof=1))

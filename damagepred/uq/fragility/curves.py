@@ -87,7 +87,7 @@ def fit_fragility(
     bootstrap : int
         Number of resamples of walls for the band; 0 for none.
     goodness : int
-        Times that walls of the fitted curve are made up to judge its distance from the empirical one; 0: not judged.
+        Times that walls of the fitted curve are made up to judge its misfit to the empirical one; 0: not judged.
     seed : int
         Of the resampling.
     points : int
@@ -99,8 +99,9 @@ def fit_fragility(
         ``probability``, ``probability_lower``, ``probability_upper``, ``empirical`` on (category, intensity);
         ``median``, ``dispersion`` with ``_lower`` and ``_upper``, ``reached``, ``not_reached``, ``failed``,
         ``fit_status``, ``fit_note``, the bounds ``median_failed_undamaged`` and ``median_failed_damaged``, the
-        Kolmogorov ``distance`` from the empirical curve, its ``p_value`` and ``resamples_fitted`` on (category,); as
-        attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and ``aic_common``.
+        Kolmogorov ``distance`` from the empirical curve, ``p_value`` of the misfit to it and ``resamples_fitted`` on
+        (category,); as attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and
+        ``aic_common``.
 
     Raises
     ------

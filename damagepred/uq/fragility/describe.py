@@ -14,7 +14,7 @@ from damagepred.uq.fragility.intensity import attributes
 _WORDS = {
     "empirical": "share of walls in the category or worse (nonparametric maximum likelihood)",
     "distance": "largest distance of the curve from the empirical one (Kolmogorov)",
-    "p_value": "probability of such a distance if the curve were right (parametric bootstrap)",
+    "p_value": "probability of such a misfit to the empirical curve if the form were right (parametric bootstrap)",
     "resamples_fitted": "share of the resamples of walls that could be fitted",
 }
 

@@ -1,6 +1,8 @@
-"""How well lognormal curves fit: distance from the empirical curve, and whether one dispersion is enough for all."""
+"""How well lognormal curves fit: against the empirical curve, and whether one dispersion is enough for all."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,7 @@ from damagepred.uq.fragility.turnbull import turnbull
 FloatArray = NDArray[np.float64]
 
 MOST_WALLS = 20_000
-"""Walls up to which the distance is judged: beyond, no form fits as closely as so many walls can tell."""
+"""Walls up to which the fit is judged: beyond, no form fits as closely as so many walls can tell."""
 
 
 def distance(fit: Fit, cells: Cells) -> float:
@@ -34,8 +36,31 @@ def distance(fit: Fit, cells: Cells) -> float:
     return float(np.concatenate(gaps).max())
 
 
+def misfit(fit: Fit, cells: Cells) -> float:
+    """Return twice the logarithm of how much more likely the walls are by the empirical curve than by a fitted one.
+
+    It sees a wrong form also where the largest distance is that of a single step, as it is where each wall is known at
+    one movement alone.
+
+    Parameters
+    ----------
+    fit : Fit
+        Curve.
+    cells : Cells
+        Walls, of one category.
+    """
+    lower, upper, weight = cells.lower[0], cells.upper[0], cells.total
+    free = turnbull(lower, upper, weight)
+
+    def unlikely(probability: Callable[[FloatArray], FloatArray]) -> float:
+        high = np.where(np.isinf(upper), 1.0, probability(np.where(np.isinf(upper), 1.0, upper)))
+        return -float(weight @ np.log(np.maximum(high - probability(lower), 1e-12)))
+
+    return 2.0 * (unlikely(fit.probability) - unlikely(free.probability))
+
+
 def p_value(fit: Fit, walls: Walls, k: int, repetitions: int, random: np.random.Generator) -> float:
-    """Return how often walls of the fitted curve lie at least as far from their own fit (parametric bootstrap).
+    """Return how often walls of the fitted curve have at least the misfit of these (parametric bootstrap).
 
     Made-up walls are followed as the real ones were: to the same movement, in the same increments, or in as many even
     ones where each wall has its own.
@@ -57,7 +82,7 @@ def p_value(fit: Fit, walls: Walls, k: int, repetitions: int, random: np.random.
     if repetitions == 0 or count > MOST_WALLS or np.ptp(walls.weight) > 0:
         return np.nan
     lower, upper = walls.capacities.lower[k], walls.capacities.upper[k]
-    seen = distance(fit, tally(lower[None], upper[None], walls.weight))
+    seen = misfit(fit, tally(lower[None], upper[None], walls.weight))
     followed = np.where(np.isinf(upper), lower, walls.capacities.end)
     larger = judged = 0
     for _ in range(repetitions):
@@ -67,7 +92,7 @@ def p_value(fit: Fit, walls: Walls, k: int, repetitions: int, random: np.random.
         again = fit_cells(cells)[0]
         if again.status == FITTED:
             judged += 1
-            larger += distance(again, cells) >= seen
+            larger += misfit(again, cells) >= seen
     return (larger + 1) / (judged + 1)
 
 

@@ -154,7 +154,7 @@ def _terms(at: FloatArray, rows: Rows) -> tuple[FloatArray, ...]:
         # density at either end over the probability between, 0 at an end that is nowhere
         p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
     p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
-    term = np.where(exact, np.log(at[:, :1]) - 0.5 * b**2, between)
+    term = np.where(exact, np.log(at[:, :1]) - 0.5 * b**2 - 0.5 * np.log(2 * np.pi), between)
     return (
         term,
         -p,

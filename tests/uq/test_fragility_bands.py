@@ -1,0 +1,149 @@
+"""Bands of fragility curves: how often they hold the truth, and that they are what their names say."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import optimize, special, stats
+
+from damagepred.errors import InputError
+from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
+from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
+
+SITUATIONS = {"all followed": (30.0, 0.0), "60 % censored": (7.0, 0.0), "10 % failed": (20.0, 0.1), "both": (7.0, 0.1)}
+"""End of the movement (mm), and the share of walls that fail at a random increment."""
+
+
+def made_up(situation: str, seed: int, walls: int) -> xr.Dataset:
+    end, failing = SITUATIONS[situation]
+    random = np.random.default_rng([77, seed])
+    ds = study(lognormal(random, TRUTH, SCATTER, walls), end=end, increments=20)
+    for wall in np.flatnonzero(random.random(walls) < failing):
+        fail(ds, int(wall), int(random.integers(1, 20)))
+    return ds
+
+
+def coverage(situation: str, band: str, repetitions: int, walls: int, bootstrap: int) -> dict[str, float]:
+    """Share of repetitions in which the 90 % band holds the truth."""
+    held = {"median": 0, "dispersion": 0, "probability": 0}
+    for seed in range(repetitions):
+        ds = made_up(situation, seed, walls)
+        curve = fit_fragility(ds, categories=[1], band=band, bootstrap=bootstrap, seed=seed, points=6).isel(category=0)
+        at = curve["intensity"].values[4]
+        truth = {
+            "median": TRUTH, "dispersion": SCATTER, "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER)
+        }  # fmt: skip
+        for name, value in truth.items():
+            one = curve.isel(intensity=4) if name == "probability" else curve
+            held[name] += bool(one[f"{name}_lower"] <= value <= one[f"{name}_upper"])
+    return {name: count / repetitions for name, count in held.items()}
+
+
+def test_the_situations_are_what_they_say() -> None:
+    found = capacities(made_up("60 % censored", 0, 4000), 1)
+    assert np.isinf(found.upper).mean() == pytest.approx(0.6, abs=0.03)
+    assert made_up("10 % failed", 0, 2000)["status"].values.astype(bool).mean() == pytest.approx(0.1, abs=0.02)
+
+
+@pytest.mark.parametrize("situation", ["10 % failed", "both"])
+def test_the_band_holds_the_truth_where_walls_fail(situation: str) -> None:
+    held = coverage(situation, "bca", 40, 100, 100)
+    for name, share in held.items():
+        assert 0.75 <= share <= 1.0, (name, held)  # 0.9 expected; less than 0.75 comes in 1 % of binomial draws
+    assert min(held.values()) < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("band", ["bca", "profile"])
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_the_band_of_90_percent_holds_the_truth_in_85_to_95_percent(situation: str, band: str) -> None:
+    """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance."""
+    held = coverage(situation, band, 200, 400, 1000)
+    print(situation, band, held)
+    for name, share in held.items():
+        assert 0.85 <= share <= 0.95, (name, held)
+
+
+def test_the_profile_band_is_where_the_profile_likelihood_falls() -> None:
+    """Ends of the median's band: there the likelihood, best in the dispersion, is lower by half of chi-squared."""
+    ds = made_up("60 % censored", 3, 80)
+    curve = fit_fragility(ds, categories=[1], band="profile", points=41).isel(category=0)
+    c = capacities(ds, 1)
+
+    def log_likelihood(median: float, dispersion: float) -> float:
+        with np.errstate(divide="ignore"):
+            a, b = (np.log(v / median) / dispersion for v in (c.lower, c.upper))
+        return float(np.log(special.ndtr(b) - special.ndtr(a)).sum())
+
+    most = log_likelihood(float(curve["median"]), float(curve["dispersion"]))
+    drop = 0.5 * stats.chi2.ppf(0.9, 1)
+    for end in ("lower", "upper"):
+        median, dispersion = float(curve[f"median_{end}"]), float(curve[f"dispersion_{end}"])
+        over = optimize.minimize_scalar(lambda s, m=median: -log_likelihood(m, s), bounds=(0.1, 3), method="bounded")
+        assert most + over.fun == pytest.approx(drop, rel=0.01)
+        over = optimize.minimize_scalar(lambda m, s=dispersion: -log_likelihood(m, s), bounds=(2, 60), method="bounded")
+        assert most + over.fun == pytest.approx(drop, rel=0.01)
+    # a curve through the band's end at one movement: medians and dispersions of that probability there
+    at, end = float(curve["intensity"][30]), float(curve["probability_upper"][30])
+    z = special.ndtri(end)
+    over = optimize.minimize_scalar(
+        lambda s: -log_likelihood(at / math.exp(z * s), s), bounds=(0.1, 3), method="bounded"
+    )
+    assert most + over.fun == pytest.approx(drop, rel=0.01)
+
+
+def test_bca_shifts_the_band_by_bias_and_skewness() -> None:
+    """Of exactly known capacities: the dispersion's resamples are too small, and more so than BCa leaves them."""
+    values = lognormal(np.random.default_rng(3), 8.0, 0.5, 40)
+    ds = study(values, end=60.0, increments=3000)
+    both = [fit_fragility(ds, categories=[1], band=b, bootstrap=2000).isel(category=0) for b in ("percentile", "bca")]
+    scatter = float(np.log(values).std())
+    # exact: n s^2 / sigma^2 is chi-squared of 39
+    exact = [scatter * math.sqrt(40 / stats.chi2.ppf(q, 39)) for q in (0.95, 0.05)]
+    off = [
+        abs(float(c["dispersion_lower"]) - exact[0]) + abs(float(c["dispersion_upper"]) - exact[1]) for c in both
+    ]  # fmt: skip
+    assert off[1] < 0.75 * off[0]
+
+
+def test_profile_bands_need_no_resampling_and_no_weights() -> None:
+    ds = made_up("all followed", 1, 60)
+    one, other = (fit_fragility(ds, categories=[1], band="profile", bootstrap=b) for b in (0, 50))
+    np.testing.assert_array_equal(one["probability_upper"], other["probability_upper"])
+    weighted = ds.assign(weight=("sample", np.linspace(0.5, 1.5, 60)))
+    with pytest.raises(InputError, match="walls that count alike"):
+        fit_fragility(weighted, categories=[1], band="profile")
+
+
+def test_few_resamples_that_can_be_fitted_are_told() -> None:
+    """Three of 40 walls reached it: many resamples have fewer."""
+    ds = study(np.append([3.5, 5.5, 7.5], np.full(37, 99.0)), end=10.0, increments=10)
+    curve = fit_fragility(ds, categories=[1], bootstrap=200).isel(category=0)
+    assert float(curve["resamples_fitted"]) < 0.8
+    note = str(curve["fit_note"].values)
+    assert "rests on 3 walls" in note
+    assert "lies beyond the study's movement" in note
+    assert "of the resamples could be fitted" in note
+
+
+def test_a_first_increment_that_hides_the_scatter_is_told() -> None:
+    ds = study(np.append(np.linspace(0.1, 0.9, 15), [1.5, 2.5, 3.5]), end=10.0, increments=10)
+    assert "15 of 18 walls reached it in the first increment" in str(
+        fit_fragility(ds, bootstrap=0)["fit_note"].values[0]
+    )
+
+
+def test_all_that_is_known_of_a_failed_wall_counts() -> None:
+    """One that had gone on unharmed for long is worth more than one that was lost at once."""
+    ds = study(np.linspace(2.2, 9.2, 30), end=12.0, increments=12)
+    medians = []
+    for increment in (1, 9):
+        other = ds.copy(deep=True)
+        for wall in (27, 28, 29):
+            fail(other, wall, increment)
+        medians.append(float(fit_fragility(other, categories=[1], bootstrap=0)["median"][0]))
+    c = capacities(ds, 1)
+    lost = fit_lognormal(c.lower[:27], c.upper[:27]).median
+    assert medians[0] == pytest.approx(lost, rel=1e-6)  # followed to 0: nothing is known
+    assert medians[1] > 1.05 * lost
