@@ -72,7 +72,7 @@ def test_of_one_movement_a_wall_it_is_isotonic() -> None:
     grid = np.linspace(0, 25, 60)
     found = turnbull(lower, upper).probability(grid)
     # the mass is put at the right end of where it may lie: between two movements no more is known
-    np.testing.assert_allclose(found, isotonic(lower, upper, np.ones(300), grid), atol=1e-3)
+    np.testing.assert_allclose(found, isotonic(lower, upper, np.ones(300)).probability(grid), atol=1e-3)
 
 
 def test_exactly_known_capacities_are_the_steps() -> None:

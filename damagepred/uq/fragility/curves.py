@@ -26,7 +26,7 @@ from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.intensity import chosen_intensity
 from damagepred.uq.fragility.models import FITTED, Estimator, Fit, estimators, fit_cells, reasons, require_ascending
 from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
-from damagepred.uq.fragility.turnbull import isotonic, turnbull
+from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
@@ -155,7 +155,7 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     kinds = range(len(asked.categories))
     alone = [tally(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
     columns = _counts(found)
-    columns["empirical"] = np.array([_empirical(cells, walls.single, asked.grid) for cells in alone])
+    columns["empirical"] = np.array([_empirical(cells, walls.single).probability(asked.grid) for cells in alone])
     if asked.model == "empirical":
         return columns | _without_form(alone, walls, asked), {}
     common = asked.model == "common"
@@ -222,57 +222,46 @@ def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> 
     return columns
 
 
-def _empirical(cells: Cells, single: bool, grid: FloatArray, weight: FloatArray | None = None) -> FloatArray:
+def _empirical(cells: Cells, single: bool, weight: FloatArray | None = None) -> Npmle:
     lower, upper = cells.lower[0], cells.upper[0]
-    weight = cells.total if weight is None else weight
-    if single:
-        return isotonic(lower, upper, weight, grid)
-    return turnbull(lower, upper, weight).probability(grid)
+    return (isotonic if single else turnbull)(lower, upper, cells.total if weight is None else weight)
 
 
 def _without_form(alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
     """Return the empirical curves as the curves themselves, with percentile bands."""
-    rows, fine = [], np.append(asked.grid, np.inf)
+    rows = []
+    tails = [0.5 * (1 - asked.confidence), 0.5 * (1 + asked.confidence)]
     for k, cells in enumerate(alone):
-        curve = _empirical(cells, walls.single, asked.grid)
+        found = _empirical(cells, walls.single)
         random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[k])
         times = asked.bootstrap if len(cells.number) <= MANY_CELLS or walls.single else 0
-        again = np.array(
-            [
-                _empirical(cells, walls.single, asked.grid, draw(cells, 1, random)[0] * cells.weight)
-                for _ in range(times)
-            ]
-        ).reshape(times, len(curve))
-        tails = [0.5 * (1 - asked.confidence), 0.5 * (1 + asked.confidence)]
-        ends = np.quantile(again, tails, axis=0) if times > 1 else np.full((2, len(curve)), np.nan)
+        drawn = (draw(cells, 1, random)[0] * cells.weight for _ in range(times))
+        again = [_empirical(cells, walls.single, weight) for weight in drawn]
+        row: dict[str, Any] = {"probability": found.probability(asked.grid), "median": _middle(found)}
+        curves = np.array([one.probability(asked.grid) for one in again])
+        medians = np.array([one.quantile(0.5) for one in again])
+        for word, tail in zip(("lower", "upper"), tails):
+            row[f"probability_{word}"] = (
+                np.quantile(curves, tail, axis=0) if times > 1 else np.full(len(asked.grid), np.nan)
+            )
+            end = float(np.quantile(medians, tail, method="nearest")) if times > 1 else np.nan
+            row[f"median_{word}"] = end if np.isfinite(end) else np.nan
+            row[f"dispersion_{word}"] = np.nan
         reached = bool(np.isfinite(cells.upper).any())
-        middle = [float(fine[np.searchsorted(c, 0.5 - 1e-9)]) for c in (curve, ends[1], ends[0])]
-        median = [m if np.isfinite(m) and np.isfinite(c).all() else np.nan for m, c in zip(middle, (curve, *ends))]
-        rows.append(
-            {
-                "probability": curve, "probability_lower": ends[0], "probability_upper": ends[1],
-                "median": median[0], "median_lower": median[1], "median_upper": median[2],
-                "dispersion": np.nan, "dispersion_lower": np.nan, "dispersion_upper": np.nan,
-                "median_failed_undamaged": np.nan, "median_failed_damaged": np.nan, "distance": np.nan,
-                "p_value": np.nan, "resamples_fitted": float(times > 0), "fit_note": "",
-                "fit_status": EMPIRICAL if reached else "never reached",
-            }
-        )  # fmt: skip
+        row |= {"dispersion": np.nan, "distance": np.nan, "p_value": np.nan, "resamples_fitted": float(times > 0)}
+        row |= {"fit_note": "", "fit_status": EMPIRICAL if reached else "never reached"}
+        rows.append(row)
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
-    return columns | _failed_empirical(walls, asked.grid)
+    for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
+        each = [tally(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(rows))]
+        columns[f"median_failed_{name}"] = np.array([_middle(_empirical(cells, walls.single)) for cells in each])
+    return columns
 
 
-def _failed_empirical(walls: Walls, grid: FloatArray) -> dict[str, NDArray[Any]]:
-    """Return the empirical medians if all failed walls were undamaged, and if all were damaged."""
-    found, fine = walls.capacities, np.append(grid, np.nan)
-    medians = []
-    for lower, upper in _bounds(walls):
-        curves = [
-            _empirical(tally(lower[k : k + 1], upper[k : k + 1], walls.weight), walls.single, grid)
-            for k in range(len(found.lower))
-        ]
-        medians.append(np.array([fine[np.searchsorted(c, 0.5 - 1e-9)] for c in curves]))
-    return {"median_failed_undamaged": medians[0], "median_failed_damaged": medians[1]}
+def _middle(found: Npmle) -> float:
+    """Return the movement by which half of the walls have reached it, NaN if it is not known."""
+    median = found.quantile(0.5)
+    return median if np.isfinite(median) else np.nan
 
 
 def _bounds(walls: Walls) -> list[tuple[FloatArray, FloatArray]]:

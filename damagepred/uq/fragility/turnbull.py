@@ -175,7 +175,7 @@ def kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid:
     return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
 
 
-def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
+def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
     """Return the share of walls that have reached the category, rising, where each is known at one movement alone.
 
     Adjacent violators are pooled (Ayer and others 1955), which is the maximum likelihood estimate from such data.
@@ -184,8 +184,6 @@ def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: Flo
     ----------
     lower, upper, weight : array (walls,)
         Either lower is 0 or upper infinite.
-    grid : array (points,)
-        Movements.
     """
     from scipy.optimize import isotonic_regression
 
@@ -194,8 +192,9 @@ def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: Flo
     reached = np.isfinite(upper)
     movement, place = np.unique(np.where(reached, upper, lower), return_inverse=True)
     if not len(movement):
-        return np.zeros(len(grid))
+        return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
     count = np.bincount(place.ravel(), weights=weight)
     share = np.bincount(place.ravel(), weights=weight * reached) / count
     steps = isotonic_regression(share, weights=count).x
-    return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
+    right = np.append(movement, np.inf)
+    return Npmle(np.append(0.0, movement), right, np.diff(np.concatenate(([0.0], steps, [1.0]))))
