@@ -339,6 +339,7 @@ def sensitivity(
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
     from damagepred.archive.files import check_writable, write_dataset
     from damagepred.archive.folder import open_study
+    from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.study import Study
     from damagepred.study.settings import StudySettings
     from damagepred.study.variance_shares import crossed_study, study_sensitivity
@@ -357,7 +358,7 @@ def sensitivity(
     found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
     screen.sensitivity_tables(found)
     if output is not None:
-        write_dataset(found, output)
+        write_dataset(found.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
 
 
@@ -488,6 +489,7 @@ def _fragility_surface(
 ) -> None:  # fmt: skip
     from damagepred.archive.files import write_dataset
     from damagepred.archive.folder import open_study
+    from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.errors import InputError
     from damagepred.uq.fragility import fit_surface
 
@@ -500,7 +502,7 @@ def _fragility_surface(
     for line in screen.surface_lines(surface):
         screen.say(line)
     if output is not None:
-        write_dataset(surface, output)
+        write_dataset(surface.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
     if plot is not None:
         from damagepred.plotting import save_fragility_picture

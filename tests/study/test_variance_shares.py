@@ -92,6 +92,11 @@ def test_censored_and_failed_walls_are_told_and_not_left_out() -> None:
     assert float(found["group_first_order"][0]) > 3 * float(found["group_first_order"][1])
 
 
+def test_curves_of_crossed_walls_say_that_their_bands_are_too_narrow() -> None:
+    ds = crossed_walls(30, 0.4, 0.2)
+    assert "study.crossed" in str(damagepred.fit_fragility(ds, categories=[1], bootstrap=0)["fit_note"].values[0])
+
+
 def test_tables_that_are_not_whole_are_left_out() -> None:
     ds = crossed_walls(30, 0.4, 0.2)
     ds["status"].values[[5, 118, 119]] = 3

@@ -6,7 +6,7 @@ import xarray as xr
 from scipy import stats
 
 from damagepred.errors import InputError
-from damagepred.uq.fragility import fit_fragility, fit_lognormal
+from damagepred.uq.fragility import fit_fragility, fit_lognormal, turnbull
 from damagepred.uq.fragility.capacities import tally
 from damagepred.uq.fragility.goodness import distance, information
 from damagepred.uq.fragility.intensity import intensity_values
@@ -18,7 +18,7 @@ def test_distance_is_kolmogorov_s_of_exactly_known_capacities() -> None:
     values = lognormal(np.random.default_rng(1), 8.0, 0.5, 60)
     fit = fit_lognormal(values, values)
     expected = stats.kstest(values, stats.lognorm(s=fit.dispersion, scale=fit.median).cdf).statistic
-    found = distance(fit, tally(values[None], values[None], np.ones(60)))
+    found = distance(fit, turnbull(values, values))
     assert found == pytest.approx(expected, abs=2e-3)  # masses are known to the bound on the likelihood
 
 

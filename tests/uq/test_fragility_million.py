@@ -62,9 +62,10 @@ def test_resamples_by_one_step_have_the_errors_of_fitted_ones(monkeypatch: pytes
     import damagepred.uq.fragility.resampling as resampling
 
     ds = archive(3000, True)
-    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=300)
+    monkeypatch.setattr(resampling, "MANY_CELLS", 10_000)
+    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=150)
     monkeypatch.setattr(resampling, "MANY_CELLS", 100)
-    stepped = fit_fragility(ds, categories=[2, 3], bootstrap=300)
+    stepped = fit_fragility(ds, categories=[2, 3], bootstrap=600)
     for name in ("median", "dispersion"):
         widths = [ds[f"{name}_upper"].values - ds[f"{name}_lower"].values for ds in (fitted, stepped)]
         np.testing.assert_allclose(widths[1], widths[0], rtol=0.2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import optimize
+from scipy import optimize, special
 
 from damagepred.uq.fragility import fit_fragility, kaplan_meier, turnbull
 from damagepred.uq.fragility.turnbull import isotonic
@@ -136,3 +136,19 @@ def test_many_different_bounds_are_rounded() -> None:
     grid = np.linspace(0, 20, 50)
     truth = np.searchsorted(np.sort(capacity), grid) / 5000
     np.testing.assert_allclose(found.probability(grid), truth, atol=0.05)
+
+
+def test_what_few_walls_reached_each_in_its_own_increments() -> None:
+    """No step may take all probability from where a wall was seen: nothing would bring it back."""
+    random = np.random.default_rng(6)
+    capacity, end = lognormal(random, 30.0, 0.6, 4000), random.uniform(10.0, 16.0, 4000)
+    step = end / 20
+    reached = capacity <= end
+    lower = np.where(reached, np.floor(capacity / step) * step, end)
+    upper = np.where(reached, lower + step, INF)
+    found = turnbull(lower, upper)
+    assert 0.05 < reached.mean() < 0.15
+    inside = found.probability(np.where(reached, upper, 0.0)) - found.probability(lower)
+    assert inside[reached].min() > 0
+    truth = np.array([special.ndtr(np.log(at / 30.0) / 0.6) for at in (8.0, 11.0, 14.0)])
+    np.testing.assert_allclose(found.probability(np.array([8.0, 11.0, 14.0])), truth, atol=0.015)

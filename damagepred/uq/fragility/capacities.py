@@ -60,6 +60,8 @@ class Walls(NamedTuple):
         Increments of a path after the first state; 1 where each wall is known at one movement alone.
     sample : array of int (walls,)
         Numbers of the walls in the study.
+    crossed : bool
+        Whether walls share fields, and fields walls (see ``damagepred.uq.crossed``).
     """
 
     capacities: Capacities
@@ -69,6 +71,7 @@ class Walls(NamedTuple):
     largest: float
     increments: int
     sample: NDArray[np.int64]
+    crossed: bool
 
 
 def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
@@ -138,7 +141,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     increments = 1 if single else ds.sizes["increment"] - 1
     return Walls(
         Capacities(lower, upper, failed, end), weight, single, marks if alike else None, largest, increments,
-        np.flatnonzero(known),
+        np.flatnonzero(known), bool(int(ds.attrs.get("crossed", 0))),
     )  # fmt: skip
 
 

@@ -37,6 +37,9 @@ Bands = Literal["bca", "percentile", "profile"]
 EMPIRICAL = "empirical"
 """Status of a curve that has no median and dispersion of a lognormal, because none was asked for."""
 
+MANY_WALLS = 50_000
+"""Of more walls, every second, third ... is enough for Akaike's criterion."""
+
 FEW = 10
 """Fewer walls than that which reached a category are worth a word."""
 
@@ -101,7 +104,7 @@ def fit_fragility(
         ``fit_status``, ``fit_note``, the bounds ``median_failed_undamaged`` and ``median_failed_damaged``, the
         Kolmogorov ``distance`` from the empirical curve, ``p_value`` of the misfit to it and ``resamples_fitted`` on
         (category,); as attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and
-        ``aic_common``.
+        ``aic_common``, from ``aic_walls`` walls.
 
     Raises
     ------
@@ -155,7 +158,8 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     kinds = range(len(asked.categories))
     alone = [tally(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
     columns = _counts(found)
-    columns["empirical"] = np.array([_empirical(cells, walls.single).probability(asked.grid) for cells in alone])
+    free = [_empirical(cells, walls.single) for cells in alone]
+    columns["empirical"] = np.array([one.probability(asked.grid) for one in free])
     if asked.model == "empirical":
         return columns | _without_form(alone, walls, asked), {}
     common = asked.model == "common"
@@ -167,7 +171,7 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
         for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, asked)):
             fits[k], limits[k], share[k] = fit, limit, fitted
     columns |= _columns_of(fits, limits, asked.grid)
-    columns |= _failures(walls, fits, common) | _judged(fits, alone, walls, asked)
+    columns |= _failures(walls, fits, common) | _judged(fits, free, walls, asked)
     columns["resamples_fitted"] = share
     columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k]) for k in kinds])
     return columns, _criteria(fits, walls)
@@ -291,12 +295,12 @@ def _failures(walls: Walls, fits: list[Fit], common: bool) -> dict[str, NDArray[
     return medians
 
 
-def _judged(fits: list[Fit], alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
+def _judged(fits: list[Fit], free: list[Npmle], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
     gap, chance = np.full(len(fits), np.nan), np.full(len(fits), np.nan)
     for k, fit in enumerate(fits):
         if fit.status != FITTED:
             continue
-        gap[k] = goodness.distance(fit, alone[k])
+        gap[k] = goodness.distance(fit, free[k])
         random = generator(asked.seed, Stream.GOODNESS, asked.categories[k])
         chance[k] = goodness.p_value(fit, walls, k, asked.goodness, random)
     return {"distance": gap, "p_value": chance}
@@ -307,8 +311,11 @@ def _criteria(fits: list[Fit], walls: Walls) -> dict[str, float]:
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
         return {}
-    cells = tally(walls.capacities.lower[good], walls.capacities.upper[good], walls.weight)
-    return {f"aic_{word}": goodness.information(cells, word == "common") for word in ("separate", "common")}
+    some = slice(None, None, -(-len(walls.weight) // MANY_WALLS))
+    lower, upper = walls.capacities.lower[good, some], walls.capacities.upper[good, some]
+    cells = tally(lower, upper, walls.weight[some])
+    found = {f"aic_{word}": goodness.information(cells, word == "common") for word in ("separate", "common")}
+    return found | {"aic_walls": lower.shape[1]}
 
 
 def _note(fit: Fit, cells: Cells, walls: Walls, share: float) -> str:
@@ -325,6 +332,8 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float) -> str:
         said.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
+    if walls.crossed:
+        said.append("walls come in fours that share a wall or a field (study.crossed): its band is too narrow")
     if share < 0.95:
         said.append(f"only {share:.0%} of the resamples could be fitted: its band is too narrow")
     return "; ".join(said)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from damagepred.uq.fragility.capacities import Cells, Walls, tally
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
 from damagepred.uq.fragility.models import FITTED, Composite, Estimator, Fit, fit_cells
-from damagepred.uq.fragility.turnbull import turnbull
+from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 FloatArray = NDArray[np.float64]
 
@@ -18,17 +18,16 @@ MOST_WALLS = 20_000
 """Walls up to which the fit is judged: beyond, no form fits as closely as so many walls can tell."""
 
 
-def distance(fit: Fit, cells: Cells) -> float:
+def distance(fit: Fit, found: Npmle) -> float:
     """Return the largest distance of a curve from the empirical one, where the latter is determined (Kolmogorov).
 
     Parameters
     ----------
     fit : Fit
         Curve.
-    cells : Cells
-        Walls, of one category.
+    found : Npmle
+        Empirical curve.
     """
-    found = turnbull(cells.lower[0], cells.upper[0], cells.total)
     reached = np.append(0.0, np.cumsum(found.mass))
     gaps = [np.abs(fit.probability(found.left) - reached[:-1])]
     finite = np.isfinite(found.right)

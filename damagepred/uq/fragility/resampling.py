@@ -19,8 +19,11 @@ from damagepred.uq.fragility.models import FEWEST, Estimator
 
 FloatArray = NDArray[np.float64]
 
-MANY_CELLS = 20_000
+MANY_CELLS = 2000
 """From so many cells on, resamples are one Newton step from the estimate."""
+
+_DRAWN = 20_000
+"""Walls drawn for such a step at most: its scatter is that of a mean, and falls with the root of their number."""
 
 _AT_ONCE = 4_000_000
 """Numbers of draws kept at a time."""
@@ -67,9 +70,7 @@ def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.
     cells = estimator.cells
     influence = estimator.scores(best) @ np.linalg.pinv(-estimator.curvature(best), hermitian=True)
     if len(cells.number) > MANY_CELLS:
-        moved = [draw(cells, 1, random)[0] * cells.weight @ influence for _ in range(resamples)]
-        # the scores of the walls themselves add up to nothing but rounding
-        again = best + np.array(moved).reshape(resamples, len(best)) - cells.total @ influence
+        again = best + _steps(influence * cells.weight[:, None], cells.number, resamples, random)
         return Resampled(best, again[again[:, 0] > 1.0 / LARGEST], resamples, influence, cells)
     found = []
     each = max(1, _AT_ONCE // len(cells.number))
@@ -89,9 +90,32 @@ def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.
     return Resampled(best, again[(scatter > SMALLEST) & (scatter < LARGEST)], resamples, influence, cells)
 
 
+def _steps(each: FloatArray, number: NDArray[np.int64], resamples: int, random: np.random.Generator) -> FloatArray:
+    """Return what walls drawn again add to the parameters beyond what the walls themselves do.
+
+    Parameters
+    ----------
+    each : array (cells, parameters)
+        What one wall adds.
+    number : array of int (cells,)
+        How many walls there are.
+    resamples : int
+        How often.
+    random : Generator
+        Source of the draws.
+    """
+    walls = int(number.sum())
+    size = min(walls, _DRAWN)
+    mean = number @ each / walls
+    ends = np.cumsum(number)
+    found = np.empty((resamples, each.shape[1]))
+    for row in found:
+        drawn = random.integers(walls, size=size)
+        row[:] = each[drawn if walls == len(number) else np.searchsorted(ends, drawn, side="right")].mean(axis=0)
+    return (found - mean) * walls * np.sqrt(size / walls)
+
+
 def draw(cells: Cells, resamples: int, random: np.random.Generator) -> FloatArray:
     """Return how many walls of each cell there are in each resample, array (resamples, cells)."""
-    walls, size = int(cells.number.sum()), len(cells.number)
-    if size > MANY_CELLS and cells.number.max() == 1:
-        return np.array([np.bincount(random.integers(size, size=walls), minlength=size) for _ in range(resamples)])
+    walls = int(cells.number.sum())
     return random.multinomial(walls, cells.number / walls, size=resamples).astype(np.float64)

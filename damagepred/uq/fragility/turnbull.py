@@ -111,7 +111,7 @@ def _masses(first: IntArray, last: IntArray, weight: FloatArray, size: int) -> F
 
 def _within(mass: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
     reached = np.append(0.0, np.cumsum(mass))
-    return np.maximum(reached[last] - reached[first], 1e-300)
+    return np.maximum(reached[last] - reached[first], 1e-100)
 
 
 def _slope(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
@@ -148,7 +148,9 @@ def _convex_minorant(mass: FloatArray, first: IntArray, last: IntArray, weight: 
     for _ in range(30):
         new = np.diff(np.concatenate(([0.0], reached + fraction * (to - reached), [1.0])))
         new = np.maximum(new, 0.0)
-        if float(weight @ np.log(_within(new, first, last))) >= before:
+        inside = _within(new, first, last)
+        # what was seen cannot get probability 0: no later step would raise it again
+        if inside.min() > 1e-14 and float(weight @ np.log(inside)) >= before:
             return new
         fraction /= 2
     return mass
