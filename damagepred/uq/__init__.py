@@ -6,6 +6,7 @@
 - ``fields``: values along a course, each depending on the one before; ``wall_fields``: by the distance of joints
 - ``design``: all of it together: every input of every sample
 - ``fragility``: curves and surfaces, their bands and how well they fit; ``exceedance``: one probability, one median
-- ``sensitivity``: Sobol's indices; ``given_data``: rank correlation and first-order shares from any study; ``ranks``: also
-  of capacities of which intervals are known; ``crossed``: what varies from joint to joint against what holds for a wall
+- ``sensitivity``: Sobol's indices; ``given_data``: rank correlation and first-order shares from any study;
+  ``crossed``: what varies from joint to joint against what holds for a wall
+- ``ranks``: also of capacities of which intervals are known
 """
