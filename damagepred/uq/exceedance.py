@@ -90,7 +90,7 @@ class Exceedance(NamedTuple):
     not_followed: int
 
 
-def walls(ds: xr.Dataset, category: int, intensity: str | None = None) -> Walls:
+def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_failed: bool = False) -> Walls:
     """Read what a study knows of one category.
 
     Parameters
@@ -101,13 +101,15 @@ def walls(ds: xr.Dataset, category: int, intensity: str | None = None) -> Walls:
         Category that counts as reached from here upwards.
     intensity : str, optional
         Measure of the movement; by default the study's own.
+    keep_failed : bool
+        Whether failed walls are among them, known to be undamaged as far as they were followed.
     """
     if "damage_category" not in ds:
         nothing = np.empty(0)
         return Walls(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, nothing)
     known = np.flatnonzero(np.isin(ds["status"].values, (COMPLETE, COLLAPSED, FAILED)))
     found = capacities(ds, category, intensity or movement_measure(ds))
-    good = ~found.failed
+    good = ~found.failed | keep_failed
     replicates = int(ds.attrs.get("replicates", 1))
     return Walls(
         known[good],
@@ -216,6 +218,8 @@ def median_movement(
 ) -> Estimate:
     """Estimate the median movement at which a category is reached, from a lognormal curve.
 
+    Failed walls count as far as they were followed, as in ``damagepred.fit_fragility``.
+
     Its error is that of the logarithm: by leaving out one replicate of Sobol points after the other where there are at
     least four, otherwise by resampling walls.
 
@@ -232,7 +236,7 @@ def median_movement(
     seed : int
         Of the resampling.
     """
-    known = walls(ds, category, intensity)
+    known = walls(ds, category, intensity, keep_failed=True)
     count = len(known.lower)
     heavy = np.ones(count) if known.weight is None else known.weight
     kish = effective_samples(heavy)

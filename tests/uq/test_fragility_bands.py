@@ -8,6 +8,7 @@ import xarray as xr
 from scipy import optimize, special, stats
 
 from damagepred.errors import InputError
+from damagepred.uq.exceedance import median_movement
 from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
 
@@ -147,3 +148,11 @@ def test_all_that_is_known_of_a_failed_wall_counts() -> None:
     lost = fit_lognormal(c.lower[:27], c.upper[:27]).median
     assert medians[0] == pytest.approx(lost, rel=1e-6)  # followed to 0: nothing is known
     assert medians[1] > 1.05 * lost
+
+
+def test_the_median_that_a_study_stops_at_is_that_of_the_curve() -> None:
+    ds = made_up("both", 5, 200)
+    curve = fit_fragility(ds, categories=[1], bootstrap=400).isel(category=0)
+    found = median_movement(ds, 1)
+    assert found.value == pytest.approx(float(curve["median"]), rel=1e-9)
+    assert found.half_width == pytest.approx(float(curve["median_upper"] - curve["median_lower"]) / 2, rel=0.35)
