@@ -29,7 +29,9 @@ from damagepred.uq.fragility import (
 )
 from damagepred.uq.fragility.bands import resampled_band
 from damagepred.uq.fragility.capacities import read_capacities, tally
-from damagepred.uq.fragility.models import FITTED, Fit, estimators, fit_cells
+from damagepred.uq.fragility.estimators import estimators
+from damagepred.uq.fragility.fit import FITTED, Fit
+from damagepred.uq.fragility.models import fit_cells
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
 

@@ -7,7 +7,8 @@ as such (censored), for leaving them out biases the curve to too small capacitie
 - ``curves``: ``fit_fragility``, curves with bands from a study
 - ``intensity``: what curves can be drawn against; ``capacities``: the intervals, read from a study
 - ``likelihood``: of censored capacities, and its maximum
-- ``models``: separate lognormal curves; a common dispersion, so that curves do not cross; ordinal data
+- ``models``: separate lognormal curves; a common dispersion, so that curves do not cross; ordinal data (``estimators``
+  finds their parameters, ``fit`` is what comes of it)
 - ``turnbull``: the empirical curve (Turnbull, Kaplan-Meier, pooled adjacent violators)
 - ``resampling``: walls drawn again; ``bands``: percentile, BCa and profile likelihood
 - ``goodness``: how well a lognormal fits, and whether a common dispersion is enough
@@ -24,8 +25,9 @@ from damagepred.uq.fragility.capacities import (
     read_capacities,
 )
 from damagepred.uq.fragility.curves import fit_fragility
+from damagepred.uq.fragility.fit import FEWEST, CommonFit, Fit
 from damagepred.uq.fragility.intensity import MEASURES, movement_measure
-from damagepred.uq.fragility.models import FEWEST, CommonFit, Fit, fit_common, fit_lognormal, fit_ordinal
+from damagepred.uq.fragility.models import fit_common, fit_lognormal, fit_ordinal
 from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull

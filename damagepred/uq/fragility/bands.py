@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.errors import InputError
+from damagepred.uq.fragility.estimators import Composite, Estimator
 from damagepred.uq.fragility.likelihood import likelihood
-from damagepred.uq.fragility.models import Composite, Estimator
 from damagepred.uq.fragility.resampling import Resampled
 
 FloatArray = NDArray[np.float64]

@@ -23,8 +23,10 @@ from damagepred.uq.fragility.capacities import (
     tally,
 )
 from damagepred.uq.fragility.describe import curves_dataset
+from damagepred.uq.fragility.estimators import Estimator, estimators
+from damagepred.uq.fragility.fit import FITTED, Fit, reasons
 from damagepred.uq.fragility.intensity import chosen_intensity
-from damagepred.uq.fragility.models import FITTED, Estimator, Fit, estimators, fit_cells, reasons, require_ascending
+from damagepred.uq.fragility.models import fit_cells, require_ascending
 from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.samplers import Stream, generator

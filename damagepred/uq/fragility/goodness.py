@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.uq.fragility.capacities import Cells, Walls, tally
+from damagepred.uq.fragility.estimators import Composite, Estimator
+from damagepred.uq.fragility.fit import FITTED, Fit
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
-from damagepred.uq.fragility.models import FITTED, Composite, Estimator, Fit, fit_cells
+from damagepred.uq.fragility.models import fit_cells
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 FloatArray = NDArray[np.float64]

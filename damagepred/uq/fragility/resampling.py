@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.uq.fragility.capacities import Cells
+from damagepred.uq.fragility.estimators import Estimator
+from damagepred.uq.fragility.fit import FEWEST
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
-from damagepred.uq.fragility.models import FEWEST, Estimator
 
 FloatArray = NDArray[np.float64]
 

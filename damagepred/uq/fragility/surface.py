@@ -16,6 +16,8 @@ from scipy import special
 
 from damagepred.errors import InputError, nearest
 from damagepred.uq.fragility.capacities import Cells, read_capacities, tally
+from damagepred.uq.fragility.estimators import Composite
+from damagepred.uq.fragility.fit import FITTED, Fit, reasons
 from damagepred.uq.fragility.intensity import attributes, chosen_intensity
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
@@ -25,7 +27,6 @@ from damagepred.uq.fragility.likelihood import (
     rows_of,
     scores,
 )
-from damagepred.uq.fragility.models import FITTED, Composite, Fit, reasons
 from damagepred.uq.fragility.resampling import Resampled, resample
 from damagepred.uq.samplers import Stream, generator
 
@@ -104,11 +105,14 @@ def fit_surface(
         "not_reached": ((), int((np.isinf(found.upper) & ~found.failed).sum())),
         "failed": ((), int(found.failed.sum())),
     }
+    measured = attributes(ds, name)
+    for end in ("", "_lower", "_upper"):
+        columns[f"median{end}"][2]["units"] = measured["units"]
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     stated = {key: str(ds[second].attrs.get(key, other)) for key, other in (("long_name", second), ("units", "1"))}
     return xr.Dataset(
         columns,
-        coords={"second": ("second", grid_z, stated), "intensity": ("intensity", grid, attributes(ds, name))},
+        coords={"second": ("second", grid_z, stated), "intensity": ("intensity", grid, measured)},
         attrs={
             "Conventions": "CF-1.11", "title": f"fragility of {ds.attrs.get('title', 'a wall')}",
             "intensity_measure": name, "second_variable": second, "scale": "log" if logarithmic else "linear",

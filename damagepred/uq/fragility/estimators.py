@@ -1,0 +1,222 @@
+"""What finds the parameters of lognormal curves for given weights of the walls: category by category, or together."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from damagepred.uq.fragility.capacities import Cells, alike, tally
+from damagepred.uq.fragility.fit import FITTED, Fit, reasons
+from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Rows, likelihood, most_likely, rows_of, scores
+
+FloatArray = NDArray[np.float64]
+
+
+class Estimator(Protocol):
+    """Finds the parameters (1/dispersion, and for each category ln(median)/dispersion) for given weights of cells."""
+
+    categories: list[int]
+    cells: Cells
+
+    def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Return parameters (resamples, 1 + categories) for weights (resamples, cells)."""
+
+    def scores(self, at: FloatArray) -> FloatArray:
+        """Return each cell's own gradient of the log-likelihood, array (cells, parameters)."""
+
+    def curvature(self, at: FloatArray) -> FloatArray:
+        """Return the curvature of the log-likelihood of all walls, array (parameters, parameters)."""
+
+    def value(self, at: FloatArray) -> float:
+        """Return the log-likelihood of all walls."""
+
+    def best(self) -> FloatArray:
+        """Return the parameters (1 + categories,) for all walls."""
+
+    def fits(self) -> list[Fit]:
+        """Return the curves of the categories."""
+
+
+def estimators(cells: Cells, common: bool = False, single: bool = False) -> list[Estimator]:
+    """Return what fits the categories that can be fitted: one for each, or one for all.
+
+    Parameters
+    ----------
+    cells : Cells
+        Walls.
+    common : bool
+        One dispersion for all categories.
+    single : bool
+        Each wall is known at one movement alone.
+    """
+    good = [k for k, why in enumerate(reasons(cells, common)) if not why]
+    if not common:
+        return [Composite([k], cells.of(k)) for k in good]
+    if not good or all(_parted(cells, k) for k in good):
+        return []
+    some = tally(cells.lower[good], cells.upper[good], cells.weight, cells.number)
+    return [Ordinal(good, some) if single else Composite(good, some)]
+
+
+def _parted(cells: Cells, k: int) -> bool:
+    told = (cells.total > 0) & ((cells.lower[k] > 0) | np.isfinite(cells.upper[k]))
+    return bool(cells.lower[k][told].max() <= cells.upper[k][told].min())
+
+
+class _Shared:
+    """What both estimators share."""
+
+    categories: list[int]
+    cells: Cells
+    rows: Rows
+
+    _best: FloatArray | None = None
+
+    def best(self) -> FloatArray:
+        """Return the parameters for all walls."""
+        if self._best is None:
+            self._best = self.at(self.cells.total[None])[0]
+        return self._best
+
+    def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Return the parameters for weights of the cells."""
+        raise NotImplementedError
+
+    def fits(self) -> list[Fit]:
+        """Return the curves of the categories."""
+        at = self.best()
+        dispersion = 1.0 / at[0]
+        if not SMALLEST < dispersion < LARGEST:
+            why = f"no finite dispersion explains the walls (it runs to {dispersion:.2g})"
+            return [Fit(np.nan, np.nan, why)] * len(self.categories)
+        return [Fit(float(np.exp(h / at[0])), float(dispersion), FITTED) for h in at[1:]]
+
+
+class Composite(_Shared):
+    """Intervals of capacities, the categories' likelihoods multiplied; with one category the likelihood itself.
+
+    Parameters
+    ----------
+    categories : list of int
+        Places of the categories among all.
+    cells : Cells
+        Walls, with these categories alone.
+    """
+
+    def __init__(self, categories: list[int], cells: Cells) -> None:
+        self.categories, self.cells = categories, cells
+        size = len(categories)
+        if size == 1:
+            self._sum = None
+            lower, upper, regressors = cells.lower[0], cells.upper[0], np.ones((len(cells.number), 1))
+        else:
+            # cells that differ in other categories alone share a row of this one
+            parts, places, done = [], [], 0
+            for k in range(size):
+                first, which = alike(np.stack((cells.lower[k], cells.upper[k])))
+                one = np.column_stack((cells.lower[k][first], cells.upper[k][first]))
+                parts.append(np.column_stack((one, np.tile(np.eye(size)[k], (len(one), 1)))))
+                places.append(which + done)
+                done += len(one)
+            lower, upper, *more = np.concatenate(parts).T
+            regressors = np.column_stack(more)
+            place = np.concatenate(places)
+            of = np.tile(np.arange(len(cells.number)), size)
+            self._sum = sparse.csr_array((np.ones(len(place)), (of, place)), shape=(len(cells.number), done))
+        self.rows = rows_of(lower, upper, regressors)
+        self._start = _start(lower, upper, regressors)
+
+    def _of_rows(self, weight: FloatArray) -> FloatArray:
+        return weight if self._sum is None else np.asarray(weight @ self._sum)
+
+    def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Return the parameters for weights of the cells."""
+        return most_likely(self.rows, self._of_rows(weight), self._start if start is None else start)[0]
+
+    def scores(self, at: FloatArray) -> FloatArray:
+        """Return each cell's own gradient."""
+        found = scores(at, self.rows)
+        return found if self._sum is None else np.asarray(self._sum @ found)
+
+    def curvature(self, at: FloatArray) -> FloatArray:
+        """Return the curvature of the log-likelihood."""
+        return likelihood(at[None], self.rows, self._of_rows(self.cells.total[None])).curvature[0]
+
+    def value(self, at: FloatArray) -> float:
+        """Return the log-likelihood."""
+        return float(likelihood(at[None], self.rows, self._of_rows(self.cells.total[None])).value[0])
+
+
+def _start(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> FloatArray:
+    """Return parameters from the middles of the intervals."""
+    with np.errstate(divide="ignore"):
+        low, high = np.log(lower), np.log(upper)
+    with np.errstate(invalid="ignore"):
+        middle = np.where(np.isinf(high), low, np.where(np.isinf(low), high - 0.7, (low + high) / 2))
+    told = np.isfinite(middle)
+    middle, groups = middle[told], regressors[told]
+    mean = (groups.T @ middle) / np.maximum(groups.sum(axis=0), 1)
+    spread = np.clip(np.sqrt(np.mean((middle - groups @ mean) ** 2)), 0.05, 3.0)
+    return np.append(1.0, mean) / spread
+
+
+class Ordinal(_Shared):
+    """Walls that are each known at one movement: the likelihood of the category each is in.
+
+    Parameters
+    ----------
+    categories : list of int
+        Places of the categories among all.
+    cells : Cells
+        Walls, with these categories alone; each interval reaches from 0 or to infinity.
+    """
+
+    def __init__(self, categories: list[int], cells: Cells) -> None:
+        self.categories = categories
+        movement = np.where(np.isfinite(cells.upper), cells.upper, cells.lower).max(axis=0)
+        told = movement > 0
+        self.cells = Cells(cells.lower[:, told], cells.upper[:, told], cells.weight[told], cells.number[told])
+        self._movement = movement[told]
+        self._level = np.isfinite(self.cells.upper).sum(axis=0)
+        self._composite = Composite(categories, self.cells)
+        self.rows = self._rows(self._level, len(categories))
+
+    def _rows(self, level: NDArray[np.int64], size: int) -> Rows:
+        x = np.log(self._movement)[:, None]
+        pick = np.vstack((np.zeros(size), np.eye(size), np.zeros(size)))
+        below, above = np.hstack((x, -pick[level + 1])), np.hstack((x, -pick[level]))
+        no_below, no_above = level == size, level == 0
+        below[no_below], above[no_above] = 0.0, 0.0
+        return Rows(below, above, no_below, no_above, np.zeros(len(level), dtype=bool))
+
+    def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Return the parameters for weights of the cells."""
+        size = len(self.categories)
+        begin = self._composite.at(weight, start)
+        at = np.empty_like(begin)
+        there = np.column_stack([(weight[:, self._level == level] > 0).any(axis=1) for level in range(size + 1)])
+        patterns, which = np.unique(there, axis=0, return_inverse=True)
+        for n, present in enumerate(patterns):
+            who = np.flatnonzero(which.ravel() == n)
+            # where no wall is in a category and not in the next, their curves are one
+            merged = np.append(0, np.cumsum(present[1:-1]))
+            kept = np.append(0, 1 + np.unique(merged, return_index=True)[1])
+            level = np.append(0, merged + 1)[self._level]
+            found, _ = most_likely(self._rows(level, int(merged[-1]) + 1), weight[who], begin[who][:, kept])
+            at[who, 0], at[who, 1:] = found[:, 0], found[:, 1 + merged]
+        return at
+
+    def scores(self, at: FloatArray) -> FloatArray:
+        """Return each cell's own gradient."""
+        return scores(at, self.rows)
+
+    def curvature(self, at: FloatArray) -> FloatArray:
+        """Return the curvature of the log-likelihood."""
+        return likelihood(at[None], self.rows, self.cells.total[None]).curvature[0]
+
+    def value(self, at: FloatArray) -> float:
+        """Return the log-likelihood."""
+        return float(likelihood(at[None], self.rows, self.cells.total[None]).value[0])
