@@ -1,0 +1,104 @@
+"""Tables of the comparison: the categories at the limits of AS 2870, and the movement at which each was reached."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from walls import Case
+
+from damagepred.damage import construction_limits
+
+METHODS = {"beam": "deep beam", "tied": "elastic wall, tied to the ground", "lifting": "elastic wall that may lift off"}
+WALL = list(Case._fields)
+
+
+def agreement(paths: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each wall, limit and method: its category, that of the model, and the difference.
+
+    Where the model failed before the limit there is none.
+    """
+    rows = []
+    for name, limit in construction_limits().items():
+        allowed = np.array([limit.value(length, height) for length, height in zip(paths["length"], paths["height"])])
+        at = paths[np.isclose(paths["deflection_ratio"], allowed, rtol=1e-4) & (paths["category"] >= 0)]
+        for method in METHODS:
+            part = at[[*WALL, "deflection_ratio", "category", "perpend_category"]].copy()
+            part["limit"], part["method"] = name, method
+            part["simple"] = at[f"{method}_category"]
+            part["difference"] = part["simple"] - part["category"]
+            rows.append(part)
+    return pd.concat(rows, ignore_index=True)
+
+
+def capacities(paths: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each wall and category: the deflection ratio at which the model and each method first reach it.
+
+    Not reached is NaN; ``followed_to`` tells up to where the model was followed.
+    """
+    columns = {"model": "category", "perpends": "perpend_category"} | {m: f"{m}_category" for m in METHODS}
+    rows = []
+    for wall, path in paths.groupby(WALL, sort=False):
+        followed = path["deflection_ratio"][path["category"] >= 0].max()
+        for category in (1, 2, 3, 4):
+            row = dict(zip(WALL, wall)) | {"reaches": category, "followed_to": followed}
+            for name, column in columns.items():
+                there = path["deflection_ratio"][path[column] >= category]
+                row[name] = there.min() if len(there) else np.nan
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def summary(levels: pd.DataFrame) -> list[str]:
+    """Return the table of the README: how often each method says less, the same, or more than the model.
+
+    By the widest crack of the wall, and by what opens of perpends alone: they part the wall, while a bed joint may be
+    where it rests and has lifted off.
+
+    Parameters
+    ----------
+    levels : DataFrame
+        Of ``agreement``.
+    """
+    three = "too safe, the same, too severe"
+    lines = [
+        f"| simple method | base | movement | cases | by all cracks: {three} | by perpends: {three} |",
+        "|---|---|---|---|---|---|",
+    ]
+    for method, name in METHODS.items():
+        for dpc, base in ((False, "no dpc"), (True, "dpc")):
+            for movement in ("dishing", "doming"):
+                own = levels[(levels["method"] == method) & (levels["dpc"] == dpc) & (levels["movement"] == movement)]
+                shares = [
+                    ", ".join(f"{part.mean():.0%}" for part in (off < 0, off == 0, off > 0))
+                    for off in (own["difference"], own["simple"] - own["perpend_category"])
+                ]
+                lines.append(f"| {name} | {base} | {movement} | {len(own)} | {' | '.join(shares)} |")
+    return lines
+
+
+def cracked(reached: pd.DataFrame, category: int = 2) -> list[str]:
+    """Return the README's table of walls that reach a category before the end of the movement, by the model.
+
+    Parameters
+    ----------
+    reached : DataFrame
+        Of ``capacities``; walls count that were followed to the end.
+    category : int
+        Which.
+    """
+    whole = reached[
+        (reached["reaches"] == category) & (reached["followed_to"] > (1 - 1e-4) * reached["followed_to"].max())
+    ]
+    lines = [
+        "| base | movement | walls | crack of 1 mm in any joint | in perpends | the first of these at | deep beam at |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for dpc, base in ((False, "no dpc"), (True, "dpc")):
+        for movement in ("dishing", "doming"):
+            own = whole[(whole["dpc"] == dpc) & (whole["movement"] == movement)]
+            parted = own["perpends"].dropna()
+            first = f"1/{1 / parted.min():.0f}" if len(parted) else ""
+            beam = f"1/{1 / own['beam'].min():.0f} to 1/{1 / own['beam'].max():.0f}"
+            counts = f"{len(own)} | {own['model'].notna().sum()} | {len(parted)}"
+            lines.append(f"| {base} | {movement} | {counts} | {first} | {beam} |")
+    return lines

@@ -1,0 +1,143 @@
+"""Pictures of the comparison."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from compare import METHODS
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+
+from damagepred.damage import deflection_over_strain, load_strain_table
+from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.sheet import new_figure
+from damagepred.scene import Scene
+
+MARKERS = {"none": ("o", -0.11), "window": ("s", 0.0), "door": ("^", 0.11)}
+ANYWHERE = "#2a7fb8"
+"""Of each opening, and how far aside (L/H)."""
+NEVER = 1 / 215
+"""Where walls stand that did not reach the category."""
+HIGHEST = 4
+BASE = {False: "no damp-proof course", True: "with a damp-proof course"}
+
+
+def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
+    """Draw the diagram of Burland and Wroth, with the movement at which the model reaches a category.
+
+    Parameters
+    ----------
+    reached : DataFrame
+        Of ``compare.capacities``.
+    category : int
+        Which.
+    """
+    figure = new_figure(9.5, 8.6)
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    for row, dpc in enumerate((False, True)):
+        for column, movement in enumerate(("dishing", "doming")):
+            ax = panels[row][column]
+            _curves(ax, movement, category)
+            own = reached[
+                (reached["dpc"] == dpc) & (reached["movement"] == movement) & (reached["reaches"] == category)
+            ]
+            _walls(ax, own)
+            ax.set_title(f"{movement.capitalize()}, {BASE[dpc]}", loc="left", fontsize=10)
+    for ax in panels[1]:
+        ax.set_xlabel("length / height")
+    for ax in panels[:, 0]:
+        ax.set_ylabel("central deflection / length")
+    limits = load_strain_table().limits
+    handles = [
+        Line2D(
+            [], [], color=COLOURS[k], linewidth=2.4 if k == category else 1.0,
+            label=f"deep beam, category {k} beyond {100 * limits[k - 1]:g} %",
+        ) for k in range(1, HIGHEST + 1)
+    ]  # fmt: skip
+
+    dot = {"linestyle": "none", "color": "black"}
+    handles += [Line2D([], [], marker=MARKERS[n][0], label=n, **dot) for n in ("window", "door")]
+    handles += [
+        Line2D([], [], marker="o", label="no opening", **dot),
+        Line2D([], [], marker="o", markerfacecolor="white", label="a third of the bond", **dot),
+        Patch(color="black", label="crack of 1 mm in perpends"),
+        Patch(color=ANYWHERE, label="in any joint above the dpc or footing"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize="small")
+    figure.suptitle(
+        f"Where walls of bricks and joints crack as wide as category {category} (1 mm), and where the deep beam does",
+        x=0.01, ha="left", fontsize=11,
+    )  # fmt: skip
+    return figure
+
+
+def _curves(ax: Axes, movement: str, category: int) -> None:
+    slenderness = np.linspace(0.55, 4.6, 200)
+    shear = 2 * (1 + Scene().block.poisson_ratio)
+    critical = np.minimum(*deflection_over_strain(slenderness, 1.0, movement, shear))
+    for number, limit in enumerate(load_strain_table().limits, start=1):
+        width = 2.4 if number == category else 1.0
+        ax.semilogy(slenderness, limit * critical, color=COLOURS[number], linewidth=width, zorder=1)
+    ratios = (5000, 2000, 1000, 500, 300)
+    ax.set_yticks(
+        [1 / r for r in ratios] + [NEVER], [f"1/{r}" for r in ratios] + ["not up\nto 1/300"], fontsize="small"
+    )
+    ax.minorticks_off()
+    ax.axhline(1 / 300, color="0.6", linewidth=0.8, linestyle=":")
+    ax.set_ylim(1 / 7000, 1 / 185)
+    ax.set_xlim(0.55, 4.6)
+    ax.grid(axis="y", color="0.9", linewidth=0.6)
+
+
+def _walls(ax: Axes, own: pd.DataFrame) -> None:
+    for column, colour, order in (("model", ANYWHERE, 3), ("perpends", "black", 4)):
+        for wall in own.itertuples():
+            marker, aside = MARKERS[wall.opening]
+            weak, reached = wall.bond < 1, getattr(wall, column)
+            y = NEVER * (0.96 if weak else 1.04) if np.isnan(reached) else reached
+            followed = wall.followed_to > (1 - 1e-4) / 300
+            if np.isnan(reached) and (column == "model" or not followed):
+                continue
+            ax.plot(
+                wall.length / wall.height + aside + (0.025 if weak else -0.025), y, marker, markersize=5.5,
+                color=colour, markerfacecolor="white" if weak else colour, markeredgewidth=0.9, zorder=order,
+            )  # fmt: skip
+
+
+def draw_matrices(levels: pd.DataFrame) -> Figure:
+    """Draw how many walls have which category by the model and by each simple method.
+
+    Parameters
+    ----------
+    levels : DataFrame
+        Of ``compare.agreement``.
+    """
+    figure = new_figure(10.0, 7.6)
+    panels = figure.subplots(2, len(METHODS), sharex=True, sharey=True)
+    for row, dpc in enumerate((False, True)):
+        for column, (method, name) in enumerate(METHODS.items()):
+            own = levels[(levels["method"] == method) & (levels["dpc"] == dpc)]
+            count = pd.crosstab(own["category"], own["simple"]).reindex(
+                index=range(HIGHEST + 1), columns=range(HIGHEST + 1), fill_value=0
+            )
+            ax = panels[row][column]
+            ax.imshow(count.values / max(1, count.values.sum()), cmap="Blues", origin="lower", vmin=0, vmax=0.5)
+            for (model, simple), walls in np.ndenumerate(count.values):
+                if walls:
+                    dark = walls > 0.3 * count.values.sum()
+                    ax.text(simple, model, str(walls), ha="center", va="center", color="white" if dark else "black")
+            for same in range(HIGHEST + 1):
+                ax.add_patch(Rectangle((same - 0.5, same - 0.5), 1, 1, fill=False, edgecolor="0.3", linewidth=1.2))
+            lead = f"{name[:1].upper()}{name[1:]}"
+            ax.set_title(f"{lead},\n{BASE[dpc]}", fontsize=9.5, loc="left")
+            ax.text(0.01, 0.99, "too safe", transform=ax.transAxes, va="top", color="0.35", fontsize="x-small")
+            ax.text(0.99, 0.01, "too severe", transform=ax.transAxes, ha="right", color="0.35", fontsize="x-small")
+    for ax in panels[1]:
+        ax.set_xlabel("category by the simple method")
+    for ax in panels[:, 0]:
+        ax.set_ylabel("category by bricks and joints")
+    title = "Walls by category, at the five deflection limits of AS 2870 Table 4.1"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11)
+    return figure

@@ -1,0 +1,146 @@
+"""Simple methods against the model of bricks and joints, wall by wall.
+
+    python studies/simple_methods/run.py [--quick] [--output studies/simple_methods/results] [--at-most 20]
+
+Solves every wall of settings.toml, writes its path into results/paths.csv, and goes on where an earlier call stopped;
+--at-most ends after so many walls. When all are there it writes agreement.csv, capacities.csv and the pictures.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from compare import WALL, agreement, capacities, cracked, summary
+from picture import draw_diagram, draw_matrices
+from strain import largest_tensile_strain
+from walls import Case, cases, elastic, read_settings, scene_of
+
+from damagepred import Scene, solve
+from damagepred.archive.files import write_whole
+from damagepred.damage import load_strain_table, load_table, simple_category
+from damagepred.damage.joints import HEAD_JOINT
+from damagepred.errors import SolverError
+from damagepred.plotting.sheet import DPI
+
+HERE = Path(__file__).resolve().parent
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a few small walls")
+    parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for paths, tables and pictures")
+    parser.add_argument("--at-most", type=int, default=10**9, help="walls to solve in this call")
+    options = parser.parse_args()
+    settings = read_settings(options.quick)
+    store = options.output / "paths.csv"
+    paths = pd.read_csv(store) if store.is_file() else pd.DataFrame(columns=list(Case._fields))
+    done = set(paths[list(Case._fields)].itertuples(index=False, name=None))
+    missing = [case for case in cases(settings) if tuple(case) not in done]
+    options.output.mkdir(parents=True, exist_ok=True)
+    for case in missing[: options.at_most]:
+        start = time.process_time()
+        path = path_of(case, settings)
+        paths = path if paths.empty else pd.concat([paths, path], ignore_index=True)
+        save(paths, store)
+        print(f"{scene_of(case, settings).title}: {time.process_time() - start:.1f} s", flush=True)
+    if len(missing) > options.at_most:
+        print(f"{len(missing) - options.at_most} walls to go; the same command goes on")
+        return 0
+    return 3 * report(paths, options.output)
+
+
+def path_of(case: Case, settings: dict[str, Any]) -> pd.DataFrame:
+    """Return what each method says of a wall at each increment."""
+    scene = scene_of(case, settings)
+    with limited(settings["processor_seconds"]):
+        wall = solve(scene, store_zones=False, on_failure="return")
+    failed = wall.attrs["status"] == "failed"
+    if failed:
+        print(f"{scene.title}: not followed beyond increment {wall.sizes['increment'] - 1}, the model FAILED: "
+              f"{wall.attrs['status_message']}", flush=True)  # fmt: skip
+    count = settings["increments"] + 1
+    ratio = np.linspace(0.0, 1.0, count) / settings["largest_one_in"]
+    perpends = (wall["contact_kind"].values == HEAD_JOINT) & (wall["contact_y"].values > above_dpc(scene))
+    parted = wall["contact_opening"].values[:, perpends] * (wall["contact_state"].values[:, perpends] == 1)
+    beam = simple_category(scene, ratio)
+    rows: dict[str, Any] = {
+        **case._asdict(),
+        "deflection_ratio": ratio,
+        "category": held_on(wall["damage_category"].values, count, -1 if failed else None),
+        "crack_width": held_on(wall["crack_width_max"].values, count, np.nan if failed else None),
+        "perpend_width": held_on(parted.max(axis=1, initial=0.0), count, np.nan if failed else None),
+        "dpc_opening": held_on(wall["dpc_opening_max"].values, count, np.nan if failed else None),
+        "beam_strain": np.maximum(beam.bending_strain, beam.diagonal_strain),
+        "beam_category": beam.category,
+    }
+    rows["perpend_category"] = np.where(rows["category"] < 0, -1, load_table("as2870").by_width(rows["perpend_width"]))
+    for name, lifts in (("tied", False), ("lifting", True)):
+        whole, fields = elastic(scene, settings, lifts)
+        solved = solve(whole, fields=fields, store_zones=False)
+        strain = largest_tensile_strain(solved, settings["elastic"]["gauge"], above_dpc(whole))
+        rows[f"{name}_strain"] = strain
+        rows[f"{name}_category"] = load_strain_table().by_strain(strain)
+    return pd.DataFrame(rows)
+
+
+def above_dpc(scene: Scene) -> float:
+    """Return the height (m) above which a wall is judged."""
+    return -np.inf if scene.dpc is None else (scene.dpc.course + 0.1) * scene.wall.block_height
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """End a solution that takes more processor time than this; it then counts as failed, with what it has found."""
+
+    def end(number: int, frame: object) -> None:
+        raise SolverError(f"took more than {seconds:g} s of processor time")
+
+    signal.signal(signal.SIGVTALRM, end)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+
+
+def held_on(values: np.ndarray, count: int, beyond: float | None = None) -> np.ndarray:
+    """Return a path at ``count`` increments; a wall that fell before stays as it was when it fell, unless told."""
+    last = values[-1:] if beyond is None else np.array([beyond], dtype=values.dtype)
+    return np.concatenate((values, np.repeat(last, count - len(values))))
+
+
+def report(paths: pd.DataFrame, output: Path) -> bool:
+    """Write tables and pictures; return whether any wall failed."""
+    levels = agreement(paths)
+    reached = capacities(paths)
+    save(levels, output / "agreement.csv")
+    save(reached, output / "capacities.csv")
+    write_whole(output / "diagram.png", lambda p: draw_diagram(reached).savefig(p, dpi=DPI, format="png"))
+    write_whole(output / "agreement.png", lambda p: draw_matrices(levels).savefig(p, dpi=DPI, format="png"))
+    print("\n".join([*cracked(reached), "", *summary(levels)]))
+    failed = len(paths[paths["category"] < 0].groupby(WALL))
+    if failed:
+        print(f"{failed} walls were not followed to the end; from there on they are left out")
+    return failed > 0
+
+
+def save(frame: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV."""
+    write_whole(path, lambda p: frame.to_csv(p, index=False, float_format="%.6g"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
