@@ -10,14 +10,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.transforms import ScaledTranslation, Transform
 from numpy.typing import NDArray
 
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting.categories import DPC_COLOUR
 from damagepred.plotting.geometry import Faces, Motion, footing_blocks, polygons
 from damagepred.plotting.rig import FOOTING_COLOUR
-from damagepred.plotting.sheet import MM, figure_of, plain_number
+from damagepred.plotting.sheet import MM, below, plain_number
 from damagepred.plotting.wall import gaps_of, moved_corners
 
 FloatArray = NDArray[np.float64]
@@ -185,8 +184,3 @@ def add_magnification(ax: Axes, wall: Deformed) -> None:
             clip_on=False, label="magnification")  # fmt: skip
     ax.text(left - 0.01 * wall.length, 0.0, f"displacement of {plain_number(size * MM)} mm", transform=where,
             ha="right", va="center", fontsize="small")  # fmt: skip
-
-
-def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transform:
-    """Return where to draw so far under the axes: fractions of them, or another transform's places."""
-    return (transform or ax.transAxes) + ScaledTranslation(0.0, -inches, figure_of(ax).dpi_scale_trans)

@@ -10,6 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation, Transform
 
 from damagepred.errors import InputError
 
@@ -86,6 +87,11 @@ def set_title(ax: Axes, *lines: str) -> None:
     ax.set_title("\n".join(rows), fontsize=10, loc="left")
 
 
+def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transform:
+    """Return where to draw so far under the axes: fractions of them, or another transform's places."""
+    return (transform or ax.transAxes) + ScaledTranslation(0.0, -inches, figure_of(ax).dpi_scale_trans)
+
+
 def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
     """Put a legend in rows under the axes, where it covers nothing.
 
@@ -99,8 +105,8 @@ def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
         Entries in a row at most.
     """
     ax.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=min(columns, len(handles)),
-        frameon=False, fontsize="small", borderaxespad=0.0,
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below(ax, 0.5),
+        ncols=min(columns, len(handles)), frameon=False, fontsize="small", borderaxespad=0.0,
     )  # fmt: skip
 
 

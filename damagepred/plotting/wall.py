@@ -20,7 +20,7 @@ from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, name_of, table_of, width_colours
 from damagepred.plotting.geometry import Faces, Motion, corners, footing_blocks, ground_profile, polygons
 from damagepred.plotting.rig import FOOTING_COLOUR, SOIL_COLOUR, draw_footing_blocks, draw_rig, draw_soil
-from damagepred.plotting.sheet import MM, axes_or_new, figure_of, plain_number, require, set_title
+from damagepred.plotting.sheet import MM, axes_or_new, below, figure_of, plain_number, require, set_title
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -294,8 +294,8 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     ax.legend(
-        handles=_legend(ds, increment, faces), loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=2, frameon=False,
-        fontsize="small", borderaxespad=0.0,
+        handles=_legend(ds, increment, faces), loc="upper left", bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=below(ax, 0.5), ncols=2, frameon=False, fontsize="small", borderaxespad=0.0,
     )  # fmt: skip
     deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
     when = f"central deflection {deflection} mm"

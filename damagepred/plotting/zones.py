@@ -12,8 +12,8 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from damagepred.plotting.deformed import Deformed, add_magnification, below
-from damagepred.plotting.sheet import axes_or_new, require, set_title
+from damagepred.plotting.deformed import Deformed, add_magnification
+from damagepred.plotting.sheet import axes_or_new, below, require, set_title
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
