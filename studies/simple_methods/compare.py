@@ -68,6 +68,8 @@ def summary(levels: pd.DataFrame) -> list[str]:
         for dpc, base in ((False, "no dpc"), (True, "dpc")):
             for movement in ("dishing", "doming"):
                 own = levels[(levels["method"] == method) & (levels["dpc"] == dpc) & (levels["movement"] == movement)]
+                if own.empty:
+                    continue
                 shares = [
                     ", ".join(f"{part.mean():.0%}" for part in (off < 0, off == 0, off > 0))
                     for off in (own["difference"], own["simple"] - own["perpend_category"])
