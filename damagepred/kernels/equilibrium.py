@@ -422,14 +422,24 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
     friction, crushing, torn = 0.0, 0.0, 0.0
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
-        k_n = properties.normal_stiffness[i]
+        k_n, k_s, plain = properties.normal_stiffness[i], properties.shear_stiffness[i], is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
-            sigma, tau, _, _, _, _, slip, climb, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            if plain:
+                cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
+                rubs = properties.residual_friction[i] if cracked else properties.friction[i]
+                sigma, tau, _, _, holds = plain_contact(k_n, k_s, cohesion, rubs, cracked, e, u_s)
+                slip, climb = 0.0, 0.0
+                if holds == 0.0:  # open, or at the limit
+                    slip = np.copysign(max(abs(u_s) - abs(tau) / k_s, 0.0), u_s)
+            else:
+                sigma, tau, _, _, _, _, slip, climb, _ = live_contact(
+                    properties, i, cracked, memory.opened[i, k], e, u_s
+                )
             unopened[i, k] &= e <= 0.0
             if slip != 0.0 or climb != 0.0:
                 memory.slip[i, k] += slip
