@@ -454,6 +454,7 @@ def report(
         Path | None, typer.Option("-o", "--output", help="HTML file to write; by default beside the input.")
     ] = None,
     confidence: Annotated[float, typer.Option(help="Of bands and intervals.", min=0.01, max=0.999)] = 0.9,
+    bootstrap: Annotated[int, typer.Option(help="Resamples for the bands of curves.", min=0)] = 1000,
     no_replay: Annotated[
         bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
     ] = False,
@@ -462,7 +463,9 @@ def report(
     from damagepred.report import write_report
 
     with screen.Bar("solving a typical wall again") as bar:
-        place = write_report(path, output, replay=not no_replay, confidence=confidence, on_step=bar.step)
+        place = write_report(
+            path, output, replay=not no_replay, confidence=confidence, bootstrap=bootstrap, on_step=bar.step
+        )
     screen.say(f"wrote {place}")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +44,7 @@ def study_page(
     *,
     replay: bool = True,
     confidence: float = 0.9,
+    bootstrap: int = 1000,
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
     """Return the report of a study, finished or not.
@@ -57,6 +59,8 @@ def study_page(
         Whether a typical wall is solved again, to draw it.
     confidence : float
         Of bands and intervals.
+    bootstrap : int
+        Resamples of walls for the bands of curves.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -69,10 +73,10 @@ def study_page(
     settings = read_frozen(folder.study_text())
     if not (ds["status"].values < FAILED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
-    curves = _fitted(ds, None, confidence)
+    curves = _fitted(ds, None, confidence, bootstrap)
     at_limits = curves
     if curves.attrs["intensity_measure"] != "central_deflection":
-        at_limits = _fitted(ds, "central_deflection", confidence)
+        at_limits = _fitted(ds, "central_deflection", confidence, bootstrap)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2
     if paths:
@@ -103,12 +107,14 @@ def study_page(
     )
 
 
-def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float) -> xr.Dataset:
+def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float, bootstrap: int) -> xr.Dataset:
     """Return curves fitted each for itself, or with one dispersion if they cross."""
-    curves = fit_fragility(ds, intensity=intensity, confidence=confidence, goodness=GOODNESS)
-    if not int(curves.attrs["curves_cross"]):
-        return curves
-    return fit_fragility(ds, model="common", intensity=intensity, confidence=confidence, goodness=GOODNESS)
+    fit = partial(
+        fit_fragility, ds, intensity=intensity, confidence=confidence, bootstrap=bootstrap,
+        goodness=min(GOODNESS, bootstrap),
+    )  # fmt: skip
+    curves = fit()
+    return fit(model="common") if int(curves.attrs["curves_cross"]) else curves
 
 
 def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:

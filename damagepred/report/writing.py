@@ -28,6 +28,7 @@ def write_report(
     *,
     replay: bool = True,
     confidence: float = 0.9,
+    bootstrap: int = 1000,
     on_step: Callable[[Step], None] | None = None,
 ) -> Path:
     """Write the report of a solved wall or a study as one page of HTML.
@@ -42,6 +43,8 @@ def write_report(
         Whether a typical wall of a study is solved again, to draw it.
     confidence : float
         Of bands and intervals of a study.
+    bootstrap : int
+        Resamples of a study's walls for the bands of its curves.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -70,7 +73,7 @@ def write_report(
 
         folder = StudyFolder(source)
         folder.require()
-        page = study_page(folder, written, replay=replay, confidence=confidence, on_step=on_step)
+        page = study_page(folder, written, replay=replay, confidence=confidence, bootstrap=bootstrap, on_step=on_step)
     else:
         from damagepred.report.wall import wall_page
 

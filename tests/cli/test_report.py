@@ -61,6 +61,6 @@ def test_a_study_with_no_wall_done_is_refused(command: Run, tmp_path: Path) -> N
 
 def test_the_command_says_where_the_report_is(command: Run, tmp_path: Path) -> None:
     study_folder = made_up_study(tmp_path / "house.dp", 12)
-    result = command("report", study_folder, "--no-replay")
+    result = command("report", study_folder, "--no-replay", "--bootstrap", 10)
     assert result.code == 0, result.err
     assert f"wrote {study_folder.with_name('house_report.html')}" in result.out.replace("\n", "")

@@ -193,7 +193,7 @@ def test_common_movement_is_what_all_walls_went_through(tmp_path: Path) -> None:
 
 
 def test_the_page_of_a_study_says_what_was_run(study_folder: Path) -> None:
-    page = study_page(StudyFolder(study_folder), "2026-01-02 03:04", replay=False)
+    page = study_page(StudyFolder(study_folder), "2026-01-02 03:04", replay=False, bootstrap=20)
     sections = {section.name: section for section in page.sections}
     run = {row[0]: row[1] for row in table(sections["run"], "Program").rows}
     assert run["seed"] == "7"

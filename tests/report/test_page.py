@@ -114,7 +114,7 @@ def test_report_of_a_wall(wall: xr.Dataset, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("failed", "missing"), [((), ()), ((3, 7), ()), ((), range(30, 40)), ((3,), range(12, 40))])
 def test_report_of_a_study(failed: tuple[int, ...], missing: range, tmp_path: Path) -> None:
     folder = made_up_study(tmp_path / "house.dp", 40, failed=failed, missing=missing)
-    file = write_report(folder, tmp_path / "r.html", replay=False)
+    file = write_report(folder, tmp_path / "r.html", replay=False, bootstrap=20)
     root = check_page(file.read_text(encoding="utf-8"))
     sections = [e.get("id") for e in root.iter(f"{HTML}section")]
     assert sections == ["inputs", "run", "quality", "damage", "fragility", "limits", "caveats", "files"]
