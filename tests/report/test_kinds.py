@@ -1,6 +1,7 @@
 """Every kind of wall and study gets a page: solvers, footings, zones, runs in time, ends of the movement alone."""
 
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,15 @@ def test_every_kind_of_wall_has_a_page(kind: str, tmp_path: Path) -> None:
     assert ("Mound" in shown) == ("mound" in KINDS[kind])
 
 
+def _run(study: Study, folder: Path, samples: int) -> None:
+    with ThreadPoolExecutor(1) as here:  # worker processes take longer to begin than these walls
+        study.run(folder, samples=samples, executor=here)
+
+
 def test_a_study_that_keeps_ends_alone_has_a_page(tmp_path: Path) -> None:
     text = SMALL_STUDY.replace("[study]", '[study]\nmovement = "sampled"').replace('lower = "6 mm"', 'lower = "0.2 mm"')
     study = Study(StudySettings.from_dict(tomllib.loads(text)))
-    study.run(tmp_path / "ends.dp", samples=6)
+    _run(study, tmp_path / "ends.dp", 6)
     root = check_page(write_report(tmp_path / "ends.dp", bootstrap=20).read_text(encoding="utf-8"))
     assert [e.get("id") for e in root.iter(f"{HTML}figure")] == ["figure-fragility"]
     assert "there are no paths to draw" in "".join(root.itertext())
@@ -68,7 +74,7 @@ def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footi
     ).replace('[variables."movement.central_deflection"]', '[variables."mound.surface_movement"]')
     text = text.replace('lower = "6 mm"\nupper = "9 mm"', 'lower = "15 mm"\nupper = "25 mm"')
     study = Study(StudySettings.from_dict(tomllib.loads(text)))
-    study.run(tmp_path / "mound.dp", samples=4)
+    _run(study, tmp_path / "mound.dp", 4)
     root = check_page(write_report(tmp_path / "mound.dp", bootstrap=20).read_text(encoding="utf-8"))
     shown = "".join(root.itertext())
     assert "median surface movement" in shown

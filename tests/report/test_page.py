@@ -17,11 +17,13 @@ from tests.made_up import made_up_study
 
 HTML = "{http://www.w3.org/1999/xhtml}"
 SVG = "{http://www.w3.org/2000/svg}"
+OUTLINES = re.compile(r' d="[\w\s.,-]*"')
 NAMED_BY = re.compile(r"url\(#([^)]+)\)")
 
 
 def parsed(text: str) -> Tree.Element:
     """The page as a tree; a parse error of the HTML standard is an error."""
+    text = OUTLINES.sub(' d=""', text)  # most of the page, and nothing to get wrong in it
     return html5lib.HTMLParser(strict=True, namespaceHTMLElements=True).parse(text)
 
 
@@ -111,7 +113,7 @@ def test_report_of_a_wall(wall: xr.Dataset, tmp_path: Path) -> None:
     assert figures == ["figure-wall", "figure-history", "figure-dpc", "figure-openings"]
 
 
-@pytest.mark.parametrize(("failed", "missing"), [((), ()), ((3, 7), ()), ((), range(30, 40)), ((3,), range(12, 40))])
+@pytest.mark.parametrize(("failed", "missing"), [((), ()), ((3, 7), range(12, 40))])
 def test_report_of_a_study(failed: tuple[int, ...], missing: range, tmp_path: Path) -> None:
     folder = made_up_study(tmp_path / "house.dp", 40, failed=failed, missing=missing)
     file = write_report(folder, tmp_path / "r.html", replay=False, bootstrap=20)
