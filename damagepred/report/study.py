@@ -148,8 +148,9 @@ def _facts(ds: xr.Dataset, curves: xr.Dataset) -> list[tuple[str, str]]:
     return facts
 
 
-def _median(one: xr.Dataset, unit: str) -> str:
-    return with_band(*(_in_unit(float(one[f"median{end}"]), unit) for end in ("", "_lower", "_upper")))
+def _median(one: xr.Dataset, unit: str, between: str = " ") -> str:
+    value, low, high = (_in_unit(float(one[f"median{end}"]), unit) for end in ("", "_lower", "_upper"))
+    return with_band(value, low, high, between)
 
 
 def _in_unit(value: float, unit: str) -> str:
@@ -287,13 +288,13 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
     rows, failed = [], bool(curves.attrs.get("samples_failed", 0))
     for number_, category in enumerate(curves["category"].values):
         one = curves.isel(category=number_)
-        dispersion = with_band(*(number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")))
-        row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit), dispersion,
+        spread = [number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")]
+        row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit, "\n"), with_band(spread[0], spread[1], spread[2], "\n"),
                f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
                chance(float(one["p_value"])), "; ".join(filter(None, _fit_words(one)))]  # fmt: skip
         if failed:
             ends = [_in_unit(float(one[f"median_failed_{end}"]), unit) for end in ("undamaged", "damaged")]
-            row.append(" or ".join(ends))
+            row.append("\nor ".join(ends))
         rows.append(row)
     band = f"({confidence:.0%} band)"
     head = [
