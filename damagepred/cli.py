@@ -345,7 +345,7 @@ def sensitivity(
     from damagepred.study.variance_shares import crossed_study, study_sensitivity
 
     check_writable(output)
-    place = path
+    place, failed = path, 0
     if not path.is_dir():
         place = folder or path.with_suffix(".crossed.dp")
         crossed = crossed_study(StudySettings.from_toml(path).with_samples(samples, None))
@@ -354,12 +354,15 @@ def sensitivity(
         screen.say(f"{place}: {summary.done} of {summary.total} walls done, {summary.failed} failed")
         if summary.interrupted:
             raise typer.Exit(INTERRUPTED)
+        failed = summary.failed
     asked = 1 if category is None and result is None else category
     found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
     screen.sensitivity_tables(found)
     if output is not None:
         write_dataset(found.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
+    if failed:
+        raise typer.Exit(SOME_FAILED)
 
 
 @app.command()

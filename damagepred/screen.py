@@ -285,7 +285,7 @@ def _run_in_time(ds: xr.Dataset) -> list[str]:
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands."""
     in_mm = curves["intensity"].attrs["units"] == "m"
-    scale, unit = (1e3, "mm") if in_mm else (1.0, "-")
+    scale, unit = (1e3, "mm") if in_mm else (1.0, {"1": "-", "m-1": "1/m"}.get(curves["intensity"].attrs["units"], ""))
     band = f"{100 * curves.attrs['confidence']:.0f} % band"
     columns = ["damage", f"median {unit}\n({band})", f"dispersion\n({band})", "walls that\nreached it", "fit"]
     rows = []
@@ -390,6 +390,8 @@ def _fit_lines(curves: xr.Dataset) -> list[str]:
             f"Akaike's criterion: {separate:.1f} with a dispersion for each category, {common:.1f} with one for all; "
             f"it speaks for {better}"
         )
+    if curves.attrs.get("crossed"):
+        said.append("note: walls come in fours that share a wall or a field (study.crossed): the bands are too narrow")
     if curves.attrs["curves_cross"]:
         said.append("note: fitted apart, the curves of two categories cross; --model common has curves that do not")
     return said
@@ -403,4 +405,5 @@ def _with_band(curve: xr.Dataset, name: str, scale: float, digits: str) -> str:
     value, low, high = (scale * float(curve[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     if value != value:
         return "-"
-    return f"{value:{digits}}" + ("" if low != low else f" ({low:{digits}}-{high:{digits}})")
+    to = "-" if low >= 0 else " to "
+    return f"{value:{digits}}" + ("" if low != low else f" ({low:{digits}}{to}{high:{digits}})")

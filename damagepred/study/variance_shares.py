@@ -143,8 +143,9 @@ def study_sensitivity(
     -------
     xarray.Dataset
         ``spearman``, ``partial`` and ``first_order`` with their intervals on (variable,), of the inputs with one value
-        a wall; of a crossed study also ``first_order`` and ``total`` of ``wall`` and ``joints`` on (group,), as
-        ``group_first_order`` and ``group_total``, and ``interaction``.
+        a wall (of a crossed study from the half of its samples that share nothing); of a crossed study also
+        ``first_order`` and ``total`` of ``wall`` and ``joints`` on (group,), as ``group_first_order`` and
+        ``group_total``, and ``interaction``.
 
     Raises
     ------
@@ -152,19 +153,22 @@ def study_sensitivity(
         See ``output_of``; or if no input has one value a wall.
     """
     found = output_of(ds, category, output)
+    crossed = bool(int(ds.attrs.get("crossed", 0)))
+    # of each table, one wall with one field and the other with the other
+    alone = np.isin(found.sample % 4, (0, 3)) if crossed else np.ones(len(found.sample), dtype=bool)
     inputs = {
-        str(name): np.asarray(variable.values, dtype=np.float64)[found.sample]
+        str(name): np.asarray(variable.values, dtype=np.float64)[found.sample[alone]]
         for name, variable in ds.data_vars.items()
         if variable.dims == ("sample",) and variable.attrs.get("role") == "input"
     }
     if not inputs:
         raise InputError("the study has no input with one value a wall.")
-    weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample] if "weight" in ds else None
+    weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample[alone]] if "weight" in ds else None
     how = {"weight": weight, "confidence": confidence, "resamples": resamples, "seed": seed}
-    result = rank_correlation(inputs, found.value, **how).merge(  # type: ignore[arg-type]
-        first_order(inputs, found.value, **how), combine_attrs="override"  # type: ignore[arg-type]
+    result = rank_correlation(inputs, found.value[alone], **how).merge(  # type: ignore[arg-type]
+        first_order(inputs, found.value[alone], **how), combine_attrs="override"  # type: ignore[arg-type]
     )  # fmt: skip
-    if int(ds.attrs.get("crossed", 0)):
+    if crossed:
         tables = _tables(found)
         shares = crossed_shares(tables, confidence=confidence, resamples=resamples, seed=seed)
         renamed = {n: f"group_{n}" for n in shares.data_vars if str(n).startswith(("first_order", "total"))}

@@ -12,7 +12,7 @@ from tests.cli.conftest import Run
 
 @pytest.fixture
 def crossed(command: Run, small_study_file: Path) -> Path:
-    result = command("sensitivity", small_study_file, "-n", 16)
+    result = command("sensitivity", small_study_file, "-n", 24)
     assert result.code == 0, result.err
     return small_study_file.with_suffix(".crossed.dp")
 
@@ -24,7 +24,7 @@ def test_of_a_study_file_crossed_walls_are_run(command: Run, crossed: Path, tmp_
     for words in (
         "joint.friction",
         "what varies from joint to joint",
-        "4 tables",
+        "6 tables",
         "rank of the capacity for category 2",
     ):
         assert words in re.sub(r"\s+", " ", result.out)

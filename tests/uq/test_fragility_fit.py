@@ -48,7 +48,7 @@ def test_chances_are_even_where_the_curve_is_right() -> None:
         float(
             fit_fragility(
                 study(lognormal(np.random.default_rng([6, i]), 8.0, 0.4, 50), end=16.0, increments=16),
-                categories=[1], bootstrap=0, goodness=15, seed=i,
+                categories=[1], bootstrap=0, goodness=9, seed=i,
             )["p_value"][0]
         )
         for i in range(30)

@@ -133,6 +133,8 @@ def fit_fragility(
         "samples": len(walls.sample), "samples_failed": int((ds["status"].values == FAILED).sum()),
         "curves_cross": int(_cross(columns)), **more,
     }  # fmt: skip
+    if walls.crossed:
+        attrs["crossed"] = 1
     return curves_dataset(ds, columns, wanted, names, grid, name, attrs)
 
 
@@ -334,8 +336,6 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float) -> str:
         said.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
-    if walls.crossed:
-        said.append("walls come in fours that share a wall or a field (study.crossed): its band is too narrow")
     if share < 0.95:
         said.append(f"only {share:.0%} of the resamples could be fitted: its band is too narrow")
     return "; ".join(said)
