@@ -23,7 +23,7 @@ def test_of_a_study_file_crossed_walls_are_run(command: Run, crossed: Path, tmp_
     assert result.code == 0, result.err
     for words in (
         "joint.friction",
-        "what varies from joint to joint",
+        "what varies",  # from joint to joint, on another line of the table
         "6 tables",
         "rank of the capacity for category 2",
     ):

@@ -66,13 +66,13 @@ def normal_spearman(rho: float) -> float:
 
 @pytest.mark.parametrize("rho", [0.0, 0.7])
 def test_intervals_of_rank_correlation_hold_the_truth_about_nine_times_in_ten(rho: float) -> None:
-    held, repetitions = 0, 60
+    held, repetitions = 0, 50
     for seed in range(repetitions):
         random = np.random.default_rng([3, seed])
         x, e = random.standard_normal((2, 100))
-        found = rank_correlation({"x": x}, rho * x + np.sqrt(1 - rho**2) * e, resamples=100, seed=seed)
+        found = rank_correlation({"x": x}, rho * x + np.sqrt(1 - rho**2) * e, resamples=60, seed=seed)
         held += bool(found["spearman_lower"][0] <= normal_spearman(rho) <= found["spearman_upper"][0])
-    assert 47 <= held <= 60  # 54 expected
+    assert 38 <= held <= 50  # 45 expected
 
 
 def test_more_walls_than_are_resampled_have_smaller_errors() -> None:

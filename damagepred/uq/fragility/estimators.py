@@ -10,7 +10,16 @@ from scipy import sparse
 
 from damagepred.uq.fragility.capacities import Cells, alike, tally
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
-from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Rows, likelihood, most_likely, rows_of, scores
+from damagepred.uq.fragility.likelihood import (
+    LARGEST,
+    SMALLEST,
+    KindRows,
+    Rows,
+    likelihood,
+    most_likely,
+    rows_of,
+    scores,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -71,7 +80,7 @@ class _Shared:
 
     categories: list[int]
     cells: Cells
-    rows: Rows
+    rows: Rows | KindRows
 
     _best: FloatArray | None = None
 
@@ -108,26 +117,23 @@ class Composite(_Shared):
 
     def __init__(self, categories: list[int], cells: Cells) -> None:
         self.categories, self.cells = categories, cells
-        size = len(categories)
+        size, count = len(categories), len(cells.number)
         if size == 1:
             self._sum = None
-            lower, upper, regressors = cells.lower[0], cells.upper[0], np.ones((len(cells.number), 1))
+            lower, upper, kind = cells.lower[0], cells.upper[0], np.zeros(count, dtype=np.int8)
+            self.rows = rows_of(lower, upper, np.ones((count, 1)))
         else:
             # cells that differ in other categories alone share a row of this one
-            parts, places, done = [], [], 0
-            for k in range(size):
-                first, which = alike(np.stack((cells.lower[k], cells.upper[k])))
-                one = np.column_stack((cells.lower[k][first], cells.upper[k][first]))
-                parts.append(np.column_stack((one, np.tile(np.eye(size)[k], (len(one), 1)))))
-                places.append(which + done)
-                done += len(one)
-            lower, upper, *more = np.concatenate(parts).T
-            regressors = np.column_stack(more)
-            place = np.concatenate(places)
-            of = np.tile(np.arange(len(cells.number)), size)
-            self._sum = sparse.csr_array((np.ones(len(place)), (of, place)), shape=(len(cells.number), done))
-        self.rows = rows_of(lower, upper, regressors)
-        self._start = _start(lower, upper, regressors)
+            found = [alike(np.stack((cells.lower[k], cells.upper[k]))) for k in range(size)]
+            ends = np.cumsum([len(first) for first, _ in found])
+            lower = np.concatenate([cells.lower[k][first] for k, (first, _) in enumerate(found)])
+            upper = np.concatenate([cells.upper[k][first] for k, (first, _) in enumerate(found)])
+            kind = np.repeat(np.arange(size, dtype=np.int8), [len(first) for first, _ in found])
+            place = np.column_stack([which + end - len(first) for (first, which), end in zip(found, ends)]).ravel()
+            each = np.arange(0, size * count + 1, size)
+            self._sum = sparse.csr_array((np.ones(size * count), place, each), shape=(count, int(ends[-1])))
+            self.rows = KindRows(lower, upper, kind, size)
+        self._start = _start(lower, upper, kind, size)
 
     def _of_rows(self, weight: FloatArray) -> FloatArray:
         return weight if self._sum is None else np.asarray(weight @ self._sum)
@@ -138,7 +144,8 @@ class Composite(_Shared):
 
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient."""
-        found = scores(at, self.rows)
+        count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
+        found = scores(at, self.rows, count)
         return found if self._sum is None else np.asarray(self._sum @ found)
 
     def curvature(self, at: FloatArray) -> FloatArray:
@@ -150,16 +157,15 @@ class Composite(_Shared):
         return float(likelihood(at[None], self.rows, self._of_rows(self.cells.total[None])).value[0])
 
 
-def _start(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> FloatArray:
+def _start(lower: FloatArray, upper: FloatArray, kind: NDArray[np.int8], kinds: int) -> FloatArray:
     """Return parameters from the middles of the intervals."""
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         low, high = np.log(lower), np.log(upper)
-    with np.errstate(invalid="ignore"):
         middle = np.where(np.isinf(high), low, np.where(np.isinf(low), high - 0.7, (low + high) / 2))
     told = np.isfinite(middle)
-    middle, groups = middle[told], regressors[told]
-    mean = (groups.T @ middle) / np.maximum(groups.sum(axis=0), 1)
-    spread = np.clip(np.sqrt(np.mean((middle - groups @ mean) ** 2)), 0.05, 3.0)
+    middle, kind = middle[told], kind[told]
+    mean = np.bincount(kind, middle, kinds) / np.maximum(np.bincount(kind, minlength=kinds), 1)
+    spread = np.clip(np.sqrt(np.mean((middle - mean[kind]) ** 2)), 0.05, 3.0)
     return np.append(1.0, mean) / spread
 
 
@@ -211,7 +217,7 @@ class Ordinal(_Shared):
 
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient."""
-        return scores(at, self.rows)
+        return scores(at, self.rows, len(self.cells.number))
 
     def curvature(self, at: FloatArray) -> FloatArray:
         """Return the curvature of the log-likelihood."""

@@ -54,6 +54,39 @@ class Rows(NamedTuple):
         """Return some of the rows."""
         return Rows(self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which])
 
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return self.below.shape[1]
+
+
+class KindRows(NamedTuple):
+    """Intervals of capacities of several kinds: one dispersion, and a mean for each; rows are written out when needed.
+
+    Attributes
+    ----------
+    lower, upper : array (rows,)
+        The capacity lies in (lower, upper].
+    kind : array of int (rows,)
+        Which mean it has.
+    kinds : int
+        How many there are.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    kind: NDArray[np.int8]
+    kinds: int
+
+    def part(self, which: slice) -> Rows:
+        """Return some of the rows."""
+        return rows_of(self.lower[which], self.upper[which], np.eye(self.kinds)[self.kind[which]])
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return 1 + self.kinds
+
 
 def rows_of(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> Rows:
     """Return what intervals of capacities say: g ln(lower) - h . x < e <= g ln(upper) - h . x.
@@ -85,7 +118,7 @@ class Likelihood(NamedTuple):
         return Likelihood(self.value[which], self.gradient[which], self.curvature[which])
 
 
-def likelihood(at: FloatArray, rows: Rows, weight: FloatArray) -> Likelihood:
+def likelihood(at: FloatArray, rows: Rows | KindRows, weight: FloatArray) -> Likelihood:
     """Work out the likelihood of several sets of parameters, each for its own weights.
 
     Parameters
@@ -115,9 +148,9 @@ def likelihood(at: FloatArray, rows: Rows, weight: FloatArray) -> Likelihood:
     return Likelihood(value, gradient, curvature)
 
 
-def scores(at: FloatArray, rows: Rows) -> FloatArray:
-    """Return the gradient of each row's own log-likelihood, array (rows, parameters), at parameters (parameters,)."""
-    found = np.empty_like(rows.below)
+def scores(at: FloatArray, rows: Rows | KindRows, count: int) -> FloatArray:
+    """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
+    found = np.empty((count, rows.parameters))
     for first in range(0, len(found), _AT_ONCE):
         some = rows.part(slice(first, first + _AT_ONCE))
         _, by_low, by_high, *_ = _terms(at[None], some)
@@ -175,7 +208,7 @@ def log_between(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.maximum(np.where(np.isnan(difference), _LEAST, difference), _LEAST)
 
 
-def most_likely(rows: Rows, weight: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+def most_likely(rows: Rows | KindRows, weight: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Find the parameters of the largest likelihood.
 
     Parameters
@@ -195,7 +228,7 @@ def most_likely(rows: Rows, weight: FloatArray, start: FloatArray) -> tuple[Floa
         Logarithm of the likelihood.
     """
     resamples, count = weight.shape
-    at = np.array(np.broadcast_to(start, (resamples, rows.below.shape[1])), dtype=np.float64)
+    at = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
     if count > _MANY and resamples == 1:
         stride = count // (_MANY // 5)
         at, _ = most_likely(rows.part(slice(None, None, stride)), weight[:, ::stride], at)
@@ -224,7 +257,12 @@ def _newton(now: Likelihood) -> FloatArray:
 
 
 def _better(
-    at: FloatArray, here: Likelihood, step: FloatArray, climbing: NDArray[np.int64], rows: Rows, weight: FloatArray
+    at: FloatArray,
+    here: Likelihood,
+    step: FloatArray,
+    climbing: NDArray[np.int64],
+    rows: Rows | KindRows,
+    weight: FloatArray,
 ) -> tuple[BoolArray, FloatArray]:
     """Go along the steps, halving them until the likelihood is no smaller; return where it worked and how far."""
     moved, fraction = np.zeros(len(climbing), dtype=bool), np.ones(len(climbing))

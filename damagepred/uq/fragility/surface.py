@@ -160,7 +160,7 @@ class _Regression:
 
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient."""
-        return scores(at, self.rows)
+        return scores(at, self.rows, len(self.cells.number))
 
     def curvature(self, at: FloatArray) -> FloatArray:
         """Return the curvature of the log-likelihood."""
