@@ -236,3 +236,23 @@ def test_flags_are_kept() -> None:
 def test_what_cannot_be_asked(options: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         fit_fragility(study(known(np.random.default_rng(1), 30)), **options)
+
+
+def test_what_no_category_tells_is_said_of_each() -> None:
+    """Movements that part walls perfectly; or capacities of one increment: no dispersion for any."""
+    movement = np.linspace(1, 20, 40)
+    parted = fit_ordinal(movement, (movement > 5).astype(int) + (movement > 12), [1, 2])
+    assert np.isnan(parted.median).all()
+    assert all(why.startswith("damaged and undamaged walls are parted by the movement alone") for why in parted.status)
+    curves = fit_fragility(study(np.tile([3.5, 7.5], (20, 1)), end=12.0, increments=12), model="common", bootstrap=20)
+    assert curves["fit_status"].values[:2].tolist() == ["all walls within one increment: refine the increments"] * 2
+    assert curves["fit_status"].values[2] == "never reached"
+
+
+def test_a_category_that_lacks_scatter_borrows_it_from_another() -> None:
+    random = np.random.default_rng(3)
+    capacity = np.column_stack((np.full(60, 3.5), lognormal(random, 15.0, 0.3, 60)))
+    curves = fit_fragility(study(capacity, end=40.0, increments=40), model="common", categories=[1, 2], bootstrap=0)
+    assert (curves["fit_status"] == "fitted").all()
+    alone = fit_fragility(study(capacity, end=40.0, increments=40), categories=[1, 2], bootstrap=0)
+    assert alone["fit_status"].values.tolist() == ["all walls within one increment: refine the increments", "fitted"]

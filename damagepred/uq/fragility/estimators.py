@@ -64,15 +64,10 @@ def estimators(cells: Cells, common: bool = False, single: bool = False) -> list
     good = [k for k, why in enumerate(reasons(cells, common)) if not why]
     if not common:
         return [Composite([k], cells.of(k)) for k in good]
-    if not good or all(_parted(cells, k) for k in good):
+    if not good:
         return []
     some = tally(cells.lower[good], cells.upper[good], cells.weight, cells.number)
     return [Ordinal(good, some) if single else Composite(good, some)]
-
-
-def _parted(cells: Cells, k: int) -> bool:
-    told = (cells.total > 0) & ((cells.lower[k] > 0) | np.isfinite(cells.upper[k]))
-    return bool(cells.lower[k][told].max() <= cells.upper[k][told].min())
 
 
 class _Shared:

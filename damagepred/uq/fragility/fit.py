@@ -65,8 +65,10 @@ def reasons(cells: Cells, common: bool = False) -> list[str]:
     cells : Cells
         Walls.
     common : bool
-        Whether categories share a dispersion: then one may lack what tells its own.
+        Whether categories share a dispersion: then one may lack what tells its own, as long as another has it.
     """
+    if common and all(reasons(cells)):
+        return reasons(cells)
     found = []
     for lower, upper in zip(cells.lower, cells.upper):
         told = (cells.total > 0) & ((lower > 0) | np.isfinite(upper))
