@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from damagepred.study import Study, open_study
     from damagepred.uq.fragility import fit_fragility
     from damagepred.uq.subset import subset_simulation
+    from damagepred.wall_cracks import crack_profile, cracks
 
 _HOMES = {
     "Assembly": "assembly",
@@ -37,6 +38,8 @@ _HOMES = {
     "SolverError": "errors",
     "Study": "study",
     "StudyError": "errors",
+    "crack_profile": "wall_cracks",
+    "cracks": "wall_cracks",
     "fit_fragility": "uq.fragility",
     "judge_again": "rejudge",
     "open_study": "study",
@@ -54,6 +57,8 @@ __all__ = [
     "Study",
     "StudyError",
     "__version__",
+    "crack_profile",
+    "cracks",
     "fit_fragility",
     "judge_again",
     "open_study",

@@ -415,6 +415,28 @@ def plot(
     _draw_wall(ds, output)
 
 
+@app.command("cracks")
+def cracks_command(
+    file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False)],
+    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write, with all increments.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+) -> None:
+    """Show the cracks of a solved wall at the end of its path, one by one."""
+    from damagepred.archive.files import check_writable, read_dataset, write_dataset, write_whole
+    from damagepred.wall_cracks import crack_frame
+    from damagepred.wall_cracks import cracks as cracks_of
+
+    check_writable(csv, output)
+    found = cracks_of(read_dataset(file))
+    screen.crack_table(found, crack_frame(found))
+    if csv is not None:
+        write_whole(csv, lambda p: crack_frame(found, None).to_csv(p, index=False))
+        screen.say(f"wrote {csv}")
+    if output is not None:
+        write_dataset(found, output)
+        screen.say(f"wrote {output}")
+
+
 @app.command("judge")
 def judge_command(
     path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],

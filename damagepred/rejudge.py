@@ -161,23 +161,8 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
 # -- one wall, from its contacts -------------------------------------------------------------------------------------
 
 
-def joints_of(ds: xr.Dataset) -> JointMap:
-    """Return the joints of an archived wall as damage assessment takes them.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall with its contacts.
-    """
-    interface = ds["contact_interface"].values
-    shape = (int(interface[-1]) + 1, -1)
-    x, y, length = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length"))
-    normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
-    return JointMap.from_contacts(x, y, length, normal, ds["contact_kind"].values.reshape(shape)[:, 0])
-
-
 def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
-    joints = joints_of(ds)
+    joints = JointMap.from_dataset(ds)
     shape = joints.contact_x.shape
     opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
     verdicts = [

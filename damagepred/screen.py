@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from damagepred.path import Step
@@ -184,6 +185,30 @@ def wall_table(ds: xr.Dataset) -> None:
     table(ds.attrs["title"], columns, rows)
     for line in (*zones_in_words(ds), *wall_quality(ds)):
         say(line)
+
+
+def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
+    """Print cracks, the widest of each part of the wall first; at most so many of them."""
+    columns = ["crack", "part", "width\nmm", "normal to\nits line, mm", "opening and\nslip, mm", "length\nm",
+               "how it runs", "widest at\nx, y in m", "began at\nmm", "began at\nx, y in m"]  # fmt: skip
+    rows = []
+    for one in frame.head(most).itertuples():
+        slope = f" {one.crack_inclination:.0f} deg" if one.crack_orientation in ("stepped", "diagonal") else ""
+        bricks = ", through bricks" if one.crack_length_through_blocks > 0 else ""
+        rows.append(
+            [str(one.crack), one.crack_part.replace("_", " "), f"{1e3 * one.crack_width:.2f}",
+             f"{1e3 * one.crack_width_normal:.2f}", f"{1e3 * one.crack_displacement:.2f}", f"{one.crack_length:.2f}",
+             one.crack_orientation + slope + bricks, f"{one.crack_x:.2f}, {one.crack_y:.2f}",
+             f"{1e3 * one.first_central_deflection:.2f}", f"{one.first_x:.2f}, {one.first_y:.2f}"]
+        )  # fmt: skip
+    end = 1e3 * float(found["central_deflection"][-1])
+    if not rows:
+        say(f"{found.attrs['title']}: nothing has opened or slid by more than "
+            f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm")  # fmt: skip
+        return
+    table(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", columns, rows)
+    if len(frame) > most:
+        say(f"and {len(frame) - most} more; --csv writes them all")
 
 
 def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:

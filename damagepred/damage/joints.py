@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -63,6 +67,20 @@ class JointMap:
         half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
         return cls(middle - half, middle + half, kind, x, y, length)
 
+    @classmethod
+    def from_dataset(cls, ds: xr.Dataset) -> JointMap:
+        """Build the map from an archived wall.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            Of one wall with its contacts.
+        """
+        shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
+        x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
+        normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
+        return cls.from_contacts(x, y, length, normal, kind[:, 0])
+
     @cached_property
     def is_dpc(self) -> BoolArray:
         """Which interfaces are the dpc, (m,)."""
@@ -101,8 +119,8 @@ class JointMap:
         return float(self.middle_y[self.is_dpc].max()) if self.is_dpc.any() else -np.inf
 
     @cached_property
-    def corners(self) -> sparse.csr_array:
-        """Which corner each interface touches: array of bool (m, corners)."""
+    def corner_numbers(self) -> IntArray:
+        """Numbers of the corners at start and end of each interface: array (m, 2)."""
         points = np.concatenate((self.start, self.end))
         apart = 1e-7 * float(np.ptp(points, axis=0).max())
         # by the gaps between coordinates, not by rounding them: a corner may lie where rounding parts its copies
@@ -111,7 +129,23 @@ class JointMap:
             order = np.argsort(values, kind="stable")
             level[order, axis] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > apart)))
         _, number = np.unique(level, axis=0, return_inverse=True)
-        number = number.ravel()
+        return self._parted(number.reshape(2, -1).T)
+
+    def _parted(self, number: IntArray) -> IntArray:
+        """Give corners at a control joint, where the leaf is parted, another number on its right than on its left."""
+        gap = self.kind == CONTROL_JOINT
+        if not gap.any():
+            return number
+        ends = np.stack((self.start[:, 0], self.end[:, 0]), axis=1)
+        on_right = ends.mean(axis=1, keepdims=True) > ends + 1e-9
+        moved = np.isin(number, number[gap]) & on_right & ~gap[:, None]
+        _, again = np.unique(np.where(moved, number + number.max() + 1, number), return_inverse=True)
+        return again.reshape(-1, 2)
+
+    @cached_property
+    def corners(self) -> sparse.csr_array:
+        """Which corner each interface touches: array of bool (m, corners)."""
+        number = self.corner_numbers.T.ravel()
         rows = np.tile(np.arange(len(self.kind)), 2)
         return sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))
 

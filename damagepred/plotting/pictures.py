@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from damagepred.archive.files import write_whole
 from damagepred.damage.joints import DPC
 from damagepred.errors import InputError, StudyError
+from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.dpc import draw_dpc_opening
 from damagepred.plotting.footing import draw_jack_load, footing_sheet, has_footing
@@ -33,10 +34,10 @@ FORMATS = ("png", "pdf", "svg")
 def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """Draw one wall.
 
-    ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``stress_xx.png``
-    for a static path; of a footing that finds its own form ``footing.png``, and on jacks ``jack_load.png``; of
-    deformable blocks also ``stress_yy.png``, ``stress_xy.png``, ``principal_stress.png`` and, if any zone has yielded,
-    ``zone_states.png``.
+    ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``cracks.png`` and
+    ``stress_xx.png`` for a static path; of a footing that finds its own form ``footing.png``, and on jacks
+    ``jack_load.png``; of deformable blocks also ``stress_yy.png``, ``stress_xy.png``, ``principal_stress.png`` and, if
+    any zone has yielded, ``zone_states.png``.
 
     Parameters
     ----------
@@ -60,6 +61,8 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
     if ds.sizes.get("opening", 0):
         sheets["opening_width.png"] = _opening_width(ds)
+    if "time" not in ds.variables:
+        sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
     if has_footing(ds):
         sheets["footing.png"] = footing_sheet(ds)

@@ -258,3 +258,17 @@ def test_judge_again_from_the_command_line(command: Run, tmp_path: Path) -> None
     assert command("fragility", tmp_path / "study.nc").code == 0
     result = command("judge", old, "--table", "bre25")
     assert (result.code, "bre251.toml" in result.err) == (2, True)
+
+
+def test_cracks_from_the_command_line(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SMALL_SCENE)
+    assert command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc").code == 0
+    result = command("cracks", tmp_path / "wall.nc", "--csv", tmp_path / "cracks.csv", "-o", tmp_path / "cracks.nc")
+    assert result.code == 0, result.err
+    assert "cracks at a central deflection of 1 mm" in result.out
+    assert "dpc opening" in result.out
+    rows = (tmp_path / "cracks.csv").read_text().splitlines()
+    assert rows[0].startswith("increment,central_deflection,crack,crack_part,crack_width,")
+    assert any(",dpc_opening," in row for row in rows[1:])
+    assert read_dataset(tmp_path / "cracks.nc").sizes["crack"] >= 1
+    assert command("cracks", tmp_path / "cracks.nc").code == 2

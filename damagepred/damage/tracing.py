@@ -1,0 +1,320 @@
+"""Cracks as objects in one state of a wall: contacts that have opened or slid, joined end to end, and traced.
+
+Each contact stands for a piece of its joint. Pieces that meet, within a joint or at a corner where joints meet, belong
+to one crack; pieces of bricks that have yielded join what they touch. ``damagepred.damage.find_cracks``, by which
+categories are found, joins whole joints instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from damagepred.damage.joints import HEAD_JOINT, JointMap
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+ORIENTATIONS = ("horizontal", "vertical", "stepped", "diagonal")
+HORIZONTAL, VERTICAL, STEPPED, DIAGONAL = range(4)
+
+LEVEL, UPRIGHT = 15.0, 75.0
+"""Inclination (degrees) up to which a crack counts as horizontal, and from which as vertical."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """The joints of a wall cut into the pieces that contacts stand for, p = m q of them, and points where they meet.
+
+    Attributes
+    ----------
+    joints : JointMap
+        The joints.
+    """
+
+    joints: JointMap
+
+    @cached_property
+    def ends(self) -> IntArray:
+        """Numbers of the two points that each piece lies between, along its joint's tangent: array (p, 2)."""
+        m, q = self.joints.contact_x.shape
+        count = self.joints.corners.shape[1]
+        points = np.empty((m, q + 1), dtype=np.int64)
+        points[:, [0, -1]] = self.joints.corner_numbers
+        points[:, 1:-1] = count + np.arange(m * (q - 1)).reshape(m, q - 1)
+        return np.stack((points[:, :-1], points[:, 1:]), axis=-1).reshape(-1, 2)
+
+    @cached_property
+    def place(self) -> FloatArray:
+        """Where the two ends of each piece are (m): array (p, 2, 2)."""
+        length = self.joints.contact_length
+        whole = length.sum(axis=1, keepdims=True)
+        share = np.concatenate((np.zeros_like(whole), np.cumsum(length, axis=1) / whole), axis=1)[..., None]
+        start, end = self.joints.start[:, None], self.joints.end[:, None]
+        at = start + share * (end - start)
+        return np.stack((at[:, :-1], at[:, 1:]), axis=2).reshape(-1, 2, 2)
+
+    @cached_property
+    def tangent(self) -> FloatArray:
+        """Unit tangent of each piece: array (p, 2)."""
+        along = self.joints.end - self.joints.start
+        unit = along / np.hypot(*along.T)[:, None]
+        return np.repeat(unit, self.joints.contact_x.shape[1], axis=0)
+
+    @cached_property
+    def length(self) -> FloatArray:
+        """Length of each piece (m), (p,)."""
+        return self.joints.contact_length.ravel()
+
+    @cached_property
+    def is_head(self) -> BoolArray:
+        """Whether each piece is one of a perpend, (p,)."""
+        return np.repeat(self.joints.kind == HEAD_JOINT, self.joints.contact_x.shape[1])
+
+    @cached_property
+    def points(self) -> int:
+        """Number of points where pieces may meet."""
+        return int(self.ends.max(initial=-1)) + 1
+
+
+class Links(NamedTuple):
+    """Yielded zones that join cracks: graph edges beyond the pieces of joints; l of them.
+
+    Attributes
+    ----------
+    ends : array of int (l, 2)
+        Points that they join: those of pieces, and from ``Pieces.points`` on those of zones.
+    place : array (l, 2, 2)
+        Where these are (m).
+    """
+
+    ends: IntArray
+    place: FloatArray
+
+    @classmethod
+    def none(cls) -> Links:
+        """Return no links, for walls of rigid bricks."""
+        return cls(np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 2)))
+
+
+class Crack(NamedTuple):
+    """One crack in one state; a opened or slid pieces of joints, s steps of its path.
+
+    Attributes
+    ----------
+    pieces : array of int (a,)
+        Contacts it is made of.
+    opening : array (a,)
+        Opening normal to the joint (m), 0 where it is closed.
+    displacement : array (a,)
+        Relative displacement of the two faces in all (m).
+    width : array (a,)
+        Its part normal to the crack's mean line (m), opening positive.
+    along : array (a,)
+        Where each piece lies along the mean line (m), 0 at its middle.
+    path : array (s + 1, 2)
+        Points of its longest course, from the lower or left end (m).
+    path_pieces : array of int (s,)
+        Contact of each step of it, -1 through a brick.
+    length : float
+        Of all its pieces (m).
+    length_through_blocks : float
+        Of its path through bricks (m).
+    branches : int
+        Pieces of it that leave the path.
+    inclination : float
+        Of the mean line, from the horizontal (degrees), above -90 and up to 90.
+    orientation : int
+        Index into ``ORIENTATIONS``.
+    widest : int
+        Position in ``pieces`` of the widest opening.
+    """
+
+    pieces: IntArray
+    opening: FloatArray
+    displacement: FloatArray
+    width: FloatArray
+    along: FloatArray
+    path: FloatArray
+    path_pieces: IntArray
+    length: float
+    length_through_blocks: float
+    branches: int
+    inclination: float
+    orientation: int
+    widest: int
+
+
+def trace(pieces: Pieces, opening: FloatArray, slip: FloatArray, part: BoolArray, links: Links) -> list[Crack]:
+    """Join pieces into cracks.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        The joints' pieces.
+    opening, slip : array (p,)
+        Opening normal to and slip along the joint (m).
+    part : array of bool (p,)
+        Which have opened or slid.
+    links : Links
+        What joins them through bricks.
+
+    Returns
+    -------
+    list of Crack
+        Widest first, cracks that only slid last.
+    """
+    chosen = np.flatnonzero(part)
+    if not chosen.size:
+        return []
+    ends = np.concatenate((pieces.ends[chosen], links.ends))
+    points, ends = np.unique(ends, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    place = np.concatenate((pieces.place[chosen], links.place))
+    graph = sparse.csr_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(len(points),) * 2)
+    _, label = connected_components(graph, directed=False)
+    of_edge = label[ends[:, 0]]
+    order = np.argsort(of_edge, kind="stable")
+    cuts = np.flatnonzero(np.diff(of_edge[order])) + 1
+    found = []
+    for edges in np.split(order, cuts):
+        own = edges[edges < len(chosen)]
+        if own.size:  # zones alone are no crack of joints
+            contact = np.where(edges < len(chosen), chosen[np.minimum(edges, len(chosen) - 1)], -1)
+            found.append(_crack(pieces, opening, slip, contact, ends[edges], place[edges]))
+    return sorted(found, key=lambda c: (-float(c.opening.max()), -c.length, int(c.pieces[0])))
+
+
+def _crack(
+    pieces: Pieces, opening: FloatArray, slip: FloatArray, contact: IntArray, ends: IntArray, place: FloatArray
+) -> Crack:
+    """Make one crack of its edges: contacts (-1: through a brick), the points they join and where these are."""
+    own = contact[contact >= 0]
+    step = np.hypot(*(place[:, 1] - place[:, 0]).T)
+    direction, middle = _mean_line(place[contact >= 0], step[contact >= 0])
+    path, forward = _longest_course(ends, step, place, direction)
+    normal = np.array((-direction[1], direction[0]))
+    tangent = pieces.tangent[own]
+    gap = np.maximum(opening[own], 0.0)
+    # the normal of a joint points from block a to block b, its tangent is that turned clockwise
+    moved = gap[:, None] * np.column_stack((-tangent[:, 1], tangent[:, 0])) + slip[own][:, None] * tangent
+    width = _which_side(pieces, own, contact, path, forward, normal) * (moved @ normal)
+    through = path[contact[path] < 0]
+    inclination = float(np.degrees(np.arctan2(direction[1], direction[0])))
+    corners = [place[path[0], 0 if forward[0] else 1]]
+    corners += [place[e, 1 if f else 0] for e, f in zip(path, forward)]
+    return Crack(
+        pieces=own,
+        opening=gap,
+        displacement=np.hypot(gap, slip[own]),
+        width=width,
+        along=(pieces.place[own].mean(axis=1) - middle) @ direction,
+        path=np.array(corners),
+        path_pieces=contact[path],
+        length=float(pieces.length[own].sum()),
+        length_through_blocks=float(step[through].sum()),
+        branches=_branches(ends, contact, path),
+        inclination=inclination,
+        orientation=_orientation(abs(inclination), bool(through.size)),
+        widest=int(np.lexsort((-np.hypot(gap, slip[own]), -gap))[0]),
+    )
+
+
+def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the direction of the line that lies closest to some edges, to the right or up, and a point of it."""
+    weight = step / step.sum()
+    middle = weight @ place.mean(axis=1)
+    arms = place - middle
+    # the second moment of a straight edge about the middle: of its ends and its own middle, by Simpson's rule
+    half = arms.mean(axis=1)
+    spread = sum(np.einsum("e,ei,ej->ij", w, a, a) for w, a in
+                 ((weight / 6, arms[:, 0]), (weight / 6, arms[:, 1]), (weight * 4 / 6, half)))  # fmt: skip
+    values, vectors = np.linalg.eigh(np.asarray(spread))
+    direction = vectors[:, int(np.argmax(values))]
+    if direction[0] < -1e-9 or (abs(direction[0]) <= 1e-9 and direction[1] < 0):
+        direction = -direction
+    return direction, middle
+
+
+def _longest_course(
+    ends: IntArray, step: FloatArray, place: FloatArray, direction: FloatArray
+) -> tuple[IntArray, BoolArray]:
+    """Return the edges of the longest of all shortest courses between two points, and which are walked forward.
+
+    Found from the point farthest from any: exact where a crack has no loops, which is how cracks are.
+    """
+    points, local = np.unique(ends, return_inverse=True)
+    local = local.reshape(-1, 2)
+    n = len(points)
+    # of edges that join the same two points the shortest counts
+    order = np.argsort(-step, kind="stable")
+    edge_of = {tuple(sorted(local[e])): int(e) for e in order}
+    keys = np.array(list(edge_of))
+    cost = step[list(edge_of.values())]
+    graph = sparse.csr_array((np.maximum(cost, 1e-12), (keys[:, 0], keys[:, 1])), shape=(n, n))
+    far = dijkstra(graph, directed=False, indices=0)
+    first = int(np.argmax(far))
+    far, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    at = int(np.argmax(far))
+    walked: list[int] = []
+    forward: list[bool] = []
+    while at != first:
+        previous = int(before[at])
+        edge = edge_of[min(previous, at), max(previous, at)]
+        walked.append(edge)
+        forward.append(bool(local[edge, 1] == at))
+        at = previous
+    edges, ahead = np.array(walked[::-1], dtype=np.int64), np.array(forward[::-1], dtype=np.bool_)
+    begin = place[edges[0], 0 if ahead[0] else 1]
+    finish = place[edges[-1], 1 if ahead[-1] else 0]
+    if (finish - begin) @ direction < 0:
+        edges, ahead = edges[::-1], ~ahead[::-1]
+    return edges, ahead
+
+
+def _which_side(
+    pieces: Pieces, own: IntArray, contact: IntArray, path: IntArray, forward: BoolArray, normal: FloatArray
+) -> FloatArray:
+    """Return for each piece +1 where its block b lies on the left of the crack as it is walked, else -1.
+
+    Off the path, where left and right are not told by walking, by which side of the mean line the block lies on.
+    """
+    tangent = pieces.tangent[own]
+    beside = np.column_stack((-tangent[:, 1], tangent[:, 0])) @ normal
+    side = np.where(beside >= 0, 1.0, -1.0)
+    on_path = contact[path] >= 0
+    position = np.searchsorted(own, contact[path[on_path]], sorter=np.argsort(own))
+    at = np.argsort(own)[position]
+    side[at] = np.where(forward[on_path], 1.0, -1.0)
+    return side
+
+
+def _branches(ends: IntArray, contact: IntArray, path: IntArray) -> int:
+    """Count the pieces of joints, each joined in itself, that are left when the path is taken out."""
+    left = np.setdiff1d(np.flatnonzero(contact >= 0), path)
+    if not left.size:
+        return 0
+    on_path = np.unique(ends[path])
+    # cut at the path: each edge has its own copy of a point of the path
+    own = ends[left].astype(np.int64)
+    cut = np.isin(own, on_path)
+    own[cut] = ends.max() + 1 + np.arange(int(cut.sum()))
+    points, own = np.unique(own, return_inverse=True)
+    own = own.reshape(-1, 2)
+    graph = sparse.csr_array((np.ones(len(own), np.int8), (own[:, 0], own[:, 1])), shape=(len(points),) * 2)
+    return int(connected_components(graph, directed=False)[0])
+
+
+def _orientation(inclination: float, through: bool) -> int:
+    if inclination <= LEVEL:
+        return HORIZONTAL
+    if inclination >= UPRIGHT:
+        return VERTICAL
+    return DIAGONAL if through else STEPPED
