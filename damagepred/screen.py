@@ -189,17 +189,17 @@ def wall_table(ds: xr.Dataset) -> None:
 
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
     """Print cracks, the widest of each part of the wall first; at most so many of them."""
-    columns = ["crack", "part", "width\nmm", "normal to\nits line, mm", "opening and\nslip, mm", "length\nm",
-               "how it runs", "widest at\nx, y in m", "began at\nmm", "began at\nx, y in m"]  # fmt: skip
+    columns = ["no", "part", "width\nmm", "with\nslip", "length\nm", "how it\nruns", "widest\nat m", "began\nat mm"]
     rows = []
-    for one in frame.head(most).itertuples():
-        slope = f" {one.crack_inclination:.0f} deg" if one.crack_orientation in ("stepped", "diagonal") else ""
-        bricks = ", through bricks" if one.crack_length_through_blocks > 0 else ""
+    for one in frame.head(most).to_dict("records"):
+        runs = str(one["crack_orientation"])
+        if runs in ("stepped", "diagonal"):
+            runs += f" {one['crack_inclination']:.0f}°"
         rows.append(
-            [str(one.crack), one.crack_part.replace("_", " "), f"{1e3 * one.crack_width:.2f}",
-             f"{1e3 * one.crack_width_normal:.2f}", f"{1e3 * one.crack_displacement:.2f}", f"{one.crack_length:.2f}",
-             one.crack_orientation + slope + bricks, f"{one.crack_x:.2f}, {one.crack_y:.2f}",
-             f"{1e3 * one.first_central_deflection:.2f}", f"{one.first_x:.2f}, {one.first_y:.2f}"]
+            [str(one["crack"]), str(one["crack_part"]).replace("_", " ").replace("opening", "open"),
+             f"{1e3 * one['crack_width']:.2f}", f"{1e3 * one['crack_displacement']:.2f}", f"{one['crack_length']:.2f}",
+             runs + ("*" if one["crack_length_through_blocks"] > 0 else ""),
+             f"{one['crack_x']:.2f},{one['crack_y']:.2f}", f"{1e3 * one['first_central_deflection']:.2f}"]
         )  # fmt: skip
     end = 1e3 * float(found["central_deflection"][-1])
     if not rows:
@@ -207,6 +207,8 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
             f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm")  # fmt: skip
         return
     table(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", columns, rows)
+    if any(row[5].endswith("*") for row in rows):
+        say("* runs through bricks, too")
     if len(frame) > most:
         say(f"and {len(frame) - most} more; --csv writes them all")
 

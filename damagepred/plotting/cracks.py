@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Hashable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -128,15 +129,15 @@ def _number(ax: Axes, known: WallCracks, increment: int) -> None:
     frame = widest_of_each_part(crack_frame(known.dataset(), increment))
     taken: list[tuple[float, float]] = []
     apart = 0.035 * float(np.ptp(known.ds["vertex_x"].values))
-    for one in frame.itertuples():
-        x, y = float(one.crack_x), float(one.crack_y)
+    for one in frame.to_dict("records"):
+        x, y = float(one["crack_x"]), float(one["crack_y"])
         ring = [(x + r * apart * np.cos(a), y + r * apart * np.sin(a)) for r in (1.1, 2.2, 3.3)
                  for a in np.arange(8) * np.pi / 4 + np.pi / 8]  # fmt: skip
         free = [p for p in ring if all(np.hypot(p[0] - a, p[1] - b) > apart for a, b in taken)]
         at = free[0] if free else ring[-1]
         taken.append(at)
         ax.annotate(
-            str(one.crack), (x, y), at, fontsize="small", ha="center", va="center", zorder=6, annotation_clip=False,
+            str(one["crack"]), (x, y), at, fontsize="small", ha="center", va="center", zorder=6, annotation_clip=False,
             bbox={"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "black", "linewidth": 0.6},
             arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": "black"},
         )  # fmt: skip
@@ -173,7 +174,7 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
     """
     known = WallCracks(ds)
     frame = crack_frame(known.dataset(), increment)
-    rows = [_row(one) for one in widest_of_each_part(frame).itertuples()]
+    rows = [_row(one) for one in widest_of_each_part(frame).to_dict("records")]
     points, _ = corners(ds)
     width, height = np.ptp(points, axis=0)
     drawing, listing = float(np.clip(8.6 * height / width + 1.7, 3.4, 8.0)), 0.23 * (len(rows) + 2) + 0.45
@@ -205,12 +206,12 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-def _row(one: object) -> list[str]:
-    get = one.__getattribute__
-    slope = f", {get('crack_inclination'):.0f}°" if get("crack_orientation") in ("stepped", "diagonal") else ""
+def _row(one: dict[Hashable, Any]) -> list[str]:
+    runs = str(one["crack_orientation"])
+    runs += f", {one['crack_inclination']:.0f}°" if runs in ("stepped", "diagonal") else ""
     return [
-        str(get("crack")), get("crack_part").replace("_", " "), f"{get('crack_width') * MM:.2f}",
-        f"{get('crack_width_normal') * MM:.2f}", f"{get('crack_displacement') * MM:.2f}", f"{get('crack_length'):.2f}",
-        get("crack_orientation") + slope + (", bricks" if get("crack_length_through_blocks") > 0 else ""),
-        f"{get('crack_x'):.2f}, {get('crack_y'):.2f}", f"{get('first_central_deflection') * MM:.2f}",
+        str(one["crack"]), str(one["crack_part"]).replace("_", " "), f"{one['crack_width'] * MM:.2f}",
+        f"{one['crack_width_normal'] * MM:.2f}", f"{one['crack_displacement'] * MM:.2f}", f"{one['crack_length']:.2f}",
+        runs + (", bricks" if one["crack_length_through_blocks"] > 0 else ""),
+        f"{one['crack_x']:.2f}, {one['crack_y']:.2f}", f"{one['first_central_deflection'] * MM:.2f}",
     ]  # fmt: skip

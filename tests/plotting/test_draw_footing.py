@@ -136,7 +136,7 @@ def test_stresses_leave_the_footing_out(on_jacks):
 
 
 def test_pictures_of_a_footing_are_written(on_jacks, on_mound, tmp_path):
-    always = ["wall.png", "dpc_opening.png", "history.png", "footing.png"]
+    always = ["wall.png", "dpc_opening.png", "cracks.png", "history.png", "footing.png"]
     assert [p.name for p in save_wall_pictures(on_jacks, tmp_path / "a")] == [*always, "jack_load.png", "stress_xx.png"]
     assert [p.name for p in save_wall_pictures(on_mound, tmp_path / "b")] == [*always, "stress_xx.png"]
     axes = footing_sheet(on_mound).axes

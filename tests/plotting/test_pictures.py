@@ -24,20 +24,28 @@ def check(paths, names):
 def test_wall_pictures_are_written(cracked, on_dpc, tmp_path):
     check(
         save_wall_pictures(cracked, tmp_path / "a" / "b"),
-        ["wall.png", "dpc_opening.png", "history.png", "stress_xx.png"],
+        ["wall.png", "dpc_opening.png", "cracks.png", "history.png", "stress_xx.png"],
     )
     check(
         save_wall_pictures(on_dpc, str(tmp_path / "c")),
-        ["wall.png", "dpc_opening.png", "opening_width.png", "history.png", "stress_xx.png"],
+        ["wall.png", "dpc_opening.png", "opening_width.png", "cracks.png", "history.png", "stress_xx.png"],
     )
 
 
 def test_stresses_of_zones_are_drawn_and_their_states_if_any_has_yielded(deformable, tmp_path):
-    always = ["wall.png", "dpc_opening.png", "history.png", "stress_xx.png", "stress_yy.png", "stress_xy.png"]
+    always = [
+        "wall.png",
+        "dpc_opening.png",
+        "cracks.png",
+        "history.png",
+        "stress_xx.png",
+        "stress_yy.png",
+        "stress_xy.png",
+    ]
     check(save_wall_pictures(deformable, tmp_path / "a"), [*always, "principal_stress.png", "zone_states.png"])
     elastic = deformable.isel(increment=[0]).assign(zone_state=0 * deformable.zone_state[:1])
     sheets = stress_sheets(elastic)
-    assert list(sheets) == [*always[3:], "principal_stress.png"]
+    assert list(sheets) == [*always[4:], "principal_stress.png"]
     assert [len(sheet.axes) for sheet in sheets.values()] == [1, 1, 1, 2]  # one increment
 
 
