@@ -14,12 +14,13 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import package_commit
 from damagepred.errors import DamagepredError, InputError
 from damagepred.report.caveats import study_caveats
+from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
 from damagepred.report.quality import FAILED, MISSING, common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
-from damagepred.report.wall import crack_parts, wall_drawing
+from damagepred.report.wall import wall_drawing
 from damagepred.report.words import chance, length, named, number, with_band
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.words import duration
@@ -289,7 +290,8 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
     for number_, category in enumerate(curves["category"].values):
         one = curves.isel(category=number_)
         spread = [number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")]
-        row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit, "\n"), with_band(spread[0], spread[1], spread[2], "\n"),
+        row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit, "\n"),
+               with_band(spread[0], spread[1], spread[2], "\n"),
                f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
                chance(float(one["p_value"])), "; ".join(filter(None, _fit_words(one)))]  # fmt: skip
         if failed:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from damagepred.errors import InputError
 from damagepred.report.caveats import wall_caveats
+from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section
 from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
@@ -198,11 +199,6 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
         name, caption, f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
         figure_of(draw_wall(ds)),
     )  # fmt: skip
-
-
-def crack_parts(ds: xr.Dataset) -> list[Part]:
-    """Return the table of a wall's cracks at the end of its path."""
-    return []
 
 
 def ds_kind(word: str) -> int:
