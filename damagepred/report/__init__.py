@@ -5,6 +5,7 @@ words      numbers with the units engineers write
 inputs     the scene and its variables as tables, with where each value comes from
 sources    shipped values and their sources
 quality    how well the equations are solved
+cracks     the cracks of one wall
 limits     what a code allows, and how likely damage is there
 caveats    what the results do not say
 wall       the page of one wall

@@ -11,6 +11,9 @@ from damagepred.report.words import length, number
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
 
+DOUBTFUL = 0.05
+"""Probability of a curve's distance from its walls below which it is not to be trusted."""
+
 
 def model_caveats(scene: Scene) -> list[str]:
     """Return what the model of one wall leaves out."""

@@ -49,7 +49,8 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
     note = (
         "Cracked joints that touch make one crack; its width is the largest opening normal to a joint, which is where "
         f"it is said to be. Joints count that opened or slid by more than {length(HAIRLINE)}. “Open since”: deflection "
-        "of the first increment in which it was open there. The damp-proof course and the courses below it are not in the table."
+        "of the first increment in which it was open there. The damp-proof course and the courses below it are not in "
+        "the table."
     )
     if count > MOST:
         note = f"The {MOST} widest of {count}. {note}"

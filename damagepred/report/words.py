@@ -75,7 +75,10 @@ def with_band(value: str, low: str, high: str, between: str = " ") -> str:
     between : str
         What parts them: a space or a line break.
     """
-    return value if "–" in (value, low, high) or value == low == high else f"{value}{between}({low} to {high})"
+    if "–" in (value, low, high) or value == low == high:
+        return value
+    band = f"({low} to {high})"
+    return f"{value}{between}{band if between == ' ' else band.replace(' ', chr(0xA0))}"
 
 
 def plain(value: Any) -> str:
