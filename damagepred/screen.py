@@ -327,7 +327,7 @@ def fragility_table(curves: xr.Dataset) -> None:
     measure = str(curves.attrs["intensity_measure"]).replace("_", " ")
     table(f"{curves.attrs['title']}, against the {measure}", columns, rows)
     if curves.attrs["samples_failed"]:
-        say(f"{curves.attrs['samples_failed']} failed walls are left out of the fit; with all of them counted as "
+        say(f"{curves.attrs['samples_failed']} failed walls count as far as they were followed; with all of them "
             f"undamaged, or as damaged where they failed, the medians would be ({unit}):")  # fmt: skip
         for category in curves["category"].values:
             c = curves.sel(category=category)

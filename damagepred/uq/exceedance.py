@@ -75,9 +75,9 @@ class Exceedance(NamedTuple):
     Attributes
     ----------
     estimate : Estimate
-        From the walls that did not fail.
+        From the walls of which it is known; a wall that failed beyond the movement is one of them.
     failed : int
-        Walls that failed before they reached the category.
+        Walls that failed before the movement, and had not reached the category.
     failed_undamaged, failed_damaged : float
         Estimate if all of those had not reached it by this movement, and if all had.
     not_followed : int
@@ -158,16 +158,32 @@ def exceedance(
         raise InputError(f"at = {at:g}: must be greater than 0.")
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
         return _from_curve(ds, category, at, confidence, intensity or movement_measure(ds))
-    known = walls(ds, category, intensity)
+    known = walls(ds, category, intensity, keep_failed=True)
+    status = np.asarray(ds["status"].values)[known.sample] if len(known.sample) else np.empty(0)
+    lost = (status == FAILED) & np.isinf(known.upper) & (known.lower < at * (1 - 1e-9))
+    known, failed = _without(known, lost), int(lost.sum())
     hit = shares(known.lower, known.upper, at)
     estimate = probability(hit, weight=known.weight, replicate=known.replicate, confidence=confidence)
     count, value = len(hit), estimate.value
-    beyond = count + known.failed
+    beyond = count + failed
     low = value * count / beyond if beyond and count else 0.0
-    high = (value * count + known.failed) / beyond if beyond and count else 1.0
+    high = (value * count + failed) / beyond if beyond and count else 1.0
     # a step's rounding is no reason to say that a wall was not followed
     short = int((np.isinf(known.upper) & (known.end < at * (1 - 1e-9))).sum())
-    return Exceedance(estimate, known.failed, low, high, short)
+    return Exceedance(estimate, failed, low, high, short)
+
+
+def _without(known: Walls, lost: NDArray[np.bool_]) -> Walls:
+    """Return what is known of the other walls."""
+    kept = ~lost
+    return known._replace(
+        sample=known.sample[kept],
+        lower=known.lower[kept],
+        upper=known.upper[kept],
+        weight=None if known.weight is None else known.weight[kept],
+        replicate=None if known.replicate is None else known.replicate[kept],
+        end=known.end[kept],
+    )
 
 
 def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str) -> Exceedance:

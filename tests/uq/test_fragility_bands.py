@@ -8,7 +8,7 @@ import xarray as xr
 from scipy import optimize, special, stats
 
 from damagepred.errors import InputError
-from damagepred.uq.exceedance import median_movement
+from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
 
@@ -156,3 +156,16 @@ def test_the_median_that_a_study_stops_at_is_that_of_the_curve() -> None:
     found = median_movement(ds, 1)
     assert found.value == pytest.approx(float(curve["median"]), rel=1e-9)
     assert found.half_width == pytest.approx(float(curve["median_upper"] - curve["median_lower"]) / 2, rel=0.35)
+
+
+def test_a_wall_that_failed_beyond_a_movement_is_known_at_it() -> None:
+    """Ten walls: four damaged at 3.5 mm, two failed at 2 mm, four failed at 8 mm, all unharmed until then."""
+    ds = study(np.append(np.full(4, 3.5), np.full(6, 99.0)), end=12.0, increments=12)
+    for wall, increment in ((4, 2), (5, 2), (6, 8), (7, 8), (8, 8), (9, 8)):
+        fail(ds, wall, increment)
+    found = exceedance(ds, 1, 6.0)
+    assert found.failed == 2
+    assert found.estimate.value == pytest.approx(4 / 8)
+    assert (found.failed_undamaged, found.failed_damaged) == pytest.approx((4 / 10, 6 / 10))
+    assert exceedance(ds, 1, 10.0).failed == 6
+    assert exceedance(ds, 1, 10.0).estimate.value == 1.0
