@@ -144,6 +144,11 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
                 f"Category {int(category)} was not reached by {not_yet} of {reached + not_yet} walls: its curve is "
                 "known at its lower end, and its median rests on the assumption that capacities are lognormal."
             )
+        if float(one["p_value"]) < DOUBTFUL:
+            said.append(
+                f"The curve of category {int(category)} is doubtful: of walls that follow such a curve, a share of only "
+                f"{chance(float(one['p_value']))} lies as far from it as these do. Read the steps beside it."
+            )
         median = float(one["median"])
         if (
             np.isfinite(median)

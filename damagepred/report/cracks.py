@@ -1,58 +1,64 @@
-"""The cracks of one wall as a table."""
+"""The cracks of one wall: a drawing, and a table of the widest."""
 
 from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import VARIABLES
-from damagepred.damage import find_cracks
-from damagepred.damage.cracks import HAIRLINE
-from damagepred.plotting.categories import name_of, table_of
-from damagepred.rejudge import joints_of
-from damagepred.report.parts import Part, Table, Text
-from damagepred.report.words import length, number
+from damagepred.damage import HAIRLINE
+from damagepred.report.parts import Part, Table, Text, drawing
+from damagepred.report.words import length, named, number
+from damagepred.wall_cracks import WallCracks, crack_frame
 
-MOST = 20
-"""Cracks that are listed, the widest."""
-
-CRACKED = VARIABLES["contact_state"].flags.index("cracked")
+MOST = 25
+"""Cracks that are listed."""
 
 
 def crack_parts(ds: xr.Dataset) -> list[Part]:
-    """Return the table of the cracks of the wall proper at the end of its path, widest first.
+    """Return drawing and table of a wall's cracks at the end of its path.
 
     Parameters
     ----------
     ds : xarray.Dataset
         Of one wall.
     """
-    joints, table = joints_of(ds), table_of(ds)
-    shape = joints.contact_x.shape
-    opening, slip = (ds[f"contact_{name}"].values[-1].reshape(shape) for name in ("opening", "slip"))
-    state = ds["contact_state"].values
-    found = find_cracks(joints, opening, slip, state[-1].reshape(shape) == CRACKED)
-    count = len(found.width)
-    if not count:
-        return [Text([f"No joint of the wall proper has opened by more than {length(HAIRLINE)}."])]
-    deflection, x, y = ds["central_deflection"].values, joints.contact_x.ravel(), joints.contact_y.ravel()
-    rows = []
-    for i in range(min(count, MOST)):
-        here = np.flatnonzero((x == found.x[i]) & (y == found.y[i]))
-        gaps = np.where(state[:, here] == CRACKED, ds["contact_opening"].values[:, here], 0.0).max(axis=1)
-        category = int(table.by_width(found.width[i]))
-        rows.append(
-            [str(i + 1), length(float(found.width[i])), f"{category} {name_of(ds, category)}".replace(" ", "\u00a0"),
-             number(float(found.x[i]), 3), number(float(found.y[i]), 3), str(int(found.joints[i])),
-             length(float(deflection[np.argmax(gaps > HAIRLINE)]))]
-        )  # fmt: skip
+    known = WallCracks(ds)
+    frame = crack_frame(known.dataset())
+    if frame.empty:
+        return [Text([f"No joint has opened or slid by more than {length(HAIRLINE)}."])]
+    from damagepred.plotting.cracks import draw_cracks
+    from damagepred.plotting.sheet import figure_of
+
+    figure = drawing(
+        "cracks", "The cracks where they run, on the wall as it was built; numbers are those of the table.",
+        f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width",
+        figure_of(draw_cracks(ds, known=known)),
+    )  # fmt: skip
+    rows = [_row(one, "time" in ds.variables) for one in frame.head(MOST).to_dict("records")]
     note = (
-        "Cracked joints that touch make one crack; its width is the largest opening normal to a joint, which is where "
-        f"it is said to be. Joints count that opened or slid by more than {length(HAIRLINE)}. “Open since”: deflection "
-        "of the first increment in which it was open there. The damp-proof course and the courses below it are not in "
-        "the table."
+        "Width is the largest opening normal to a joint, which damage tables speak of; the displacement has the slip "
+        f"in it. What has opened or slid by more than {length(HAIRLINE)} and touches is one crack. Length "
+        "includes branches."
     )
-    if count > MOST:
-        note = f"The {MOST} widest of {count}. {note}"
-    heads = ["crack", "width", "category by its width", "along the wall (m)", "height (m)", "joints", "open since"]
-    return [Table("Cracks of the wall at the end of its path, widest first", heads, rows, words=(2,), note=note)]
+    if len(frame) > MOST:
+        note = f"The first {MOST} of {len(frame)}, the widest of each part of the wall first. {note}"
+    since = "" if "time" in ds.variables else "began at a deflection of"
+    heads = ["crack", "part", "width", "opening and slip", "length (m)", "how it runs", "widest at x, y (m)"]
+    caption = "Cracks at the end of the path, the widest of each part of the wall first"
+    return [figure, Table(caption, [*heads, *([since] if since else [])], rows, words=(1, 5), note=note)]
+
+
+def _row(one: dict[Hashable, Any], in_time: bool) -> list[str]:
+    runs = named(str(one["crack_orientation"]))
+    if runs in ("stepped", "diagonal"):
+        runs += f", {number(float(np.round(one['crack_inclination'])))}°"
+    if one["crack_length_through_blocks"] > 0:
+        runs += ", through bricks"
+    return [
+        str(one["crack"]), named(str(one["crack_part"])), length(one["crack_width"]), length(one["crack_displacement"]),
+        f"{one['crack_length']:.2f}", runs, f"{one['crack_x']:.2f}, {one['crack_y']:.2f}",
+        *([] if in_time else [length(one["first_central_deflection"])]),
+    ]  # fmt: skip

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from damagepred.data_files import data_file
+from damagepred.damage import construction_limits
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
 from damagepred.report.words import chance, length, named, with_band
@@ -48,13 +46,12 @@ def code_limits(span: float) -> tuple[str, list[Limit]]:
     span : float
         Length between the footing's ends (m).
     """
-    content = _table()
-    found = []
-    for name, entry in content.items():
-        if isinstance(entry, dict):
-            ratio, absolute = int(entry["span_over_deflection"]), float(entry["deflection"])
-            found.append(Limit(named(name), ratio, absolute, min(span / ratio, absolute)))
-    return f"{content['source']} ({content['confidence']})", sorted(found, key=lambda limit: limit.deflection)
+    known = construction_limits().values()
+    found = [
+        Limit(k.about, round(k.one_in[0]), float(k.deflection or np.inf), span * k.value(span, span)) for k in known
+    ]
+    source = "; ".join(dict.fromkeys(f"{k.author} ({k.confidence})" for k in known))
+    return source, sorted(found, key=lambda limit: limit.deflection)
 
 
 def wall_limits(ds: xr.Dataset) -> Section:
@@ -163,8 +160,3 @@ def _marked(table: Part, found: list[Limit], moved: float) -> Part:
     marked = any("†" in row[2] for row in rows)
     note = table.note if marked else "A dash: no curve was fitted." if any("–" in row[3:] for row in rows) else ""
     return Table(table.caption, table.columns, rows, table.words, note)
-
-
-@lru_cache(maxsize=1)
-def _table() -> dict:
-    return tomllib.loads(data_file("damage", "as2870_deflection_limits.toml").read_text(encoding="utf-8"))

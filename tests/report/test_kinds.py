@@ -46,7 +46,8 @@ def test_every_kind_of_wall_has_a_page(kind: str, tmp_path: Path) -> None:
     write_dataset(solve(Scene.from_dict({"title": kind, **tables}), on_failure="return"), tmp_path / "wall.nc")
     root = check_page(write_report(tmp_path / "wall.nc").read_text(encoding="utf-8"))
     figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
-    assert figures[:2] == ["figure-wall", "figure-history"]
+    assert figures[0] == "figure-wall"
+    assert "figure-history" in figures
     assert ("figure-dpc" in figures) == ("dpc" in KINDS[kind])
     assert ("figure-footing" in figures) == (KINDS[kind].get("movement", {}).get("shape") in ("jacks", "mound"))
     shown = "".join(root.itertext())

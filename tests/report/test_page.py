@@ -110,7 +110,7 @@ def test_report_of_a_wall(wall: xr.Dataset, tmp_path: Path) -> None:
     assert sections == ["inputs", "run", "quality", "damage", "limits", "caveats", "files"]
     assert [a.get("href") for a in root.find(f".//{HTML}nav").iter(f"{HTML}a")] == [f"#{s}" for s in sections]
     figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
-    assert figures == ["figure-wall", "figure-history", "figure-dpc", "figure-openings"]
+    assert figures == ["figure-wall", "figure-cracks", "figure-history", "figure-dpc", "figure-openings"]
 
 
 @pytest.mark.parametrize(("failed", "missing"), [((), ()), ((3, 7), range(12, 40))])
