@@ -7,7 +7,7 @@ import xarray as xr
 
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
-from damagepred.report.words import length, number
+from damagepred.report.words import chance, length, number
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
 
@@ -146,8 +146,8 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
             )
         if float(one["p_value"]) < DOUBTFUL:
             said.append(
-                f"The curve of category {int(category)} is doubtful: of walls that follow such a curve, a share of only "
-                f"{chance(float(one['p_value']))} lies as far from it as these do. Read the steps beside it."
+                f"The curve of category {int(category)} is doubtful: of walls that follow such a curve, "
+                f"{chance(float(one['p_value']))} lie as far from it as these do. Read the steps beside it."
             )
         median = float(one["median"])
         if (

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
 from damagepred.report.limits import code_limits, study_limits, wall_limits
@@ -20,7 +21,7 @@ from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.report.words import chance, length, number, quantity, with_band
 from damagepred.scene import Scene
-from damagepred.study.settings import StudySettings
+from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.fragility import fit_fragility
 from tests.made_up import made_up_study
 
@@ -249,3 +250,16 @@ def test_the_table_of_cracks_is_that_of_the_wall(wall: xr.Dataset) -> None:
     assert {row[1] for row in cracks.rows} <= {"wall", "below dpc", "dpc opening", "dpc slip"}
     (sound,) = crack_parts(wall.isel(increment=slice(0, 1)))
     assert isinstance(sound, Text)
+
+
+def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
+    ds = open_study(made_up_study(tmp_path / "house.dp", 40))
+    curves = fit_fragility(ds, bootstrap=0, goodness=20)
+    settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
+
+    def said(p_value: float) -> str:
+        (text,) = study_caveats(ds, curves.assign(p_value=curves["p_value"] * 0 + p_value), settings, 6e-3).parts
+        return " ".join(text.items)
+
+    assert "The curve of category 1 is doubtful: of walls that follow such a curve, 0.010 lie as far" in said(0.01)
+    assert "doubtful" not in said(0.3)
