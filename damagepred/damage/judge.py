@@ -27,7 +27,8 @@ class Verdict(NamedTuple):
     damage_category : int
         From the cracks of the wall proper, above the dpc.
     crack_width_max : float
-        Widest crack of the wall proper (m).
+        Widest crack of the wall proper (m): the largest opening normal to its joint, which is how damage tables are
+        read here; cracks as objects (``damagepred.cracks``) have other measures besides.
     crack_count : int
         Separate cracks of the wall proper at least as wide as category 1 starts.
     crack_group_width : tuple of float

@@ -209,6 +209,8 @@ _COLUMNS = (
 def _row(one: dict[Hashable, Any]) -> list[str]:
     runs = str(one["crack_orientation"])
     runs += f", {one['crack_inclination']:.0f}°" if runs in ("stepped", "diagonal") else ""
+    branches = int(one["crack_branches"])
+    runs += f", {branches} branch{'es' if branches > 1 else ''}" if branches else ""
     return [
         str(one["crack"]), str(one["crack_part"]).replace("_", " "), f"{one['crack_width'] * MM:.2f}",
         f"{one['crack_width_normal'] * MM:.2f}", f"{one['crack_displacement'] * MM:.2f}", f"{one['crack_length']:.2f}",

@@ -1,11 +1,14 @@
 """Cracks drawn by hand, with the lengths, widths and courses they were drawn with."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from damagepred.damage import HAIRLINE, Growth, Numbered
+from damagepred.damage import HAIRLINE, Growth, Numbered, find_cracks
 from damagepred.damage.bricks import links_of
 from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, DPC_SLIP, WALL
+from damagepred.damage.joints import CONTROL_JOINT, HEAD_JOINT
 from damagepred.damage.tracing import DIAGONAL, HORIZONTAL, STEPPED, VERTICAL, Links, Pieces
 from tests.damage.pattern import COURSE, HALF, Pattern
 
@@ -178,8 +181,6 @@ def _in_window(key: tuple[str, int, int]) -> bool:
 
 
 def _without(wall: Pattern, keep: np.ndarray) -> Pattern:
-    import dataclasses
-
     fields = [f.name for f in dataclasses.fields(wall.map)]
     wall.map = dataclasses.replace(wall.map, **{name: getattr(wall.map, name)[keep] for name in fields})
     wall.opening, wall.slip, wall.cracked = wall.opening[keep], wall.slip[keep], wall.cracked[keep]
@@ -315,3 +316,22 @@ def test_orientation_of_a_slope_through_bricks_is_diagonal():
     assert [_orientation(a, t) for a, t in ((15, False), (15.1, False), (15.1, True), (74.9, True), (75, True))] == [
         HORIZONTAL, STEPPED, DIAGONAL, DIAGONAL, VERTICAL,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", [HEAD_JOINT, CONTROL_JOINT])
+def test_a_control_joint_parts_cracks(kind: int):
+    """Beds cracked on either side of a perpend meet at its foot; where it is a control joint, the leaf ends there."""
+    wall = Pattern()
+    for i in range(2, 10):
+        wall.open("bed", i, 4, 1 * MM)
+    kinds = wall.map.kind.copy()
+    for r in (3, 4):  # a line of perpends up the wall is what a control joint makes of it
+        if ("head", 6, r) in wall.lines:
+            kinds[wall.place("head", 6, r)] = kind
+    wall.map = dataclasses.replace(wall.map, kind=kinds)
+    expected = 1 if kind == HEAD_JOINT else 2
+    assert len(cracks(wall)) == expected
+    assert wall.judge().crack_count == expected
+    assert len(find_cracks(wall.map, wall.opening, wall.slip, wall.cracked).width) == expected
+    if expected == 2:
+        assert [round(f.crack.length / HALF) for f in cracks(wall)] == [4, 4]
