@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.damage import find_cracks, group_widths, judge, largest_group
+from damagepred.damage import HAIRLINE, Growth, find_cracks, group_widths, judge, largest_group
+from damagepred.damage.growth import WALL
 from damagepred.scene import Damage
 from tests.damage.pattern import Pattern
 
@@ -77,3 +78,22 @@ def test_group_widths_are_where_the_largest_group_loses_one(wall: Pattern, dista
         assert width in found.width
         assert largest_group(found, width, distance) >= count
         assert all(largest_group(found, w, distance) < count for w in found.width[found.width > width])
+
+
+@SETTINGS
+@given(cracked_walls())
+def test_every_piece_beyond_the_hairline_is_of_one_crack(wall: Pattern):
+    found = Growth(wall.map).step(0, wall.opening, wall.slip, wall.cracked)
+    own = [one.crack for one in found if one.part == WALL]
+    pieces = np.concatenate([c.pieces for c in own] or [np.empty(0, dtype=int)])
+    beyond = (wall.cracked & (wall.opening > HAIRLINE)) | (np.abs(wall.slip) > HAIRLINE)
+    assert sorted(pieces) == np.flatnonzero((beyond & wall.map.is_wall[:, None]).ravel()).tolist()
+    assert [one.number for one in found] == list(range(1, len(found) + 1))
+    for crack in own:
+        assert (np.abs(crack.width) <= crack.displacement * (1 + 1e-9)).all()
+        assert (crack.displacement >= crack.opening).all()
+        steps = np.hypot(*np.diff(crack.path, axis=0).T)
+        assert steps.sum() <= crack.length * (1 + 1e-9)
+        assert -90 < crack.inclination <= 90
+    if own and max(c.opening.max() for c in own) > 0:
+        assert own[0].opening.max() == wall.judge().crack_width_max
