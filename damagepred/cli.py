@@ -333,6 +333,7 @@ def sensitivity(
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
     folder: Annotated[Path | None, typer.Option("--folder", help="Study folder of the walls that are run.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
 ) -> None:
@@ -344,7 +345,7 @@ def sensitivity(
     from damagepred.study.settings import StudySettings
     from damagepred.study.variance_shares import crossed_study, study_sensitivity
 
-    check_writable(output)
+    check_writable(output, plot)
     place, failed = path, 0
     if not path.is_dir():
         place = folder or path.with_suffix(".crossed.dp")
@@ -361,6 +362,10 @@ def sensitivity(
     if output is not None:
         write_dataset(found.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
+    if plot is not None:
+        from damagepred.plotting import save_fragility_picture
+
+        screen.say(f"drew {save_fragility_picture(found, plot)}")
     if failed:
         raise typer.Exit(SOME_FAILED)
 

@@ -20,6 +20,7 @@ from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
+from damagepred.plotting.sensitivity import draw_sensitivity
 from damagepred.plotting.sheet import DPI, figure_of, new_figure
 from damagepred.plotting.stress import draw_stress, stress_levels
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
@@ -157,12 +158,13 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 
 def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
-    """Draw fragility curves, or a surface, into a file.
+    """Draw fragility curves, a surface, or what damage depends on, into a file.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` or ``damagepred.uq.fragility.fit_surface`` returns it.
+        As ``damagepred.fit_fragility``, ``damagepred.uq.fragility.fit_surface`` or
+        ``damagepred.study.variance_shares.study_sensitivity`` returns it.
     path : str or Path
         Ending in .png, .pdf or .svg; its folder is made if it does not exist.
 
@@ -181,6 +183,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     file = Path(path)
     if file.suffix.lstrip(".").lower() not in FORMATS:
         raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
+    if "spearman" in curves:
+        return _save_all({file.name: draw_sensitivity(curves)}, file.parent)[0]
     draw = draw_fragility_surface if "second" in curves.dims else draw_fragility
     return _save_all({file.name: figure_of(draw(curves))}, file.parent)[0]
 

@@ -19,8 +19,9 @@ def crossed(command: Run, small_study_file: Path) -> Path:
 
 def test_of_a_study_file_crossed_walls_are_run(command: Run, crossed: Path, tmp_path: Path) -> None:
     assert int(open_study(crossed).attrs["crossed"]) == 1
-    result = command("sensitivity", crossed, "--category", 2, "-o", tmp_path / "s.nc")
+    result = command("sensitivity", crossed, "--category", 2, "-o", tmp_path / "s.nc", "--plot", tmp_path / "d.png")
     assert result.code == 0, result.err
+    assert (tmp_path / "d.png").stat().st_size > 5000
     for words in (
         "joint.friction",
         "what varies",  # from joint to joint, on another line of the table

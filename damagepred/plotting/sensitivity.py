@@ -1,0 +1,86 @@
+"""What damage depends on: rank correlations and shares of variance, with their intervals."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from damagepred.plotting.sheet import new_figure, require
+
+GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom joint to joint"}
+"""Names of the groups of a crossed study."""
+
+_RANKS, _SHARES = ("#08519c", "#6baed6"), ("#a63603", "#fd8d3c")
+
+
+def draw_sensitivity(found: xr.Dataset) -> Figure:
+    """Draw on the left how capacity goes with each input, on the right the shares of variance.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``damagepred.study.variance_shares.study_sensitivity`` returns it.
+
+    Returns
+    -------
+    Figure
+        Points with their intervals, one line an input, the strongest on top; below them the groups of a crossed study.
+
+    Raises
+    ------
+    InputError
+        If the dataset holds something else.
+    """
+    require(found, ("spearman", "partial", "first_order"), "what study_sensitivity returns")
+    order = np.argsort(np.abs(found["spearman"].values))
+    some = found.isel(variable=order)
+    names = [str(n).replace(".", ", ").replace("_", " ") for n in some["variable"].values]
+    groups = list(found["group"].values) if "group" in found.dims else []
+    figure = new_figure(11.0, 2.2 + 0.5 * (len(names) + len(groups)))
+    left, right = figure.subplots(1, 2)
+    at = np.arange(len(names), dtype=np.float64)
+    _points(left, some, "spearman", at + 0.12, _RANKS[0], "rank correlation")
+    _points(left, some, "partial", at - 0.12, _RANKS[1], "partial, without what others explain")
+    left.set_xlim(-1.0, 1.0)
+    left.set_xticks(np.linspace(-1.0, 1.0, 5))
+    left.axvline(0.0, color="0.4", linewidth=0.8)
+    left.set_xlabel("rank correlation (1)")
+    left.set_yticks(at, names)
+    below = -1.0 - np.arange(len(groups), dtype=np.float64)
+    _points(right, some, "first_order", at, _SHARES[0], "by itself")
+    if groups:
+        _points(right, found, "group_first_order", below + 0.12, _SHARES[0], "")
+        _points(right, found, "group_total", below - 0.12, _SHARES[1], "with what both do together")
+    right.axvline(0.0, color="0.4", linewidth=0.8)
+    right.axvline(1.0, color="0.4", linewidth=0.8)
+    right.set_xlim(min(-0.05, right.get_xlim()[0]), max(1.05, right.get_xlim()[1]))
+    right.set_xlabel("share of the variance (1)")
+    right.set_yticks([*below, *at], [*(GROUPS[str(g)] for g in groups), *names])
+    rows = len(names) + len(groups)
+    for ax in (left, right):
+        ax.set_ylim(-0.6 - len(groups), len(names) - 0.4)
+        ax.grid(axis="x", color="0.9")
+        ax.set_axisbelow(True)
+        ax.legend(
+            loc="upper left", bbox_to_anchor=(0.0, -0.6 / (0.3 + 0.45 * rows)), ncols=2, frameon=False,
+            fontsize="small", borderaxespad=0.0,
+        )  # fmt: skip
+    title = str(found.attrs.get("title", "sensitivity"))
+    censored = float(found.attrs.get("share_censored", 0.0))
+    figure.suptitle(
+        f"{title[:1].upper() + title[1:]}\n{found.attrs.get('output', '')}; {int(found.attrs['walls'])} walls"
+        + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
+        + f"; bars: {float(found.attrs['confidence']):.0%} intervals",
+        x=0.01, ha="left", fontsize=10,
+    )  # fmt: skip
+    return figure
+
+
+def _points(ax: Axes, found: xr.Dataset, name: str, at: np.ndarray, colour: str, label: str) -> None:
+    value, low, high = (found[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
+    ax.errorbar(
+        value, at, xerr=np.nan_to_num([value - low, high - value]).clip(0.0), fmt="o", color=colour, capsize=3,
+        markersize=5, label=label or "_", zorder=3,
+    )  # fmt: skip
