@@ -35,6 +35,7 @@ def main() -> int:
             "--plot", out / "fragility.png",
         )
         or damagepred("plot", folder, "-o", out / "study")
+        or damagepred("report", folder, "-o", out / "report.html")
         or damagepred("replay", folder, 0, "--plot", out / "sample_0")
     )  # fmt: skip
 
