@@ -26,6 +26,7 @@ from damagepred.damage import (
     read_table,
     sticking_limits,
 )
+from damagepred.damage.table import TABLES
 from damagepred.errors import InputError
 from damagepred.scene import Damage
 
@@ -130,7 +131,7 @@ def archived_rules(ds: xr.Dataset) -> Rules:
     settings = Damage(**tomllib.loads(str(ds.attrs.get("scene", ""))).get("damage", {}))
     table = damage_table(settings)
     name = ds.attrs.get("damage_table", table.name)
-    plain = [load_table("as2870"), load_table("bre251")]
+    plain = [load_table(name) for name in TABLES]
     known = [table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
     return Rules(next((one for one in known if one.name == name), table), settings)
 
@@ -152,7 +153,7 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
     elif table is not None:
         plain = read_table(Path(table)) if str(table).endswith(".toml") else load_table(str(table))
     else:
-        plain = next(t for t in map(load_table, ("as2870", "bre251")) if own.table.name.startswith(t.name))
+        plain = next(t for t in map(load_table, TABLES) if own.table.name.startswith(t.name))
     eased = own.table.name != plain.name and own.table.name.startswith(plain.name)
     wanted = eased if plasterboard is None else plasterboard
     return plain.with_plasterboard() if wanted else plain

@@ -72,7 +72,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
     grid = Table(title=title, title_justify="left")
     for name in columns:
-        grid.add_column(name, justify="right", no_wrap=True)
+        grid.add_column(name, justify="right", overflow="fold")  # on narrow screens nothing is cut off
     for row in rows:
         grid.add_row(*(escape(cell) for cell in row))
     _out.print(grid)

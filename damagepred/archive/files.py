@@ -156,6 +156,10 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     file = Path(path)
     if not file.exists():
         raise InputError(f"{file}: no such file.")
+    if file.is_dir():
+        raise InputError(
+            f"{file}: is a folder, and one wall's file (*.nc) is needed; `damagepred replay` writes one of a study's."
+        )
     try:
         with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()

@@ -16,6 +16,9 @@ from damagepred.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
+TABLES = ("as2870", "bre251")
+"""Damage tables that come with the package."""
+
 
 @dataclass(frozen=True)
 class DamageTable:
@@ -102,6 +105,8 @@ def load_table(name: str) -> DamageTable:
     InputError
         If there is no such table.
     """
+    if name not in TABLES:
+        raise InputError(f"table = {name!r}: take {' or '.join(TABLES)}, or a file (*.toml) written like theirs.")
     return read_table(data_file("damage", f"{name}.toml"))
 
 
