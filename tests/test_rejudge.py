@@ -87,7 +87,7 @@ def test_a_group_never_makes_it_less():
 
 
 def test_a_table_of_one_s_own(tmp_path: Path):
-    text = (Path(damagepred.__file__).parent.parent / "data" / "damage" / "as2870 or bre251").read_text()
+    text = (Path(damagepred.__file__).parent.parent / "data" / "damage" / "as2870.toml").read_text()
     own = tmp_path / "mine.toml"
     own.write_text(text.replace("from = 5.0e-3", "from = 4.0e-3").replace("AS 2870-2011 Table C1", "mine"))
     judged = damagepred.judge_again(study([[4.0]], [[0.0]]), table=own)
