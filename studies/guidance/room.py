@@ -1,0 +1,170 @@
+"""What all studies of this room do: read variants of one wall, run them with the same samples, tabulate and draw."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from drawing import draw
+from tables import Case, markdown, put_in, rows_of, write_table
+
+from damagepred import open_study
+from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.damage.limits import construction_limits
+from damagepred.scene.reading import read_toml
+from damagepred.study import Study
+from damagepred.study.settings import StudySettings
+from damagepred.study.study import RunSummary
+
+ROOM = Path(__file__).resolve().parent
+KINDS = ("dishing", "doming")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The wall with something changed.
+
+    Attributes
+    ----------
+    name : str
+        What.
+    settings : StudySettings
+        Of the study.
+    """
+
+    name: str
+    settings: StudySettings
+
+
+def read_variants(folder: Path) -> tuple[str, list[Variant]]:
+    """Return the title and the variants of a study.
+
+    Parameters
+    ----------
+    folder : Path
+        With ``settings.toml``: a title, and for each ``[[variant]]`` its name, what it sets of ``wall.toml``, and what
+        it leaves out of it (``remove``: lists of keys).
+    """
+    tables, found = read_toml(folder / "settings.toml"), []
+    for variant in tables["variant"]:
+        base = read_toml(ROOM / "wall.toml")
+        for place in variant.get("remove", ()):
+            *way, last = place
+            target: Any = base
+            for key in way:
+                target = target[key]
+            del target[last]
+        changes = {key: value for key, value in variant.items() if key not in ("name", "remove")}
+        merged = overlaid(base, changes)
+        found.append(Variant(variant["name"], StudySettings.from_dict(merged, f"{folder.name}: {variant['name']}")))
+    return tables["title"], found
+
+
+def overlaid(base: Any, change: Any) -> Any:
+    """Return a table with some of its values changed; lists are replaced as a whole."""
+    if not (isinstance(base, Mapping) and isinstance(change, Mapping)):
+        return change
+    return {**base, **{key: overlaid(base.get(key), value) for key, value in change.items()}}
+
+
+def study_of(settings: StudySettings, kind: str, increments: int | None, reach: float) -> StudySettings:
+    """Return the study of a variant that moves one way.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        Of the variant.
+    kind : {"dishing", "doming"}
+        Which way.
+    increments : int or None
+        Other than it says.
+    reach : float
+        Share of its movement that is followed.
+    """
+    movement = settings.scene.movement
+    return replace(
+        settings,
+        scene=replace(
+            settings.scene,
+            movement=replace(
+                movement,
+                kind=kind,
+                increments=increments or movement.increments,
+                central_deflection=reach * movement.central_deflection,
+            ),
+        ),
+    )
+
+
+def archive_of(output: Path, study: StudySettings) -> Path:
+    """Return the folder of a study: the same for variants that are the same, in whichever study they are."""
+    text = json.dumps(study.to_dict(), sort_keys=True, default=str)
+    return output / f"{study.scene.movement.kind}_{hashlib.sha256(text.encode()).hexdigest()[:12]}.dp"
+
+
+def run_walls(study: StudySettings, place: Path, samples: int | None, workers: int) -> RunSummary:
+    """Run what is left of a study; a single worker is this process, which need not compile anew for each study."""
+    if workers > 1:
+        return Study(study).run(place, samples, workers=workers)
+    with ThreadPoolExecutor(1) as executor:
+        return Study(study).run(place, samples, executor=executor)
+
+
+def walls_of(place: Path, samples: int | None) -> xr.Dataset:
+    """Return the walls there are of a study, the first so many if it is said: other studies may have asked for more."""
+    ds = open_study(place)
+    ds = ds.isel(sample=slice(0, samples))
+    return ds.isel(sample=np.flatnonzero(ds["status"].values != SAMPLE_STATUS.index("missing")))
+
+
+def run_study(folder: Path, arguments: Sequence[str] | None = None) -> int:
+    """Run one study of the room and write its table and picture; return the exit code.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the study.
+    arguments : sequence of str, optional
+        In place of those of the command line.
+    """
+    parser = argparse.ArgumentParser(description=folder.name)
+    parser.add_argument("--samples", type=int, help="walls for each variant and way; by default as in wall.toml")
+    parser.add_argument("--workers", type=int, default=2, help="processes")
+    parser.add_argument("--increments", type=int, help="of the movement; by default as in wall.toml")
+    parser.add_argument("--reach", type=float, default=1.0, help="share of the movement to follow")
+    parser.add_argument("--archives", type=Path, default=ROOM / "results", help="folder for the walls")
+    parser.add_argument("--output", type=Path, default=folder, help="folder for table and picture")
+    parser.add_argument("--tables-only", action="store_true", help="make table and picture from the walls there are")
+    options = parser.parse_args(arguments)
+    title, variants = read_variants(folder)
+    cases, failed = [], False
+    for variant in variants:
+        for kind in KINDS:
+            study = study_of(variant.settings, kind, options.increments, options.reach)
+            place = archive_of(options.archives, study)
+            if not options.tables_only:
+                summary = run_walls(study, place, options.samples, options.workers)
+                print(f"{variant.name}, {kind}: {summary.done} walls, {summary.failed} failed", flush=True)
+                if summary.interrupted:
+                    return 130
+                failed |= summary.failed > 0
+            cases.append(Case(variant.name, kind, walls_of(place, options.samples)))
+    rows = rows_of(cases, construction_limits())
+    write_table(rows, options.output / "table.csv")
+    draw(title, rows, options.output / "damage.png")
+    if options.output == folder:  # from the table as it is written
+        put_in(folder / "README.md", markdown(pd.read_csv(options.output / "table.csv")))
+    return 3 * failed
