@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.data_files import data_file
-from damagepred.errors import InputError
+from damagepred.errors import InputError, nearest
 
 FloatArray = NDArray[np.float64]
 
@@ -106,7 +106,10 @@ def load_table(name: str) -> DamageTable:
         If there is no such table.
     """
     if name not in TABLES:
-        raise InputError(f"table = {name!r}: take {' or '.join(TABLES)}, or a file (*.toml) written like theirs.")
+        raise InputError(
+            f"table = {name!r}: take {' or '.join(TABLES)}, or a file (*.toml) written like theirs."
+            + nearest(name, TABLES)
+        )
     return read_table(data_file("damage", f"{name}.toml"))
 
 

@@ -138,7 +138,7 @@ def test_not_netcdf(tmp_path: Path, content: bytes):
 
 
 def test_a_folder(tmp_path: Path):
-    with pytest.raises(InputError, match="is not a readable netCDF file"):
+    with pytest.raises(InputError, match="is a folder, and one wall"):
         read_dataset(tmp_path)
 
 

@@ -74,7 +74,7 @@ def test_plasterboard_allowance_is_given_once():
 
 
 def test_unknown_table_names_those_there_are():
-    with pytest.raises(InputError, match=r"as2780\.toml.*as2870\.toml"):
+    with pytest.raises(InputError, match=r"'as2780': take as2870 or bre251.*mean 'as2870'"):
         load_table("as2780")
     with pytest.raises(InputError, match=r"'as2870' or 'bre251'"):
         Scene.from_dict({"damage": {"table": "as2780"}})
