@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from curves import BEGIN as CURVES
+from curves import draw_curves, fits_of, markdown_of_curves, rows_of_curves
 from drawing import draw
 from tables import Case, markdown, put_in, rows_of, write_table
 
@@ -165,6 +167,10 @@ def run_study(folder: Path, arguments: Sequence[str] | None = None) -> int:
     rows = rows_of(cases, construction_limits())
     write_table(rows, options.output / "table.csv")
     draw(title, rows, options.output / "damage.png")
-    if options.output == folder:  # from the table as it is written
+    fitted = fits_of(cases)
+    write_table(rows_of_curves(fitted, construction_limits()), options.output / "curves.csv")
+    draw_curves(title, fitted, options.output / "fragility.png")
+    if options.output == folder:  # from the tables as they are written
         put_in(folder / "README.md", markdown(pd.read_csv(options.output / "table.csv")))
+        put_in(folder / "README.md", markdown_of_curves(pd.read_csv(options.output / "curves.csv")), CURVES)
     return 3 * failed

@@ -126,10 +126,10 @@ def markdown(rows: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def put_in(readme: Path, text: str) -> None:
-    """Write a table into a README, between the marks that are there for it."""
-    before, _, rest = readme.read_text(encoding="utf-8").partition(BEGIN)
+def put_in(readme: Path, text: str, begin: str = BEGIN) -> None:
+    """Write a table into a README, between the marks that are there for it, if they are."""
+    before, _, rest = readme.read_text(encoding="utf-8").partition(begin)
     _, found, after = rest.partition(END)
     if found:
-        whole = f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
+        whole = f"{before}{begin}\n\n{text}\n\n{END}{after}"
         write_whole(readme, lambda p: p.write_text(whole, encoding="utf-8"))

@@ -19,7 +19,7 @@ from damagepred.uq.variable import Variable
 ROOT = Path(__file__).resolve().parents[2]
 GUIDANCE = ROOT / "studies" / "guidance"
 STUDIES = ("construction", "dpc", "joints", "bond", "openings", "size")
-OURS = ("room", "tables", "drawing")
+OURS = ("room", "tables", "drawing", "curves")
 
 
 def module(name: str) -> ModuleType:
@@ -140,3 +140,35 @@ def test_readmes_show_the_committed_tables(name: str) -> None:
     assert tables.markdown(rows) in (GUIDANCE / name / "README.md").read_text(encoding="utf-8")
     variants = module("room").read_variants(GUIDANCE / name)[1]
     assert list(dict.fromkeys(rows["variant"])) == [v.name for v in variants]
+    curves = pd.read_csv(GUIDANCE / name / "curves.csv")
+    assert list(dict.fromkeys(curves["variant"])) == [v.name for v in variants]
+    text = (GUIDANCE / name / "README.md").read_text(encoding="utf-8")
+    if "<!-- curves" in text:
+        assert module("curves").markdown_of_curves(curves) in text
+
+
+def test_curves_say_what_shares_do() -> None:
+    """Of a hundred walls whose capacities are lognormal."""
+    curves, tables = module("curves"), module("tables")
+    capacity = 6.0 * np.exp(0.4 * np.random.default_rng(1).standard_normal(100))
+    deflection = np.broadcast_to(np.arange(31) * 0.5e-3, (100, 31))
+    category = (1e3 * deflection >= 0.2 * capacity[:, None]).astype(np.int8) + (1e3 * deflection >= capacity[:, None])
+    both = ("sample", "increment")
+    ds = xr.Dataset(
+        {
+            "damage_category": (both, category.astype(np.int8)),
+            "deflection_ratio": (both, deflection / 6.0),
+            "status": ("sample", np.zeros(100, dtype=np.int8)),
+        },
+        coords={"central_deflection": (both, deflection)},
+    )
+    fitted = curves.fits_of([tables.Case("one", "dishing", ds)])
+    rows = curves.rows_of_curves(fitted, construction_limits())
+    second = rows[(rows["category"] == 2) & (rows["limit"] == "L/800")].iloc[0]
+    share = (capacity < 7.5).mean()
+    assert second["lower"] < share < second["upper"]
+    assert abs(second["probability"] - share) < 0.08
+    assert second["median lower (mm)"] < 6.0 < second["median upper (mm)"]
+    third = rows[rows["category"] == 3].iloc[0]
+    assert third["fit"] == "never reached"
+    assert "| one | dishing | 3 | | | | | never reached |" in curves.markdown_of_curves(rows)
