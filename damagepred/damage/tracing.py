@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from damagepred.damage.joints import HEAD_JOINT, JointMap
+from damagepred.damage.joints import JointMap
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -72,11 +72,6 @@ class Pieces:
     def length(self) -> FloatArray:
         """Length of each piece (m), (p,)."""
         return self.joints.contact_length.ravel()
-
-    @cached_property
-    def is_head(self) -> BoolArray:
-        """Whether each piece is one of a perpend, (p,)."""
-        return np.repeat(self.joints.kind == HEAD_JOINT, self.joints.contact_x.shape[1])
 
     @cached_property
     def points(self) -> int:
