@@ -185,5 +185,5 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
     if curves.attrs.get("model") == "common":
         parts.append("one dispersion for all categories")
     if "empirical" in curves:
-        parts.append("steps: share of the walls at the increments")
+        parts.append("steps: shares of the walls, no form given")
     return title[:1].upper() + title[1:], "; ".join(parts)
