@@ -213,7 +213,7 @@ class Equilibrium:
     def forces(self, state: State) -> FloatArray:
         """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
         self._loads(state)
-        self._joint_forces(np.arange(len(self.model.interfaces.kind)), state, state.displacement, live=True)
+        self._joint_forces(self._everything, state, state.displacement, live=True)
         return self.force
 
     def stored_beyond(self, state: State) -> tuple[NDArray[np.int64], float]:
