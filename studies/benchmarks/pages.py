@@ -1,0 +1,84 @@
+"""What all benchmarks share: which machine it was, time of the processor, and tables put into a page."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from damagepred.archive.files import write_whole
+
+BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
+
+
+class Timed(NamedTuple):
+    """A result, and the seconds of the processor that it took."""
+
+    result: Any
+    seconds: float
+
+
+def timed(call: Callable[[], Any]) -> Timed:
+    """Call, and time the processor: what else the machine does then hardly shows."""
+    began = time.process_time()
+    result = call()
+    return Timed(result, time.process_time() - began)
+
+
+def machine() -> str:
+    """Return, in general terms, what it was measured on."""
+    maker, cache = "", ""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    for line in lines:
+        key, _, value = (part.strip() for part in line.partition(":"))
+        if key == "model name":
+            maker = value
+        elif key == "cache size":
+            cache = value
+        elif key == "flags" and "avx512f" in value.split():
+            cache += ", AVX-512"
+            break
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "scipy"))
+    return (
+        f"{os.cpu_count()} cores of a {maker or platform.processor() or platform.machine()} ({cache}), "
+        f"{memory:.0f} GiB, {platform.system()}, Python {platform.python_version()}, {libraries}"
+    )
+
+
+def markdown(rows: pd.DataFrame) -> str:
+    """Return a table for a page, numbers with three digits."""
+
+    def cell(value: Any) -> str:
+        if isinstance(value, float):
+            return "" if value != value else f"{value:.3g}"
+        return str(value)
+
+    lines = ["| " + " | ".join(map(str, rows.columns)) + " |", "|" + "---|" * len(rows.columns)]
+    lines += ["| " + " | ".join(map(cell, row)) + " |" for row in rows.itertuples(index=False)]
+    return "\n".join(lines)
+
+
+def put_in(page: Path, text: str, begin: str = BEGIN) -> None:
+    """Write into a page, between the marks that are there for it.
+
+    Raises
+    ------
+    ValueError
+        If it has no such marks.
+    """
+    before, _, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, found, after = rest.partition(END)
+    if not found:
+        raise ValueError(f"{page}: no {begin} ... {END} in it")
+    whole = f"{before}{begin}\n\n{text}\n\n{END}{after}"
+    write_whole(page, lambda p: p.write_text(whole, encoding="utf-8"))
