@@ -69,7 +69,8 @@ class Increment:
         ``ContactState``: cracked once tension has passed its strength, also while the bond still softens (or brittle
         shear has broken it), else slipping once it has slid.
     unbalanced_force_ratio : float
-        Largest unbalanced force over the mean weight of a block.
+        Largest unbalanced force over the mean weight of a block; above the tolerance of the quasi-static solver, but
+        not above 1e-3, where on the way there was no equilibrium and the wall trembled about a place.
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
     cycles : int

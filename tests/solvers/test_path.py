@@ -12,8 +12,9 @@ from damagepred.errors import ConvergenceError
 from damagepred.path import QUALITY
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.quasi_static import relaxation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
-from damagepred.solvers.quasi_static.path import NEAR, OVERLOAD, Path, quasi_static_path
+from damagepred.solvers.quasi_static.path import AT_REST, NEAR, OVERLOAD, Path, quasi_static_path
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.test_half import mirrored
 from tests.solvers.walls import small_scene, stack, weak_pair
@@ -222,6 +223,56 @@ def test_a_path_on_which_the_wall_must_jump_goes_on(monkeypatch: pytest.MonkeyPa
     assert len(steps) == scene.movement.increments + 1
     for step in steps:
         assert np.abs(unbalanced(model, step)).max() < 1.05e-6
+
+
+def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Equilibria are hidden from the solver for a while: what it comes to by cycling must do, and the path go on."""
+    scene, model = random_wall("paper", 1)
+    without = list(quasi_static_path(model, WHOLE, scene.movement.increments))
+    find, directly, jump, hidden = Equilibrium.find, Equilibrium.directly, Path.jump, set[float]()
+
+    def hides(state: State) -> bool:
+        return state.progress > 0.2 and len(hidden) < 4
+
+    def no_find(self: Equilibrium, state: State, start: np.ndarray | None = None) -> float:
+        return 1.0 if hides(state) else find(self, state, start)
+
+    def not_directly(self: Equilibrium, state: State) -> tuple[float, np.ndarray]:
+        if not hides(state):
+            return directly(self, state)
+        return max(self.unbalanced(state, state.displacement)[1], 2e-6), state.displacement
+
+    def then_shows(self: Path, state: State) -> tuple[State, float]:
+        found = jump(self, state)
+        hidden.add(state.progress)
+        return found
+
+    monkeypatch.setattr("damagepred.solvers.quasi_static.path.IN_VAIN", 0)
+    monkeypatch.setattr(Path, "jump", then_shows)
+    monkeypatch.setattr(Equilibrium, "find", no_find)
+    monkeypatch.setattr(Equilibrium, "directly", not_directly)
+    steps = list(quasi_static_path(model, WHOLE, scene.movement.increments))
+    assert hidden, "nothing to check"
+    assert len(steps) == len(without)
+    largest = np.array([step.unbalanced_force_ratio for step in steps])
+    assert 1e-6 < largest.max() < AT_REST
+    assert (largest[[step.progress < min(hidden) for step in steps]] < 1e-6).all()
+    assert largest[-1] < 1e-6
+    for step, other in zip(steps, without, strict=True):
+        widest = float(np.abs(other.opening).max())
+        # on its way friction is overcome to and fro
+        np.testing.assert_allclose(step.opening, other.opening, rtol=0, atol=0.05 * widest)
+
+
+def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, model = random_wall("paper", 1)
+    monkeypatch.setattr(relaxation, "AT_MOST", 5_000)
+    monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None: 1.0)
+    monkeypatch.setattr(Equilibrium, "directly", lambda self, state: (1.01 * AT_REST, state.displacement))
+    with pytest.raises(ConvergenceError, match="no equilibrium found"):
+        list(quasi_static_path(model, WHOLE, scene.movement.increments))
 
 
 # -- collapse and errors ----------------------------------------------------------------------------------------------

@@ -342,6 +342,13 @@ class Equilibrium:
             self.complete(state, found)
         return worst, found
 
+    def settle_for(self, state: State) -> float:
+        """Go on from a state that is no equilibrium as if it were one; return its unbalanced ratio."""
+        _, worst = self.unbalanced(state, state.displacement)
+        self._note_tangent(state, state.displacement)
+        self.complete(state)
+        return worst
+
     # -- the law as it is -------------------------------------------------------------------------------------------
 
     def _newton(self, state: State, start: FloatArray, steps: int) -> tuple[FloatArray, float]:

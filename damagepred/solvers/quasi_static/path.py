@@ -56,6 +56,9 @@ NOTHING, CLOSE = 1e-7, 1e-7
 """Share of all dead load that counts as no load; progress between two points that count as one."""
 SHORTEST = 1e-5
 """Share of a step so short that what breaks within it breaks at its end."""
+AT_REST, IN_VAIN = 1e-3, 8
+"""Unbalanced force (block weights) of a wall at rest, as the explicit solver takes it, where joints that slide to and
+fro leave no equilibrium; and times in a row that one is looked for without coming twice as near."""
 
 
 @dataclass
@@ -84,6 +87,7 @@ class Path:
         self.equilibrium = Equilibrium(model, self.tolerance)
         self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
         self.events = 0
+        self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
         self.balance = WorkBalance()
         law = model.properties
         # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
@@ -281,8 +285,14 @@ class Path:
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
     def jump(self, state: State) -> tuple[State, float]:
-        """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio."""
+        """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio.
+
+        Friction does not derive from an energy: there are loads under which two joints push each other to and fro by
+        turns, and no choice of which of them slides is an equilibrium. The wall then trembles about a place; if that
+        is as near to balance as the explicit solver asks for, it counts as rest, and is noted in ``roughest``.
+        """
         equilibrium, worst = self.equilibrium, np.inf
+        nearest, least, mark, since = state, np.inf, np.inf, 0
         for resting in come_to_rest(self.model, state):
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
@@ -296,8 +306,17 @@ class Path:
             worst, found = equilibrium.directly(resting)
             if worst < self.tolerance:
                 resting.displacement[:] = found
+                return resting, worst
+            if worst < least:
+                nearest, least = resting, worst
+                nearest.displacement[:] = found
+            since, mark = (0, least) if least < 0.5 * mark else (since + 1, mark)
+            if least < AT_REST and since >= IN_VAIN:
                 break
-        return resting, worst
+        if not least < AT_REST:
+            return resting, worst
+        self.roughest = max(self.roughest, equilibrium.settle_for(nearest))
+        return nearest, 0.0
 
     def cascade(self, state: State, worst: float) -> tuple[State, float]:
         """Break what is overloaded at a standing movement, one after the other, until nothing is."""
@@ -351,6 +370,7 @@ class Path:
         opening, sigma, tau = self.stresses(state)
         force = self.equilibrium.forces(state)
         now, balance = self.count, self.balance
+        worst, self.roughest = max(worst, self.roughest), 0.0
         return Increment(
             number=number,
             progress=state.progress,
