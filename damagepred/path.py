@@ -340,6 +340,10 @@ def without_zone_fields(step: Step) -> Step:
     return step._replace(increment=replace(step.increment, zones=light))
 
 
+def _broken_at(last: Increment) -> dict[str, FloatArray]:
+    return {} if last.broken_at is None else {"contact_broken_at": last.broken_at.ravel()}
+
+
 def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """Return what is known of a footing that is part of the model, by variable."""
     values: dict[str, FloatArray] = {}
@@ -450,7 +454,7 @@ def _collect(
         "contact_friction": spread(model.properties.friction),
         "contact_opening": stacked("opening"), "contact_slip": stacked("slip"),
         "contact_normal_stress": stacked("normal_stress"), "contact_shear_stress": stacked("shear_stress"),
-        "contact_state": stacked("state"),
+        "contact_state": stacked("state"), **_broken_at(steps[-1].increment),
         **_footing_values(model, steps),
         **(_zone_values(model, steps) if store_zones else {}),
     }  # fmt: skip

@@ -210,6 +210,9 @@ VARIABLES: dict[str, Variable] = {
     "contact_normal_stress": Variable((*_STEP, *_CONTACT), "Pa", "normal stress, tension positive"),
     "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
     "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", ("intact", "cracked", "slipping")),
+    "contact_broken_at": Variable(
+        _CONTACT, "1", "share of the full movement at which the bond broke, NaN where it holds or there was none"
+    ),
     # deformable blocks
     "zones_in_shear": Variable(_STEP, "1", "zones that yield in shear"),
     "zones_in_tension": Variable(_STEP, "1", "zones that yield in tension"),

@@ -68,14 +68,15 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     width = np.where(cracked[number], np.maximum(opening[number], 0.0), 0.0)
     widest = width.argmax(axis=1)
     per_joint = width[np.arange(len(number)), widest]
-    order = np.lexsort((-per_joint, label))
+    x, y = (at[number, widest] for at in (joints.contact_x, joints.contact_y))
+    order = np.lexsort((y, x, -per_joint, label))  # of joints as wide as each other the place decides, not the number
     first = order[np.searchsorted(label[order], np.arange(count))]
     rank = first[np.argsort(-per_joint[first], kind="stable")]
     rank = rank[per_joint[rank] > 0.0]  # joints that only slid are no open crack
     return Cracks(
         per_joint[rank],
-        joints.contact_x[number[rank], widest[rank]],
-        joints.contact_y[number[rank], widest[rank]],
+        x[rank],
+        y[rank],
         np.bincount(label, minlength=count)[label[rank]],
     )
 

@@ -104,9 +104,46 @@ class JointMap:
         return np.flatnonzero(self.is_dpc)
 
     @cached_property
-    def dpc_length(self) -> FloatArray:
-        """Length that each contact of the dpc stands for (m), (dpc, q)."""
-        return self.contact_length[self.dpc]
+    def dpc_order(self) -> tuple[IntArray, FloatArray]:
+        """Contacts of each piece of the dpc in order along it, (dpc, q), and their way from its start (m)."""
+        start, end = self.start[self.dpc], self.end[self.dpc]
+        along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+        x, y = self.contact_x[self.dpc] - start[:, :1], self.contact_y[self.dpc] - start[:, 1:]
+        way = x * along[:, :1] + y * along[:, 1:]
+        order = np.argsort(way, axis=1)
+        return order, np.take_along_axis(way, order, axis=1)
+
+    def dpc_open_length(self, opening: FloatArray, threshold: float) -> float:
+        """Return the length (m) over which the dpc is open by more than a threshold.
+
+        Between contacts the opening goes straight, as it does between rigid blocks, and beyond the outermost it goes
+        on as before.
+
+        Parameters
+        ----------
+        opening : array (m, q)
+            Of all contacts (m).
+        threshold : float
+            In m.
+        """
+        if not self.dpc.size:
+            return 0.0
+        order, way = self.dpc_order
+        beyond = np.take_along_axis(opening[self.dpc], order, axis=1) - threshold
+        length = np.linalg.norm(self.end[self.dpc] - self.start[self.dpc], axis=1)
+        ends = np.column_stack((np.zeros(len(length)), length))
+        if way.shape[1] > 1:
+            slope = np.diff(beyond, axis=1)[:, [0, -1]] / np.diff(way, axis=1)[:, [0, -1]]
+        else:
+            slope = np.zeros_like(ends)
+        at_ends = beyond[:, [0, -1]] + slope * (ends - way[:, [0, -1]])
+        way = np.column_stack((ends[:, 0], way, ends[:, 1]))
+        beyond = np.column_stack((at_ends[:, 0], beyond, at_ends[:, 1]))
+        first, second = beyond[:, :-1], beyond[:, 1:]
+        rise = np.abs(second - first)
+        crossing = np.maximum(first, second) / np.where(rise > 0.0, rise, 1.0)
+        share = np.where(np.minimum(first, second) > 0.0, 1.0, np.clip(crossing, 0.0, 1.0))
+        return float((np.diff(way, axis=1) * share).sum())
 
     @cached_property
     def middle_y(self) -> FloatArray:

@@ -116,7 +116,6 @@ def judge(
     broken = np.flatnonzero(cracked)
     gap, interface = np.ravel(opening)[broken], broken // opening.shape[1]
     dpc_gap = opening[joints.dpc]
-    is_open = dpc_gap > settings.dpc_threshold
     return Verdict(
         damage_category=int(table.by_width_and_group(widest, groups[-1] if settings.count_rule else 0.0)),
         crack_width_max=float(gap[joints.is_wall[interface]].max(initial=0.0)),
@@ -124,6 +123,6 @@ def judge(
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
         dpc_opening_max=float(dpc_gap.max(initial=0.0)),
-        dpc_separation_length=float(joints.dpc_length[is_open].sum()),
+        dpc_separation_length=joints.dpc_open_length(opening, settings.dpc_threshold),
         dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
     )

@@ -22,9 +22,17 @@ from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump, Pumped
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.packed import memory_of, needs_all_of_the_law, needs_softening, pack, pack_sections, remember
+from damagepred.solvers.packed import (
+    memory_of,
+    needs_all_of_the_law,
+    needs_softening,
+    pack,
+    pack_sections,
+    remember,
+    take,
+)
 from damagepred.solvers.stages import held_after_load, while_loading
-from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of
+from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of, without_bond
 from damagepred.solvers.stiffness import (
     base_reaction,
     block_of_dof,
@@ -170,6 +178,8 @@ class Run:
         self.arm = dof_arms(model)
         self.load_share = self.progress = 0.0
         self.cycles = 0
+        self.broken_at = np.full(model.interfaces.contact_area.shape, np.nan)
+        self._bonded = ~without_bond(model)[:, None]
         self.absurd_at = ABSURD * float(np.ptp(model.blocks.vertices, axis=0).max())
 
     def start_elastic(self) -> bool:
@@ -233,6 +243,7 @@ class Run:
                 now[:] = then
         remember(self.joints, memory)
         self.load_share, self.progress = load_share, progress
+        self.broken_at[~memory.cracked] = np.nan
         self.halt()
 
     def standing(self) -> Standing:
@@ -265,6 +276,7 @@ class Run:
                 self.pump.with_dead_load(load - self.load_share)
             self._cycle(count, load, self.progress, (progress - self.progress) / count)
             self.progress, self.load_share = progress, load
+            self.note_broken()
             # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
             alone = load_from == progress_from == progress_to == 0.0
             if alone and self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
@@ -384,8 +396,14 @@ class Run:
             load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
         return float((load * np.abs(self.motion.displacement)).sum())
 
+    def note_broken(self) -> None:
+        """Write down at which progress bonds broke that have broken since the last time."""
+        broken = take(self.joints.tiles["cracked"], self.joints.lane) != 0.0
+        self.broken_at[broken & self._bonded & np.isnan(self.broken_at)] = self.progress
+
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
+        self.note_broken()
         memory = memory_of(self.joints)
         fields = fields_of(self.model, memory, self.motion.displacement, self.progress)
         if self.sections is not None:
@@ -409,6 +427,7 @@ class Run:
             zones=None if self.zones is None else self.zones.picture(self.motion.displacement),
             deflection=np.nan if weights is None else float(weights @ self.motion.displacement),
             jack_load=np.nan if self.pump is None else self.pump.load,
+            broken_at=self.broken_at.copy(),
         )
 
     def find_fall(self, stood: Standing, number: int) -> tuple[float, float]:
@@ -553,5 +572,7 @@ def explicit_path(
         if number == 0 and model.supports.after_load.any():
             held = held_after_load(model, run.motion.displacement)
             state = run.standing()
+            broken_at = run.broken_at
             run = Run(held, settings)
+            run.broken_at[:] = broken_at
             run.resume(*state)

@@ -552,6 +552,7 @@ UNFOLD: Mapping[str, Callable[[Fold, NDArray], NDArray]] = {
     "normal_stress": _even,
     "shear_stress": _odd,
     "state": _even,
+    "broken_at": _even,
     "support_force": _support_force,
 }
 """How each array of an ``Increment`` is made that of the whole wall."""

@@ -105,6 +105,8 @@ class Increment:
         Of a footing that finds its own shape: its centre relative to its ends (m, upwards).
     jack_load : float
         Of each jack under it (N, upwards).
+    broken_at : array (m, q) or None
+        Progress at which each bond broke, NaN where it holds or there was none; None of dynamic runs.
     ended : str
         Why the path ends before the full movement: ``"jacks"`` or ``"supports"`` carry nothing any more; ``""`` if not.
     """
@@ -143,4 +145,5 @@ class Increment:
     zones: ZonePicture | None = None
     deflection: float = float("nan")
     jack_load: float = float("nan")
+    broken_at: FloatArray | None = None
     ended: str = ""

@@ -45,6 +45,13 @@ class JointMemory(NamedTuple):
         return JointMemory(self.slip.copy(), self.dilated.copy(), self.cracked.copy(), self.opened.copy())
 
 
+def without_bond(model: Model) -> NDArray[np.bool_]:
+    """Tell which interfaces (m,) have no bond to break: no strength, and what holds them in shear does not drop."""
+    law = model.properties
+    bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
+    return np.asarray(bare & (law.friction == law.residual_friction) | (law.gap > 0.0))
+
+
 class ContactFields(NamedTuple):
     """Opening, shear displacement (m), normal and shear stress (Pa, tension positive) of contacts, arrays (m, q)."""
 

@@ -1,12 +1,15 @@
 """Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and what does not count."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from damagepred.damage import Cracks, category_of, damage_table, group_widths, judge, largest_group, load_table
+from damagepred.damage.cracks import find_cracks
 from damagepred.errors import InputError
 from damagepred.scene import Damage, Scene
-from tests.damage.pattern import COURSE, HALF, Pattern
+from tests.damage.pattern import COURSE, Pattern
 
 MM = 1e-3
 
@@ -253,7 +256,7 @@ def test_separation_length_of_a_triangular_gap(on_dpc: Pattern, threshold: float
     gap = 8 * MM * (1 - np.abs(joints.contact_x - 3.0) / 3.0)
     on_dpc.opening[joints.is_dpc] = gap[joints.is_dpc]
     verdict = on_dpc.judge(Damage(dpc_threshold=threshold * MM))
-    assert verdict.dpc_separation_length == pytest.approx(6.0 * (1 - threshold / 8), abs=2 * HALF * 4 / 6)
+    assert verdict.dpc_separation_length == pytest.approx(6.0 * (1 - threshold / 8), rel=1e-12)
     assert verdict.dpc_opening_max == pytest.approx(8 * MM)
 
 
@@ -277,3 +280,14 @@ def test_judge_is_of_the_contacts_it_is_given():
     before = wall.opening.copy()
     judge(wall.map, wall.opening, wall.slip, wall.cracked, Damage())
     np.testing.assert_array_equal(wall.opening, before)
+
+
+def test_of_joints_as_wide_as_each_other_the_place_decides_where_a_crack_is():
+    wall = Pattern()
+    for column in (4, 5, 6):
+        wall.open("bed", column, 3, (2 * MM,) * 3)
+    joints, order = wall.map, np.arange(len(wall.map.kind))[::-1]
+    turned = dataclasses.replace(joints, **{f.name: getattr(joints, f.name)[order] for f in dataclasses.fields(joints)})
+    one = find_cracks(joints, wall.opening, wall.slip, wall.cracked)
+    other = find_cracks(turned, wall.opening[order], wall.slip[order], wall.cracked[order])
+    assert (one.x[0], one.y[0], one.width[0]) == (other.x[0], other.y[0], 2 * MM)

@@ -32,7 +32,7 @@ from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
-from damagepred.solvers.state import JointMemory, come_loose, contact_states
+from damagepred.solvers.state import JointMemory, come_loose, contact_states, without_bond
 from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
 
 FloatArray = NDArray[np.float64]
@@ -106,9 +106,9 @@ class Path:
         """Return the wall before any load: joints without strength have no bond to break."""
         law = self.model.properties
         memory = JointMemory.fresh(self.model)
-        bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
-        memory.cracked[bare & (law.friction == law.residual_friction)] = True
+        memory.cracked[without_bond(self.model)] = True
         self.unopened = memory.cracked.copy()
+        self.broken_at, self._bonded = np.full(memory.cracked.shape, np.nan), ~memory.cracked
         if condense:  # what has a gap stays open until it closes
             open_up = memory.cracked.any(axis=1) & (law.gap == 0.0)
             levels = self.equilibrium.equations.interface_level[open_up]
@@ -166,12 +166,19 @@ class Path:
         law = self.model.properties
         sheared = broken & (law.brittle_shear & (law.critical_opening > 0))[:, None]
         state.memory.opened[sheared] = np.inf
+        self.note_broken(state)
         self.events += 1
         return again
+
+    def note_broken(self, state: State) -> None:
+        """Write down at which progress bonds broke that have broken since the last time."""
+        self.broken_at[state.memory.cracked & self._bonded & np.isnan(self.broken_at)] = state.progress
 
     def remember(self, state: State, gave_way: bool) -> None:
         """Let the joints remember this equilibrium."""
         model = self.model
+        if gave_way:
+            self.note_broken(state)
         friction, crushing, torn = settle(
             self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
             state.displacement, state.progress, self.unopened,
@@ -400,6 +407,7 @@ class Path:
             zones=None if solids is None else solids.picture(state.displacement, state.plastic),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
             jack_load=np.nan if model.jacks is None else state.jack,
+            broken_at=self.broken_at.copy(),
         )
 
     # -- jacks ------------------------------------------------------------------------------------------------------
@@ -424,6 +432,7 @@ class Path:
         """Go back to a point of the path."""
         self.state, self.unopened = kept.state.copy(), kept.unopened.copy()
         self.balance, self.events = copy(kept.balance), kept.events
+        self.broken_at[~kept.state.memory.cracked] = np.nan
         self.equilibrium.find(self.state)
 
     def end_where_nothing_is_carried(self, before: Kept, worst: float) -> float:

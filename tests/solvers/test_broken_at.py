@@ -1,0 +1,44 @@
+"""At which movement a bond breaks is known more closely than increment by increment."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from damagepred import solve
+from damagepred.scene import Dpc, Joint, Movement, Scene, Solver, Wall
+
+WALL = Scene(
+    wall=Wall(length=0.72, height=0.225),
+    dpc=Dpc(course=1),
+    joint=Joint(tensile_strength=0.1e6, cohesion=0.1e6),
+    movement=Movement(kind="doming", central_deflection=2e-3, increments=2),
+)
+
+
+def broken_at(increments: int, **solver: object) -> np.ndarray:
+    movement = replace(WALL.movement, increments=increments)
+    scene = replace(WALL, movement=movement, solver=Solver(**solver))
+    ds = solve(scene)
+    share = ds["contact_broken_at"].values
+    # exactly the mortar that is cracked at the end has a place on the path
+    cracked = (ds["contact_state"].values[-1] == 1) & (ds["contact_kind"].values < 2)
+    mortar = ds["contact_kind"].values < 2
+    np.testing.assert_array_equal(np.isfinite(share[mortar]), cracked[mortar])
+    assert np.isnan(share[ds["contact_kind"].values == 2]).all()  # a dpc without strength has no bond
+    return share
+
+
+def test_the_first_break_does_not_hang_on_the_increments():
+    coarse, fine = (np.nanmin(broken_at(n)) for n in (2, 32))
+    assert 0.0 < fine < 0.5
+    assert coarse == pytest.approx(fine, rel=0.01)
+
+
+def test_halves_are_alike():
+    np.testing.assert_allclose(broken_at(2), broken_at(2, symmetric_half=False), rtol=1e-6)
+
+
+def test_both_solvers_agree():
+    quasi, explicit = np.nanmin(broken_at(8)), np.nanmin(broken_at(8, method="explicit"))
+    assert explicit == pytest.approx(quasi, abs=1.5 / 100 / 8)  # a ramp has 100 stages, the steepest 1.5 times as long
