@@ -125,7 +125,27 @@ def test_few_resamples_that_can_be_fitted_are_told() -> None:
     note = str(curve["fit_note"].values)
     assert "rests on 3 walls" in note
     assert "lies beyond the study's movement" in note
-    assert "of the resamples could be fitted" in note
+    assert "of the resamples could be fitted: its band is by profile likelihood" in note
+    profile = fit_fragility(ds, categories=[1], band="profile").isel(category=0)
+    np.testing.assert_array_equal(curve["probability_upper"], profile["probability_upper"])
+    assert float(curve["probability_lower"][-1]) < 0.03 < 3 / 40 < 0.15 < float(curve["probability_upper"][-1])
+    weighted = ds.assign(weight=("sample", np.linspace(0.5, 1.5, 40)))
+    curve = fit_fragility(weighted, categories=[1], bootstrap=200).isel(category=0)
+    assert "of the resamples could be fitted: its band is too narrow" in str(curve["fit_note"].values)
+
+
+def test_the_band_holds_the_truth_where_few_walls_reach_the_category() -> None:
+    """A tenth of 32 walls; resamples that have fewer than three of them would leave the band with nearly no width."""
+    end, fitted, held = 7.0, 0, 0
+    median = end * math.exp(1.28155 * SCATTER)
+    for seed in range(80):
+        capacity = lognormal(np.random.default_rng([78, seed]), median, SCATTER, 32)
+        curve = fit_fragility(study(capacity, end=end, increments=30), categories=[1], bootstrap=100, points=4)
+        if (last := curve.isel(category=0, intensity=-1))["fit_status"] == "fitted":
+            fitted += 1
+            held += bool(last["probability_lower"] <= 0.1 <= last["probability_upper"])
+    assert fitted > 40
+    assert 0.8 <= held / fitted < 1.0
 
 
 def test_a_first_increment_that_hides_the_scatter_is_told() -> None:

@@ -111,6 +111,16 @@ def _acceleration(found: Resampled, place: int, grid: FloatArray) -> FloatArray:
     return skew / (6.0 * np.maximum(spread, 1e-300) ** 1.5)
 
 
+def has_profile(estimator: Estimator) -> bool:
+    """Tell whether there is a profile band: one category, fitted for itself, and walls that count alike."""
+    return isinstance(estimator, Composite) and alike_and_alone(len(estimator.categories), estimator.cells.weight)
+
+
+def alike_and_alone(categories: int, weight: FloatArray) -> bool:
+    """Tell whether categories fitted together are but one, and walls count alike."""
+    return categories == 1 and not np.ptp(weight) > 0
+
+
 def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confidence: float) -> Band:
     """Return the band of one category by profile likelihood.
 
@@ -130,8 +140,7 @@ def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confi
     InputError
         If the category is not fitted for itself, or walls count differently.
     """
-    weight = estimator.cells.weight
-    if not isinstance(estimator, Composite) or len(estimator.categories) > 1 or np.ptp(weight) > 0:
+    if not isinstance(estimator, Composite) or not has_profile(estimator):
         raise InputError(
             "band = 'profile': is for curves that are fitted each for itself (model = 'separate') to walls that count "
             "alike; take 'bca' or 'percentile'."

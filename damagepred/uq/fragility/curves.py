@@ -42,6 +42,9 @@ EMPIRICAL = "empirical"
 MANY_WALLS = 50_000
 """Of more walls, every second, third ... is enough for Akaike's criterion."""
 
+MOST_FITTED = 0.95
+"""Share of the resamples that can be fitted, below which those that cannot would be missing from the band."""
+
 FEW = 10
 """Fewer walls than that which reached a category are worth a word."""
 
@@ -88,7 +91,8 @@ def fit_fragility(
     confidence : float
         Of the band, 0.9 for 5 to 95 %.
     band : {"bca", "percentile", "profile"}
-        How it is found, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band.
+        How it is found, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band. A category
+        of which fewer than 95 % of the resamples can be fitted has the profile band where there is one.
     bootstrap : int
         Number of resamples of walls for the band; 0 for none.
     goodness : int
@@ -177,7 +181,7 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     columns |= _columns_of(fits, limits, asked.grid)
     columns |= _failures(walls, fits, common) | _judged(fits, free, walls, asked)
     columns["resamples_fitted"] = share
-    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k]) for k in kinds])
+    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common) for k in kinds])
     return columns, _criteria(fits, walls)
 
 
@@ -212,8 +216,12 @@ def _with_bands(
         return fits, none, nothing
     random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[places[0]])
     again = resample(estimator, best, asked.bootstrap, random)
+    share = [len(again.again) / asked.bootstrap] * len(places)
+    if share[0] < MOST_FITTED and bands.has_profile(estimator):
+        # what cannot be fitted lies to one side: what is left of the resamples would make too narrow a band
+        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], share
     limits = [bands.resampled_band(asked.band, again, n, asked.grid, asked.confidence) for n in range(len(places))]
-    return fits, limits, [len(again.again) / asked.bootstrap] * len(places)
+    return fits, limits, share
 
 
 def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
@@ -322,7 +330,7 @@ def _criteria(fits: list[Fit], walls: Walls) -> dict[str, float]:
     return found | {"aic_walls": lower.shape[1]}
 
 
-def _note(fit: Fit, cells: Cells, walls: Walls, share: float) -> str:
+def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool) -> str:
     """Say what a reader of a curve should know."""
     if fit.status != FITTED:
         return ""
@@ -336,8 +344,10 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float) -> str:
         said.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
-    if share < 0.95:
-        said.append(f"only {share:.0%} of the resamples could be fitted: its band is too narrow")
+    if share < MOST_FITTED:
+        by_profile = bands.alike_and_alone(1 + common, walls.weight)
+        what = "is by profile likelihood" if by_profile else "is too narrow"
+        said.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")
     return "; ".join(said)
 
 
