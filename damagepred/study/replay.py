@@ -52,7 +52,9 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     values = {place: float(design[place].values[sample]) for place in study.design.wall}
     scene, fields = sampled_wall(study.settings, study.design, sample, values)
     ds = solve(scene, fields=fields, on_failure="return", on_step=on_step)
-    ds.attrs.update(sample=sample, seed=study.settings.study.seed, study=study.settings.to_toml())
+    # the study's title may name a movement that is not this wall's own
+    ds.attrs.update(title=f"{ds.attrs['title']}: sample {sample}", sample=sample, seed=study.settings.study.seed)
+    ds.attrs["study"] = study.settings.to_toml()
     return ds, _compare(folder, sample, ds)
 
 
