@@ -1,0 +1,96 @@
+"""Environments of their own for the other solvers: made once, used by ``run.py``.
+
+    python studies/benchmarks/beside_others/environments.py [--environments FOLDER] [pymunk lmgc90 openseespy exudyn]
+
+Each is a virtual environment with the versions that its file in ``requirements/`` pins. openseespy's wheel wants BLAS,
+LAPACK and the Fortran library of the machine; where these are not installed, and the machine is a Debian, its packages
+are unpacked inside the environment.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+SOLVERS = ("pymunk", "lmgc90", "openseespy", "exudyn")
+IMPORTED = {
+    "pymunk": "pymunk", "lmgc90": "compas_lmgc90._lmgc90", "openseespy": "openseespy.opensees", "exudyn": "exudyn",
+}  # fmt: skip
+LIBRARIES = ("libblas3", "liblapack3", "libgfortran5", "libquadmath0")
+
+
+def default_folder() -> Path:
+    """Return where the environments are kept unless said otherwise."""
+    cache = os.environ.get("XDG_CACHE_HOME")
+    return Path(cache or tempfile.gettempdir()) / "damagepred-beside-others"
+
+
+def python_of(solver: str, folder: Path) -> Path:
+    return folder / solver / "bin" / "python"
+
+
+def variables(solver: str, folder: Path) -> dict[str, str]:
+    """Return the environment variables a solver runs with: one thread, and where unpacked libraries are."""
+    known = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    known.pop("PYTHONPATH", None)
+    places = sorted({str(found.parent) for found in (folder / solver / "libraries").rglob("*.so.*")})
+    if places:
+        known["LD_LIBRARY_PATH"] = os.pathsep.join(places)
+    return known
+
+
+def works(solver: str, folder: Path) -> bool:
+    """Tell whether a solver is installed and can be imported."""
+    python = python_of(solver, folder)
+    if not python.exists():
+        return False
+    command = [str(python), "-c", f"import {IMPORTED[solver]}"]
+    return subprocess.run(command, env=variables(solver, folder), capture_output=True, check=False).returncode == 0
+
+
+def create(solver: str, folder: Path) -> None:
+    """Make the environment of a solver.
+
+    Raises
+    ------
+    RuntimeError
+        If it cannot be imported afterwards.
+    """
+    place = folder / solver
+    subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)
+    pip = [str(python_of(solver, folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:"]
+    pip += ["--no-deps"] if solver == "lmgc90" else []
+    subprocess.run([*pip, "-r", str(HERE / "requirements" / f"{solver}.txt")], check=True)
+    if solver == "openseespy" and not works(solver, folder):
+        unpack(place / "libraries")
+    if not works(solver, folder):
+        raise RuntimeError(f"{solver}: installed in {place}, but it cannot be imported")
+
+
+def unpack(place: Path) -> None:
+    """Unpack the libraries that openseespy wants, without installing them."""
+    place.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["apt-get", "download", "--quiet", *LIBRARIES], cwd=place, check=True)
+    for package in place.glob("*.deb"):
+        subprocess.run(["dpkg-deb", "-x", str(package), str(place)], check=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("solvers", nargs="*", default=SOLVERS, help="by default all")
+    parser.add_argument("--environments", type=Path, default=default_folder(), help="folder they are kept in")
+    options = parser.parse_args()
+    for solver in options.solvers:
+        if not works(solver, options.environments):
+            print(f"{solver}: installing into {options.environments / solver}", file=sys.stderr)
+            create(solver, options.environments)
+        print(f"{solver}: ready")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""A case in pymunk: rigid blocks that collide, impulses found by sequential iteration (Chipmunk2D)."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pymunk
+from record import FALLEN, Record, Wall, answer, push, read_case, thinned
+
+SLOP = 1e-5
+"""Overlap that is left alone (m); the default, 0.1, is meant for lengths in pixels."""
+
+
+class Space:
+    """The wall as pymunk has it."""
+
+    def __init__(self, case: dict, settings: dict) -> None:
+        self.wall = Wall(case)
+        self.case, self.dt = case, settings["dt"]
+        self.space = pymunk.Space()
+        self.space.iterations = settings["iterations"]
+        self.space.collision_slop = SLOP
+        self.space.gravity = (0.0, -case["gravity"])
+        self.now = 0.0
+        self.ground = []
+        for corners in case["ground"]:
+            body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+            self._shape(body, corners)
+            self.ground.append(body)
+        self.bodies = []
+        for i, corners in enumerate(self.wall.corners):
+            body = pymunk.Body(self.wall.mass[i], self.wall.inertia[i])
+            body.position = tuple(self.wall.centre[i])
+            self._shape(body, (corners - self.wall.centre[i]).tolist())
+            self.bodies.append(body)
+
+    def _shape(self, body: pymunk.Body, corners: list) -> None:
+        shape = pymunk.Poly(body, [tuple(c) for c in corners])
+        shape.friction = math.sqrt(self.case["friction"])  # that of a pair is the product
+        shape.elasticity = 0.0
+        self.space.add(body, shape)
+
+    def step(self) -> None:
+        """Go on by a time step."""
+        self.space.step(self.dt)
+        self.now += self.dt
+
+    def move_ground(self) -> None:
+        """Give the ground the velocity that it has now."""
+        first, last = self.case["drop_from"], self.case["drop_until"]
+        moving = first <= self.now < last - 1e-9
+        for body, drop in zip(self.ground, self.case["drop"]):
+            if drop:
+                body.velocity = (0.0, -drop / (last - first) if moving else 0.0)
+
+    def velocity(self) -> np.ndarray:
+        """Return that of each block (n, 3)."""
+        return np.array([(*b.velocity, b.angular_velocity) for b in self.bodies])
+
+    def displacement(self) -> np.ndarray:
+        """Return x, y and rotation of each block (n, 3)."""
+        moved = np.array([(*b.position, b.angle) for b in self.bodies])
+        moved[:, :2] -= self.wall.centre
+        return moved
+
+    def base(self) -> np.ndarray:
+        """Return the vertical force of the ground on each of the lowest blocks (N)."""
+        force = np.zeros(len(self.wall.lowest))
+        place = {id(self.bodies[b]): i for i, b in enumerate(self.wall.lowest)}
+        ground = {id(b) for b in self.ground}
+
+        def add(arbiter: pymunk.Arbiter) -> None:
+            a, b = (s.body for s in arbiter.shapes)
+            if id(a) in ground or id(b) in ground:
+                block = b if id(a) in ground else a
+                force[place[id(block)]] += abs(arbiter.total_impulse.y) / self.dt
+
+        for b in self.wall.lowest:
+            self.bodies[b].each_arbiter(add)
+        return force
+
+
+def settle(case: dict, settings: dict, limit: float) -> dict:
+    began = time.process_time()
+    space = Space(case, settings)
+    build = time.process_time() - began
+    record = Record(case, limit)
+    every, go_on, steps = settings.get("every", 5), True, 0
+    while go_on:
+        record.start()
+        for _ in range(every - 1):
+            space.move_ground()
+            space.step()
+        space.move_ground()
+        record.stop()
+        before = space.velocity()
+        record.start()
+        space.step()
+        record.stop()
+        steps += every
+        residual = space.wall.from_velocity(space.velocity() - before, space.dt)
+        go_on = record.look(space.now, residual, float(space.base().sum()))
+    base, moved = space.base(), space.displacement()
+    return {
+        "build": build, "steps": steps, "settled": record.settled(), "looks": thinned(record.looks), "base": base,
+        "displacement": moved, "version": pymunk.version,
+    }  # fmt: skip
+
+
+def stands(case: dict, settings: dict, factor: float) -> bool:
+    """Tell whether the wall stands when pushed by a share of its weight: applied over 0.25 s, held for 1.5 s."""
+    space = Space(case, settings)
+    while space.now < 1.75:
+        share = min(1.0, space.now / 0.25)
+        space.space.gravity = (factor * share * case["gravity"], -case["gravity"])
+        space.step()
+    return bool(np.abs(space.displacement()[:, :2]).max() < FALLEN)
+
+
+def main() -> None:
+    case, settings, path = read_case()
+    limit = settings.pop("limit")
+    if case["name"] == "tilt":
+        push(path, case, settings, limit, stands, pymunk.version)
+    else:
+        answer(path, **settle(case, settings, limit))
+
+
+if __name__ == "__main__":
+    main()

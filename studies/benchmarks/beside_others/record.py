@@ -1,0 +1,132 @@
+"""What every solver's script keeps of a run: the residual over time, and where the wall is in the end.
+
+It needs numpy alone, for it runs in the environments of the other solvers.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HOLD = 20
+"""Looks in a row, all below the smallest level, after which a wall counts as settled."""
+FALLEN = 0.02
+"""Displacement from which a wall that is pushed counts as falling (m)."""
+
+
+class Wall:
+    """Numbers of a case as arrays: n blocks."""
+
+    def __init__(self, case: dict[str, Any]) -> None:
+        corners = np.array(case["blocks"])
+        self.corners = corners
+        self.centre = corners.mean(axis=1)
+        self.size = np.ptp(corners, axis=1)
+        self.mass = case["density"] * case["thickness"] * self.size.prod(axis=1)
+        self.inertia = self.mass * (self.size**2).sum(axis=1) / 12
+        self.lever = np.linalg.norm(self.size, axis=1) / 2
+        self.weight = self.mass * case["gravity"]
+        self.lowest = np.flatnonzero(corners[:, :, 1].min(axis=1) < 1e-9)
+
+    def residual(self, force: np.ndarray) -> float:
+        """Return the largest unbalanced force over the mean weight of a block.
+
+        Parameters
+        ----------
+        force : array (n, 3)
+            Sum of the forces on each block (N) and of their moments (N m), which count over half its diagonal.
+        """
+        worst = max(np.hypot(force[:, 0], force[:, 1]).max(), (np.abs(force[:, 2]) / self.lever).max())
+        return float(worst / self.weight.mean())
+
+    def from_velocity(self, change: np.ndarray, step: float) -> float:
+        """Return the residual from the change of velocities (n, 3) in a time step: mass times acceleration."""
+        mass = np.column_stack((self.mass, self.mass, self.inertia))
+        return self.residual(mass * change / step)
+
+
+class Record:
+    """Looks at a run: processor time, time, residual; tells when it may stop."""
+
+    def __init__(self, case: dict[str, Any], limit: float) -> None:
+        self.levels = case["levels"]
+        self.after = case["drop_until"]
+        self.limit = limit
+        self.looks: list[tuple[float, float, float, float]] = []
+        self.seconds = 0.0
+        self.below = 0
+        self._began = 0.0
+
+    def start(self) -> None:
+        """Start the clock."""
+        self._began = time.process_time()
+
+    def stop(self) -> None:
+        """Stop the clock: looking is not part of what a solver does."""
+        self.seconds += time.process_time() - self._began
+
+    def look(self, at: float, residual: float, reaction: float) -> bool:
+        """Note the residual and the force on the ground (N) at a time (s); tell whether to go on."""
+        self.looks.append((self.seconds, at, residual, reaction))
+        self.below = self.below + 1 if residual <= min(self.levels) and at > self.after else 0
+        return self.below < HOLD and self.seconds < self.limit and np.isfinite(residual)
+
+    def settled(self) -> dict[str, list[float | None]]:
+        """Return the processor time and the time from which the residual stays below each level."""
+        looks = np.array(self.looks)
+        found: dict[str, list[float | None]] = {"seconds": [], "time": []}
+        for level in self.levels:
+            above = np.flatnonzero(~((looks[:, 2] <= level) & (looks[:, 1] > self.after)))
+            first = above[-1] + 1 if above.size else 0
+            stays = first <= len(looks) - min(HOLD, len(looks))  # a short dip at the very end is none
+            found["seconds"].append(float(looks[first, 0]) if stays else None)
+            found["time"].append(float(looks[first, 1]) if stays else None)
+        return found
+
+
+def push(
+    path: Path, case: dict[str, Any], settings: dict[str, Any], limit: float, stands: Callable[..., bool], version: str
+) -> None:
+    """Write between which shares of its weight, pushing it sideways, a wall falls: a bisection of ``bracket``."""
+    low, high = settings["bracket"]
+    trials = []
+    began = time.process_time()
+    while high - low > settings["width"] and time.process_time() - began < limit:
+        factor = (low + high) / 2
+        stood = stands(case, settings, factor)
+        trials.append([factor, stood])
+        low, high = (factor, high) if stood else (low, factor)
+    answer(path, seconds=time.process_time() - began, low=low, high=high, trials=trials, version=version)
+
+
+def read_case() -> tuple[dict[str, Any], dict[str, Any], Path]:
+    """Return case, settings and the file for the answer, as the command line names them."""
+    import sys
+
+    case = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    settings = json.loads(sys.argv[2])
+    return case, settings, Path(sys.argv[3])
+
+
+def thinned(looks: list[tuple[float, ...]], most: int = 400) -> list[list[float]]:
+    """Return some of the looks, the first and the last among them."""
+    chosen = np.unique(np.linspace(0, len(looks) - 1, min(most, len(looks))).astype(int))
+    return [[float(f"{value:.5g}") for value in looks[i]] for i in chosen]
+
+
+def answer(path: Path, **known: Any) -> None:
+    """Write what came out."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        if isinstance(value, np.generic):
+            return value.item()
+        raise TypeError(type(value))
+
+    path.write_text(json.dumps(known, default=plain), encoding="utf-8")

@@ -1,0 +1,187 @@
+"""The same dry walls in damagepred and in other public solvers: time to a settled equilibrium, and the answers.
+
+    python studies/benchmarks/beside_others/run.py                  everything, in pieces (about an hour)
+    python studies/benchmarks/beside_others/run.py --solvers pymunk --cases settling --sizes 5x6
+    python studies/benchmarks/beside_others/run.py --tables-only    page and pictures again from the data
+
+The other solvers run in environments of their own, which ``environments.py`` makes where they are missing. Runs that
+are in the data already are not repeated, unless ``--again`` is given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
+
+import environments  # noqa: E402
+import ours  # noqa: E402
+import tables  # noqa: E402
+from cases import CASES, SIZES, Case  # noqa: E402
+from pages import machine, put_in  # noqa: E402
+from record import Wall  # noqa: E402
+from settings import OURS, WIDTH, described, our_solver, settings_of  # noqa: E402
+
+from damagepred.scene import Solver  # noqa: E402
+
+RUNS, BASE, MOVED = "runs.csv", "base.csv", "moved.csv"
+
+
+def other(solver: str, case: Case, settings: dict[str, Any], limit: float, folder: Path) -> dict[str, Any]:
+    """Run a case in another solver's environment; return what its script says, or why it says nothing."""
+    with tempfile.TemporaryDirectory() as place:
+        case_file, answer = Path(place) / "case.json", Path(place) / "answer.json"
+        case_file.write_text(json.dumps(case), encoding="utf-8")
+        command = [str(environments.python_of(solver, folder)), str(HERE / f"in_{solver}.py"), str(case_file)]
+        command += [json.dumps({**settings, "limit": limit}), str(answer)]
+        try:
+            done = subprocess.run(
+                command, env=environments.variables(solver, folder), capture_output=True, timeout=8 * limit + 60,
+                cwd=place, check=False,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            return {"note": "stopped by the clock"}
+        if not answer.exists():
+            words = done.stderr.decode(errors="replace").strip().splitlines() or [f"exit code {done.returncode}"]
+            return {"note": words[-1][:200]}
+        found = json.loads(answer.read_text(encoding="utf-8"))
+    if "looks" in found:
+        found["residual"], found["seconds"] = found["looks"][-1][2], found["looks"][-1][0]
+    return found
+
+
+def own(solver: Solver, case: Case, repeats: int) -> dict[str, Any]:
+    """Solve a case by one of our solvers; the least of some times."""
+    found = [ours.solve(case, solver) for _ in range(repeats)]
+    least = min(found, key=lambda f: f["seconds"])
+    reached = least["residual"]
+    times = [least["seconds"] if level >= min(reached, solver.tolerance_used) else None for level in case["levels"]]
+    return {**least, "build": min(f["build"] for f in found), "settled": {"seconds": times}}
+
+
+def flat(found: dict[str, Any]) -> dict[str, Any]:
+    settled = found.get("settled")
+    return {**found, "settled": settled["seconds"]} if settled else found
+
+
+def store(folder: Path, case: Case, solver: str, words: str, found: dict[str, Any]) -> None:
+    """Put a run into the data."""
+    found = flat(found)
+    key = {"case": case["name"], "size": case["size"], "solver": solver, "settings": words}
+    tables.keep(folder / RUNS, pd.DataFrame([tables.row_of(case, solver, words, found)]))
+    if "displacement" not in found:
+        return
+    wall, moved = Wall(case), np.array(found["displacement"])
+    rows = pd.DataFrame({"x": wall.centre[wall.lowest, 0], "force": found["base"]})
+    tables.keep(folder / BASE, rows.assign(**key)[[*key, *rows]])
+    if case["name"] == "gap":
+        rows = pd.DataFrame(np.round(np.column_stack((1e3 * moved[:, :2], moved[:, 2])), 6), columns=["x", "y", "turn"])
+        rows.insert(0, "block", range(len(rows)))
+        tables.keep(folder / MOVED, rows.assign(**key)[[*key, *rows]])
+
+
+def known(folder: Path) -> set[tuple[str, ...]]:
+    path = folder / RUNS
+    return set(pd.read_csv(path)[tables.KEY].itertuples(index=False, name=None)) if path.exists() else set()
+
+
+def push_ours(solver: Solver, case: Case, top: float) -> dict[str, Any]:
+    found, seconds = ours.collapse_factor(case, solver, top)
+    width = 1e-3 if solver.method == "quasi_static" else top / 200
+    return {"low": found, "high": found + width * found, "seconds": seconds}
+
+
+def limit_of(case: Case) -> dict[str, Any]:
+    """Return the factor of limit analysis by linear programming, of joints that dilate."""
+    from tests.verification.limit_analysis import collapse_factor
+
+    wall = Wall(case)
+    blocks = [[tuple(c) for c in corners] for corners in [*case["blocks"], *case["ground"]]]
+    count = len(blocks)
+    dead, live = np.zeros((count, 3)), np.zeros((count, 3))
+    dead[: len(wall.mass), 1], live[: len(wall.mass), 0] = -wall.weight, wall.weight
+    began = time.process_time()
+    factor = collapse_factor(blocks, set(range(len(wall.mass), count)), case["friction"], dead, live)
+    return {"low": factor, "high": factor, "seconds": time.process_time() - began}
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run what is asked for and not known yet."""
+    done = set() if options.again else known(options.output)
+    warm = False
+    for size in options.sizes:
+        for name in options.cases:
+            case = CASES[name](size)
+            for solver in options.solvers:
+                for settings in settings_of(solver, name, size):
+                    words = described(settings)
+                    if (name, size, solver, words) in done:
+                        continue
+                    if solver in OURS and not warm:
+                        for other_case in ("settling", "gap"):  # compile
+                            for method in OURS:
+                                own(our_solver(method, {}), CASES[other_case]("5x6"), 1)
+                        warm = True
+                    if solver == "limit analysis":
+                        found = limit_of(case)
+                    elif solver in OURS:
+                        chosen = our_solver(solver, settings)
+                        found = push_ours(chosen, case, 1.5) if name == "tilt" else own(chosen, case, options.repeats)
+                    else:
+                        if name == "tilt":
+                            settings = {**settings, "bracket": [0.0, 1.0], "width": WIDTH}
+                        found = other(solver, case, settings, options.limit, options.environments)
+                    store(options.output, case, solver, words, found)
+                    print(
+                        f"{name} {size} {solver} {words}: {found.get('seconds', np.nan):.3g} s, residual "
+                        f"{found.get('residual', np.nan):.2g} {found.get('note', '')}",
+                        file=sys.stderr, flush=True,
+                    )  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    every = [*OURS, "limit analysis", *environments.SOLVERS]
+    parser.add_argument("--solvers", nargs="+", choices=every, default=every)
+    parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--sizes", nargs="+", choices=list(SIZES), default=list(SIZES))
+    parser.add_argument("--limit", type=float, default=60.0, help="seconds that one run of another may take (60)")
+    parser.add_argument("--repeats", type=int, default=5, help="times our solvers solve a wall; the least counts (5)")
+    parser.add_argument("--again", action="store_true", help="repeat what is in the data")
+    parser.add_argument("--environments", type=Path, default=environments.default_folder(), help="where they are kept")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and pictures")
+    parser.add_argument("--tables-only", action="store_true", help="only page and pictures, from the data")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    if not options.tables_only:
+        for solver in set(options.solvers) & set(environments.SOLVERS):
+            if not environments.works(solver, options.environments):
+                environments.create(solver, options.environments)
+        run(options)
+    runs = pd.read_csv(options.output / RUNS)
+    page = options.output / "README.md"
+    if page.exists():
+        written = tables.text(runs)
+        if not options.tables_only:
+            (options.output / "machine.txt").write_text(machine() + "\n", encoding="utf-8")
+        put_in(page, (options.output / "machine.txt").read_text(encoding="utf-8") + "\n" + written)
+        from picture import draw
+
+        draw(options.output)
+    else:
+        print(tables.text(runs))
+
+
+if __name__ == "__main__":
+    main()

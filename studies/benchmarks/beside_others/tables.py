@@ -1,0 +1,125 @@
+"""What the runs are kept in, and the tables made from it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from cases import CASES, LEVELS, Case  # noqa: E402
+from pages import markdown  # noqa: E402
+from record import Wall  # noqa: E402
+
+KEY = ["case", "size", "solver", "settings"]
+NAMES = {
+    "quasi_static": "damagepred, quasi-static", "explicit": "damagepred, explicit", "pymunk": "pymunk",
+    "lmgc90": "LMGC90", "openseespy": "OpenSees", "exudyn": "Exudyn",
+}  # fmt: skip
+COLUMNS = [f"s at {level:g}" for level in LEVELS]
+
+
+def keep(path: Path, rows: pd.DataFrame) -> None:
+    """Put rows into a file of comma-separated values in place of those with the same case, size, solver, settings."""
+    if path.exists():
+        old = pd.read_csv(path)
+        new = pd.MultiIndex.from_frame(rows[KEY])
+        rows = pd.concat([old[~pd.MultiIndex.from_frame(old[KEY]).isin(new)], rows])
+    rows.sort_values(KEY, kind="stable").to_csv(path, index=False, float_format="%.6g")
+
+
+def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dict[str, Any]:
+    """Return what is kept of one run in ``runs.csv``."""
+    row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}
+    row |= {"blocks": len(case["blocks"]), "version": found.get("version", ""), "note": found.get("note", "")}
+    row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual", "low", "high")}
+    seconds = found.get("settled", [None] * len(LEVELS))
+    row |= dict(zip(COLUMNS, (np.nan if s is None else s for s in seconds), strict=True))
+    if "displacement" not in found:
+        return row
+    wall, moved, base = Wall(case), np.array(found["displacement"]), np.array(found["base"])
+    row["weight on the ground"] = base.sum() / wall.weight.sum()
+    row["largest base force"] = base.max() / base.mean()
+    row["top settles mm"] = -1e3 * moved[wall.centre[:, 1] > wall.centre[:, 1].max() - 1e-6, 1].mean()
+    row["drift mm"] = 1e3 * np.abs(moved[:, 0]).max()
+    drop = max(case["drop"])
+    if drop:
+        row["blocks down"] = int((moved[:, 1] < -drop / 2).sum())
+        row["weight on what dropped"] = base[on_dropped(case, wall)].sum() / wall.weight.sum()
+        row["thrust opening mm"] = 1e3 * (moved[:, 0].max() - moved[:, 0].min())
+    return row
+
+
+def on_dropped(case: Case, wall: Wall) -> np.ndarray:
+    """Return which of the lowest blocks stand on a piece of ground that goes down."""
+    x = wall.centre[wall.lowest, 0]
+    inside = np.zeros(len(x), dtype=bool)
+    for corners, drop in zip(case["ground"], case["drop"], strict=True):
+        ends = np.array(corners)[:, 0]
+        inside |= bool(drop) & (x > ends.min()) & (x < ends.max())
+    return inside
+
+
+def fastest(runs: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return, for each size and solver, the least time at each residual, over all settings tried; ours by default."""
+    part = runs[runs["case"] == case]
+    part = part[(part["solver"] != "quasi_static") | (part["settings"] == "default")]
+    return part.groupby(["blocks", "solver"], sort=False)[COLUMNS].min().reset_index()
+
+
+def ratios(runs: pd.DataFrame, case: str, ours: str = "quasi_static") -> pd.DataFrame:
+    """Return how many times longer the others take than ours at each residual."""
+    best = fastest(runs, case)
+    own = best[best["solver"] == ours].set_index("blocks")[COLUMNS]
+    rows = best[~best["solver"].isin(["quasi_static", "explicit"])].copy()
+    rows[COLUMNS] = rows[COLUMNS].to_numpy() / own.loc[rows["blocks"]].to_numpy()
+    return rows.rename(columns={c: c.replace("s at", "times at") for c in COLUMNS})
+
+
+def named(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.assign(solver=[NAMES[s] for s in rows["solver"]])
+
+
+def order(rows: pd.DataFrame) -> pd.DataFrame:
+    """Sort by size, our solvers first."""
+    place = {name: i for i, name in enumerate(NAMES)}
+    return rows.sort_values(["blocks", "solver"], key=lambda c: c.map(place) if c.name == "solver" else c)
+
+
+def answers(runs: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return what each solver says of a case, run by run."""
+    names = ["blocks", "solver", "settings", "residual", "weight on the ground", "largest base force"]
+    names += ["top settles mm", "drift mm"]
+    names += ["blocks down", "weight on what dropped"] if case == "gap" else []
+    return named(order(runs[runs["case"] == case]))[names]
+
+
+def collapse(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return between which shares of its weight the wall falls."""
+    part = order(runs[runs["case"] == "tilt"])
+    part = part[["blocks", "solver", "settings", "low", "high", "seconds"]]
+    return part.assign(solver=[NAMES.get(s, "limit analysis") for s in part["solver"]])
+
+
+def text(runs: pd.DataFrame) -> str:
+    """Return all tables of the page."""
+    parts = []
+    for case, words in (("settling", "under its own weight"), ("gap", "the ground dropped under the middle")):
+        parts += [
+            f"**Seconds to a settled equilibrium, {words}** (fastest of the settings tried)",
+            markdown(named(order(fastest(runs, case)))),
+            "**The same over the time of the quasi-static solver**",
+            markdown(named(order(ratios(runs, case)))),
+            f"**What each says, {words}**",
+            markdown(answers(runs, case)),
+        ]
+    parts += ["**Share of its weight that pushes the wall over**", markdown(collapse(runs))]
+    return "\n\n".join(parts)
+
+
+__all__ = ["CASES", "KEY", "answers", "collapse", "fastest", "keep", "ratios", "row_of", "text"]
