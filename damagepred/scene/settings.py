@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
+from pydantic_core import ArgsKwargs
 
+from damagepred.scene.accuracy import filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 
@@ -19,6 +23,10 @@ class Solver:
     method : {"quasi_static", "explicit"}
         ``quasi_static``: the path of equilibria itself, bond by bond, without time, damping or loading rate.
         ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
+    accuracy : {"draft", "standard", "reference"}
+        A preset: what it sets of the keys below, each of which may be given besides and then stands. ``standard`` are
+        their defaults. ``damagepred check`` tells what each sets and the errors that were measured with it; see
+        ``damagepred.scene.accuracy``.
     blocks : {"rigid", "deformable", "auto"}
         ``rigid``: their elasticity is lumped in series with the joints. ``deformable``: cut into constant-strain
         triangles, zones. ``auto``: the wall is solved with rigid blocks first, and those are cut for which the joints'
@@ -67,6 +75,7 @@ class Solver:
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
+    accuracy: Literal["draft", "standard", "reference"] = "standard"
     blocks: Literal["rigid", "deformable", "auto"] = "rigid"
     rigid_error: Pure = Field(default=0.01, gt=0)
     above_dpc: Literal["rigid", "deformable"] | None = None
@@ -87,6 +96,23 @@ class Solver:
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     symmetric_half: bool = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_accuracy(cls, given: Any) -> Any:
+        if isinstance(given, ArgsKwargs):
+            return ArgsKwargs(given.args, filled_in(given.kwargs or {}))
+        return filled_in(given) if isinstance(given, Mapping) else given
+
+    def with_accuracy(self, accuracy: Literal["draft", "standard", "reference"]) -> Solver:
+        """Return the same settings with all that another preset sets, whatever these keys are now.
+
+        Parameters
+        ----------
+        accuracy : {"draft", "standard", "reference"}
+            The preset.
+        """
+        return replace(self, accuracy=accuracy, **preset(accuracy, self.method))
 
     @property
     def tolerance_used(self) -> float:

@@ -18,6 +18,7 @@ from damagepred.scene.reading import read_toml
 from damagepred.solvers.half import symmetric_half
 from damagepred.solvers.quasi_static.equations import block_levels
 from damagepred.solvers.stiffness import held_dofs
+from damagepred.study.accuracy import accuracy_lines
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import Study
 from damagepred.study.warm_up import warm_up
@@ -53,6 +54,8 @@ class Estimate:
         What is kept of zones and gridpoints, increment by increment; studies keep nothing of it.
     peak_bytes : int
         Most memory that this process has held, libraries and compiled kernels included; 0 where it cannot be told.
+    accuracy : tuple of str
+        What the presets of accuracy set, and the errors measured with them, in words; none for runs in time.
     """
 
     title: str
@@ -72,6 +75,7 @@ class Estimate:
     gridpoints: int = 0
     zone_bytes: int = 0
     peak_bytes: int = 0
+    accuracy: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """Return the estimate in words."""
@@ -96,7 +100,7 @@ class Estimate:
                 f"  {self.samples} walls with {self.variables} uncertain numbers: about {duration(total)} with -j 1, "
                 f"{duration(total / 2)} with -j 2"
             )
-        return found
+        return [*found, *self.accuracy]
 
 
 class _LongEnough(Exception):
@@ -174,6 +178,7 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
         scene.solver.method if scene.dynamics is None else "dynamic", matrix_bytes(model, scene.solver), status,
         0 if mesh is None else len(mesh.block), 0 if mesh is None else len(mesh.zones),
         0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(),
+        () if scene.dynamics is not None else tuple(accuracy_lines(scene)),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
 from damagepred.scene import Scene
+from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Duration, Pure
 from damagepred.scene.reading import build, plain, read_toml
@@ -329,7 +330,13 @@ class StudySettings:
         InputError
             If the scene cannot be like that.
         """
-        return Scene.from_dict(_merged(self.scene.to_dict(), self.study.coarse), source=source)
+        changes = dict(self.study.coarse)
+        solver = changes.get("solver")
+        if isinstance(solver, Mapping) and solver.get("accuracy") in PRESETS:
+            method = solver.get("method", self.scene.solver.method)
+            if method in PRESETS[solver["accuracy"]]:  # a preset, though all keys of the fine wall are given
+                changes["solver"] = {**preset(solver["accuracy"], method), **solver}
+        return Scene.from_dict(_merged(self.scene.to_dict(), changes), source=source)
 
     def _pairs(self) -> list[tuple[str, str, float]]:
         return [(a, b, value) for a, row in self.correlation.items() for b, value in row.items()]

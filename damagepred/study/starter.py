@@ -82,6 +82,7 @@ roof = "0 kN"             # in all, spread along the top
 
 [scene.solver]
 method = "quasi_static"   # equilibria without time or damping; "explicit": time stepping, the reference
+accuracy = "standard"     # or "draft", "reference": what they set, and errors measured with them, says damagepred check
 
 [scene.damage]
 table = "as2870"          # or "bre251"

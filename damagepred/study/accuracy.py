@@ -1,0 +1,64 @@
+"""What the presets of ``[solver]`` set, and how wrong walls like the one at hand were with them: for ``check``."""
+
+from __future__ import annotations
+
+from damagepred.scene import Scene
+from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
+
+TOLD_TO = 0.01
+"""Share of a value that a reference knows it to; if it knows it worse, that is said."""
+
+
+def accuracy_lines(scene: Scene) -> list[str]:
+    """Return what each preset sets for the solver of a scene, and the errors measured with it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a damp-proof course and openings or without: errors are those of such walls, if there are.
+    """
+    method = scene.solver.method
+    found = [row for row in measured() if row.method == method]
+    alike = [row for row in found if (row.dpc, row.opening) == (scene.dpc is not None, bool(scene.opening))]
+    which = "walls like it" if alike else "other walls"
+    alike = alike or found
+    walls = "; ".join(dict.fromkeys(row.wall for row in alike))
+    lines = [f'  accuracy = "{scene.solver.accuracy}"{_besides(scene)}; largest errors measured on {which} ({walls}):']
+    for accuracy in PRESETS:
+        own = [row for row in alike if row.accuracy == accuracy]
+        lines.append(f"    {accuracy}: {_sets(accuracy, method)}")
+        if own:
+            lines.append(f"      {_errors(own)}")
+    return lines
+
+
+def _besides(scene: Scene) -> str:
+    """Say which keys of the scene are not as its preset has them."""
+    asked = preset(scene.solver.accuracy, scene.solver.method)
+    other = [key for key, value in asked.items() if getattr(scene.solver, key) != value]
+    return f", but for {', '.join(other)}" if other else ""
+
+
+def _sets(accuracy: str, method: str) -> str:
+    keys = PRESETS[accuracy][method]
+    return ", ".join(f"{key} = {_value(value)}" for key, value in keys.items()) or "the defaults"
+
+
+def _value(value: object) -> str:
+    return f'"{value}"' if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _errors(rows: list[Measured]) -> str:
+    told = []
+    for quantity in dict.fromkeys(row.quantity for row in rows):
+        worst = max((row for row in rows if row.quantity == quantity), key=lambda row: row.error)
+        error = f"{worst.error:.0f}" if quantity == "damage category" else _percent(worst.error)
+        sure = f" (known to {_percent(worst.floor)})" if worst.floor > TOLD_TO else ""
+        told.append(f"{quantity} {error}{sure}")
+    times = sorted(row.times for row in rows)
+    span = f"{times[0]:.2g}" + (f"-{times[-1]:.2g}" if times[-1] > 1.1 * times[0] else "")
+    return f"{span} times the time of standard; {', '.join(told)}"
+
+
+def _percent(share: float) -> str:
+    return "0 %" if share < 5e-6 else f"{100 * share:.2g} %"

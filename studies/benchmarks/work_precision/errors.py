@@ -1,0 +1,213 @@
+"""Errors of every choice against a reference, whose own error is told; observed orders; the edge of a diagram."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from choices import FINEST, SOLID, choices
+from numpy.typing import NDArray
+from quantities import QUANTITIES, SHARES
+
+FloatArray = NDArray[np.float64]
+
+LEAST = {
+    "dpc_opening": 1e-4, "separation_length": 0.1, "crack_width": 1e-4, "base_crack_width": 1e-4, "window": 1e-4,
+    "window_diagonal": 1e-4, "first_crack": 1e-4, "category": 1.0, "base_reaction": 1.0, "block_tension": 1e4,
+    "block_compression": 1e4,
+}  # fmt: skip
+"""Errors are shares of the reference, or of this where it is larger (SI): a hairline crack, 0.1 m, 0.01 MPa."""
+SOLUTIONS = [(SOLID, "320 increments"), (SOLID, "160 increments")]
+MODELS = [
+    (FINEST, "30 mm, Lobatto 7"), (FINEST, "40 mm, Lobatto 7"), (FINEST, "40 mm, Lobatto 5"), ("zones", "40 mm"),
+    ("zones", "60 mm, Lobatto 5"), ("zones", "60 mm"), ("zones", "default size, Lobatto 5"), ("zones", "default size"),
+]  # fmt: skip
+"""References, the best first; the next two tell the error of the first that there is."""
+SEQUENCES = {
+    "zone size, Lobatto 7 and 3": [("zones", "60 mm"), ("zones", "40 mm"), (FINEST, "30 mm, Lobatto 7")],
+    "increments": [("increments", "40"), ("increments", "80"), (SOLID, "160 increments"), (SOLID, "320 increments")],
+    "explicit ramp": [("explicit ramp", "300"), ("explicit ramp", "1000"), ("explicit", "default"),
+                      ("explicit ramp", "10000")],
+    "explicit tolerance": [("explicit tolerance", "0.1"), ("explicit tolerance", "0.01"), ("explicit", "default"),
+                           ("explicit tolerance", "0.0001")],
+    "midpoint contacts": [("contacts", "midpoint 2"), ("contacts", "midpoint 3"), ("contacts", "midpoint 5"),
+                          ("contacts", "midpoint 9")],
+}  # fmt: skip
+"""Refinements of which the order is observed: the last step of each over the one before."""
+
+FINE_ENOUGH = 0.01
+
+
+class Reference(NamedTuple):
+    """What errors are taken against.
+
+    Attributes
+    ----------
+    axis, value : str
+        Which choice it is.
+    floor : dict
+        Its own error by quantity: how much the next coarser ones differ from it at most.
+    """
+
+    axis: str
+    value: str
+    floor: dict[str, float]
+
+
+def load(path: Path) -> pd.DataFrame:
+    """Return the data, walls in the order of the choices."""
+    rows = pd.read_csv(path, keep_default_na=True)
+    rank = {(c.axis, c.value): n for n, c in enumerate(choices())}
+    rows["value"] = rows["value"].astype(str)
+    rows["rank"] = [rank.get((a, v), len(rank)) for a, v in zip(rows["axis"], rows["value"])]
+    return rows.sort_values(["rank"], kind="stable").reset_index(drop=True)
+
+
+def values_of(row: pd.Series, quantity: str) -> FloatArray:
+    """Return a quantity of a path at each of ``SHARES``."""
+    return np.array([row[f"{quantity}@{share:g}"] for share in SHARES], dtype=np.float64)
+
+
+def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
+    """Return by how much a path differs from a reference, as a share of its largest value; NaN where neither has it.
+
+    Of a crack that only one of them has the difference is all of it.
+    """
+    a, b = values_of(one, quantity), values_of(other, quantity)
+    if quantity == "first_crack" and np.isnan(a[-1]) != np.isnan(b[-1]):
+        in_time = str(one["axis"]).startswith("in time")  # which keeps no record of when bonds broke
+        return float("nan") if in_time else 1.0
+    both = np.isfinite(a) & np.isfinite(b)
+    if not both.any():
+        return float("nan")
+    scale = max(float(np.abs(b[both]).max()), LEAST[quantity])
+    return float(np.abs(a - b)[both].max()) / scale
+
+
+def solved(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the paths that came to their end."""
+    return rows[rows["status"] == "complete"]
+
+
+def reference(rows: pd.DataFrame, preferred: list[tuple[str, str]]) -> tuple[Reference, pd.Series] | None:
+    """Return the best reference of a wall and its row; None if there are not two.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Of one wall.
+    preferred : list of (axis, value)
+        The best first.
+    """
+    known = {(r["axis"], r["value"]): r for _, r in solved(rows).iterrows()}
+    have = [key for key in preferred if key in known]
+    if len(have) < 2:
+        return None
+    best, others = known[have[0]], [known[key] for key in have[1:3]]
+    floor = {}
+    for quantity in QUANTITIES:
+        found = [difference(other, best, quantity) for other in others]
+        floor[quantity] = float(np.nanmax(found)) if np.isfinite(found).any() else float("nan")
+    return Reference(*have[0], floor), best
+
+
+def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return a line for each wall, choice and quantity: error against both references, and the references' own.
+
+    Columns are scene, axis, value, seconds, quantity, solution, solution_floor, model, model_floor: ``solution`` is
+    against the same equations solved as closely as can be, ``model`` against the finest model of the wall.
+    """
+    lines = []
+    for scene, own in rows.groupby("scene", sort=False):
+        same, finest = reference(own, SOLUTIONS), reference(own, MODELS)
+        changes = {(c.axis, c.value) for c in choices() if c.model}
+        for _, row in solved(own).iterrows():
+            for quantity in QUANTITIES:
+                line = {"scene": scene, "axis": row["axis"], "value": row["value"], "seconds": row["seconds"],
+                        "quantity": quantity}  # fmt: skip
+                for name, found in (("solution", same), ("model", finest)):
+                    if found is None or (name == "solution" and (row["axis"], row["value"]) in changes):
+                        line |= {name: np.nan, f"{name}_floor": np.nan}
+                        continue
+                    line |= {name: difference(row, found[1], quantity), f"{name}_floor": found[0].floor[quantity]}
+                lines.append(line)
+    return pd.DataFrame(lines)
+
+
+def edge(lines: pd.DataFrame, error: str) -> pd.DataFrame:
+    """Return the choices that no other beats in both time and error, the fastest first.
+
+    Parameters
+    ----------
+    lines : DataFrame
+        Of one wall and quantity.
+    error : {"solution", "model"}
+        Which.
+    """
+    found, best = [], np.inf
+    for _, line in lines.dropna(subset=[error]).sort_values(["seconds", error]).iterrows():
+        if line[error] < best:
+            found.append(line)
+            best = line[error]
+    return pd.DataFrame(found)
+
+
+def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:
+    """Return for each wall and choice its largest error over the quantities that can be told to a limit.
+
+    Quantities of which the reference itself is uncertain by more than the limit are left out.
+    """
+    fair = lines[(lines[f"{error}_floor"] <= limit) & lines[error].notna()]
+    grouped = fair.groupby(["scene", "axis", "value"], sort=False)
+    table = grouped.agg(seconds=("seconds", "first"), worst=(error, "max")).reset_index()
+    which = fair.loc[grouped[error].idxmax(), ["scene", "axis", "value", "quantity"]]
+    return table.merge(which, on=["scene", "axis", "value"])
+
+
+def orders(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return observed orders of convergence: for each wall, refinement and quantity, where three steps shrink.
+
+    With values f_1, f_2, f_3 at sizes h_1 > h_2 > h_3 the order p solves
+    (f_1 - f_2)/(f_2 - f_3) = (h_1^p - h_2^p)/(h_2^p - h_3^p).
+    """
+    sizes = {"zone size, Lobatto 7 and 3": (60.0, 40.0, 30.0), "increments": (8.0, 4.0, 2.0, 1.0),
+             "explicit ramp": (1 / 300, 1 / 1000, 1 / 3000, 1 / 10000), "explicit tolerance": (1e-1, 1e-2, 1e-3, 1e-4),
+             "midpoint contacts": (1 / 2, 1 / 3, 1 / 5, 1 / 9)}  # fmt: skip
+    found = []
+    for scene, own in solved(rows).groupby("scene", sort=False):
+        known = {(r["axis"], r["value"]): r for _, r in own.iterrows()}
+        for name, sequence in SEQUENCES.items():
+            if any(key not in known for key in sequence[-3:]):
+                continue
+            steps = [known[key] for key in sequence[-3:]]
+            for quantity in QUANTITIES:
+                at = [values_of(row, quantity)[-1] for row in steps]
+                order = observed_order(at, sizes[name][-3:], 1e-7 * max(abs(at[-1]), LEAST[quantity]))
+                if np.isfinite(order):
+                    found.append({"scene": scene, "refinement": name, "quantity": quantity, "order": order})
+    return pd.DataFrame(found, columns=["scene", "refinement", "quantity", "order"])
+
+
+def observed_order(values: list[float], sizes: tuple[float, ...], least: float = 0.0) -> float:
+    """Return the order p with which three values converge; NaN if their differences do not shrink, or are rounding.
+
+    Parameters
+    ----------
+    values : list of float
+        At sizes h_1 > h_2 > h_3.
+    sizes : tuple of float
+        h_1, h_2, h_3.
+    least : float
+        Difference that counts as none.
+    """
+    (first, second), (h_1, h_2, h_3) = (a - b for a, b in pairwise(values)), sizes
+    if not (np.isfinite(first) and np.isfinite(second)) or abs(second) <= least or first / second <= 1.0:
+        return float("nan")
+    powers = np.linspace(0.02, 6.0, 600)
+    ratio = (h_1**powers - h_2**powers) / (h_2**powers - h_3**powers)
+    if not ratio[0] <= first / second <= ratio[-1]:
+        return float("nan")
+    return float(np.interp(first / second, ratio, powers))

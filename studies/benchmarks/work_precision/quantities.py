@@ -1,0 +1,105 @@
+"""What is read off a path: at a quarter, a half, three quarters and all of the movement."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+
+FloatArray = NDArray[np.float64]
+
+SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Of the movement, at which a path is read; runs in time are read at its end alone."""
+READ = {
+    "dpc_opening": "dpc_opening_max",
+    "separation_length": "dpc_separation_length",
+    "crack_width": "crack_width_max",
+    "base_crack_width": "base_crack_width_max",
+    "category": "damage_category",
+    "base_reaction": "base_reaction",
+}
+"""Quantities that are variables of the path."""
+MORTAR = (0, 1)
+"""Kinds of contact in which cracks are: bed and head joints."""
+QUANTITIES = {
+    "dpc_opening": "opening of the dpc",
+    "separation_length": "separation length of the dpc",
+    "crack_width": "widest crack",
+    "base_crack_width": "widest crack below the dpc",
+    "window": "change of the window's width",
+    "window_diagonal": "change of the window's diagonal",
+    "first_crack": "movement at first crack",
+    "category": "damage category",
+    "base_reaction": "base reaction",
+    "block_tension": "largest tension of a block along the wall",
+    "block_compression": "largest upright pressure of a block",
+}
+"""All quantities, in the words of the page."""
+
+
+def read(ds: xr.Dataset, model: Model) -> dict[str, list[float]]:
+    """Return all quantities of a path, at each of ``SHARES``; NaN where it has none.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``damagepred.solve`` returns it.
+    model : Model
+        The wall.
+    """
+    places = [int(np.abs(ds["progress"].values - share).argmin()) for share in SHARES]
+    reached = [abs(float(ds["progress"][p]) - share) < 1e-9 for p, share in zip(places, SHARES)]
+    tension, compression = block_stresses(ds, model)
+    width = ds["opening_width_change"].values
+    diagonal = ds["opening_diagonal_change"].values
+    found = {name: ds[variable].values.astype(float) for name, variable in READ.items()}
+    found |= {"block_tension": tension, "block_compression": compression}
+    if width.shape[1]:
+        found |= {"window": width[:, 0], "window_diagonal": diagonal[:, 0]}
+    values = {
+        name: [float(series[p]) if known else float("nan") for p, known in zip(places, reached)]
+        for name, series in found.items()
+    }
+    values["first_crack"] = [float("nan")] * (len(SHARES) - 1) + [first_crack(ds)]
+    return values
+
+
+def first_crack(ds: xr.Dataset) -> float:
+    """Return the movement (m) at which the first bond of a mortar joint breaks; NaN if none does."""
+    if "contact_broken_at" not in ds:
+        return float("nan")
+    mortar = np.isin(ds["contact_kind"].values, MORTAR)
+    broken = ds["contact_broken_at"].values[mortar]
+    if not np.isfinite(broken).any():
+        return float("nan")
+    return float(np.nanmin(broken)) * float(ds["central_deflection"][-1] / ds["progress"][-1])
+
+
+def block_stresses(ds: xr.Dataset, model: Model) -> tuple[FloatArray, FloatArray]:
+    """Return the largest mean stress of a block along the wall, and the largest upright pressure, by increment (Pa).
+
+    The mean stress of a block follows from the forces on its rim, whether it is rigid or deformable: the integral of
+    position times traction over its rim, over its volume. The top course, which carries the roof, is left out.
+    """
+    face, blocks = model.interfaces, model.blocks
+    shape = face.contact_area.shape
+    count, n = ds.sizes["increment"], model.n_blocks
+    sigma = ds["contact_normal_stress"].values.reshape(count, *shape)
+    tau = ds["contact_shear_stress"].values.reshape(count, *shape)
+    x, y = (ds[f"contact_{axis}"].values.reshape(shape) for axis in "xy")
+    n_x, n_y = face.normal_x[:, None], face.normal_y[:, None]
+    along = face.contact_area * (sigma * n_x + tau * n_y)
+    upright = face.contact_area * (sigma * n_y - tau * n_x)
+    volume = blocks.area * model.thickness
+    mean_x, mean_y = np.zeros((count, n)), np.zeros((count, n))
+    for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):
+        known = np.flatnonzero(block < n)
+        own = block[known]
+        arm_x, arm_y = x[known] - blocks.x[own, None], y[known] - blocks.y[own, None]
+        for row in range(count):
+            mean_x[row] += np.bincount(own, sign * (arm_x * along[row, known]).sum(axis=1), n)
+            mean_y[row] += np.bincount(own, sign * (arm_y * upright[row, known]).sum(axis=1), n)
+    inner = (blocks.course >= 0) & (blocks.course < blocks.course.max())
+    return (mean_x / volume)[:, inner].max(axis=1), -(mean_y / volume)[:, inner].min(axis=1)

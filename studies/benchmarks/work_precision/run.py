@@ -1,0 +1,163 @@
+"""Error over time of every choice there is in how a wall is solved.
+
+    python studies/benchmarks/work_precision/run.py [--scenes NAME ...] [--seconds 270] [--limit 60]
+    python studies/benchmarks/work_precision/run.py --from-data
+
+Each wall is solved in each way in a process of its own, with a limit of processor time, and noted in data.csv at once:
+the same command goes on where it ended. ``--from-data`` makes page and pictures from data.csv alone.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import csv
+import multiprocessing
+import resource
+import signal
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from choices import Choice, for_scene
+from quantities import QUANTITIES, SHARES, read
+from scenes import scenes
+
+from damagepred.errors import DamagepredError
+from damagepred.path import model_of, solve
+from damagepred.scene import Dynamics, Scene
+from damagepred.study.warm_up import warm_up
+
+HERE = Path(__file__).resolve().parent
+DATA = HERE / "data.csv"
+COLUMNS = ["scene", "axis", "value", "status", "seconds", "build_seconds", "blocks", "contacts", "zones", "cycles"]
+COLUMNS += [f"{name}@{share:g}" for name in QUANTITIES for share in SHARES]
+REPEATS, SHORT = 3, 2.0
+"""A path that takes less (s) is solved so many times, and the least time counts."""
+
+
+def measured(scene: Scene) -> dict[str, Any]:
+    """Solve a wall; return what it took and what is read off it."""
+    began = time.process_time()
+    model = model_of(scene)
+    built = time.process_time() - began
+    times = []
+    while not times or (len(times) < REPEATS and times[0] < SHORT):
+        began = time.process_time()
+        ds = solve(scene, on_failure="return", store_zones=False)
+        times.append(time.process_time() - began)
+    row = {
+        "status": ds.attrs["status"], "seconds": min(times), "build_seconds": built, "blocks": model.n_blocks,
+        "contacts": model.n_contacts, "zones": 0 if model.mesh is None else len(model.mesh.zones),
+        "cycles": int(ds["cycles"].sum()),
+    }  # fmt: skip
+    for name, values in read(ds, model).items():
+        row |= {f"{name}@{share:g}": value for share, value in zip(SHARES, values)}
+    return row
+
+
+def _in_child(scene: Scene, limit: float, pipe: Any) -> None:
+    warm_up(scene)  # some kernels are compiled for a number of contacts
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit + time.process_time()) + 1, resource.RLIM_INFINITY))
+    try:
+        pipe.send(measured(scene))
+    except DamagepredError as error:
+        pipe.send({"status": f"failed: {error}"[:200]})
+    pipe.close()
+
+
+def in_process(scene: Scene, limit: float) -> dict[str, Any]:
+    """Solve a wall in a process of its own, which has kernels loaded; after ``limit`` seconds it is given up."""
+    here, there = multiprocessing.get_context("fork").Pipe(duplex=False)
+    child = multiprocessing.get_context("fork").Process(target=_in_child, args=(scene, limit, there))
+    child.start()
+    there.close()
+    try:
+        row = here.recv()
+    except EOFError:
+        row = {}
+    child.join()
+    if row:
+        return row
+    over = child.exitcode == -signal.SIGXCPU
+    return {"status": f"over {limit:g} s" if over else f"died ({child.exitcode})", "seconds": limit if over else ""}
+
+
+def known(path: Path) -> set[tuple[str, str, str]]:
+    """Return what has been solved: wall, axis and value."""
+    if not path.exists():
+        return set()
+    with path.open(newline="") as file:
+        return {(row["scene"], row["axis"], row["value"]) for row in csv.DictReader(file)}
+
+
+def note(path: Path, row: dict[str, Any]) -> None:
+    """Append a row, and the head before the first."""
+    new = not path.exists()
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")
+        if new:
+            writer.writeheader()
+        writer.writerow({key: f"{v:.9g}" if isinstance(v, float) else v for key, v in row.items()})
+
+
+def make_ready(scene: Scene) -> None:
+    """Compile or load all kernels that any choice takes."""
+    for more in ({}, {"blocks": "deformable"}):
+        warm_up(replace(scene, solver=replace(scene.solver, **more)))
+    warm_up(replace(scene, dynamics=Dynamics(damping="rayleigh")))
+
+
+def run(path: Path, names: list[str], only: list[str], seconds: float, limit: float) -> None:
+    """Solve what is not known yet, as long as there is time."""
+    began, ready = time.monotonic(), False
+    for name in names:
+        place = scenes()[name]
+        todo = [c for c in for_scene(name) if (name, c.axis, c.value) not in known(path)]
+        todo = [c for c in todo if not only or c.axis in only]
+        if todo:
+            print(f"{name}: {len(todo)} ways to go, at most {limit * len(todo):.0f} s of processor time", flush=True)
+        for choice in todo:
+            if time.monotonic() - began > seconds:
+                print("time is up: the same command goes on")
+                return
+            if not ready:
+                make_ready(place.scene)
+                make_ready(replace(scenes()["small"].scene))
+                ready = True
+            solve_one(path, name, choice, limit)
+    print("all is known")
+
+
+def solve_one(path: Path, name: str, choice: Choice, limit: float) -> None:
+    """Solve one wall in one way and note it."""
+    row = in_process(choice.scene(scenes()[name].scene), limit)
+    note(path, {"scene": name, "axis": choice.axis, "value": choice.value, **row})
+    print(f"  {choice.name:45} {row['status']:12} {row.get('seconds', 0) or 0:8.2f} s", flush=True)
+
+
+def main() -> None:
+    """Read the command line, solve, write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", nargs="+", default=list(scenes()), choices=list(scenes()), metavar="NAME")
+    parser.add_argument("--axes", nargs="+", default=[], help="only these")
+    parser.add_argument("--seconds", type=float, default=1e9, help="begin nothing new after these")
+    parser.add_argument("--limit", type=float, default=60.0, help="processor time for one wall in one way (s)")
+    parser.add_argument("--data", type=Path, default=DATA)
+    parser.add_argument("--from-data", action="store_true", help="only make page and pictures")
+    asked = parser.parse_args()
+    if not asked.from_data:
+        run(asked.data, asked.scenes, asked.axes, asked.seconds, asked.limit)
+    sys.path.append(str(HERE.parent))  # where what all benchmarks share is
+    from page import write
+
+    write(asked.data, HERE / "README.md", HERE, HERE.parents[2] / "data" / "accuracy.csv")
+
+
+if __name__ == "__main__":
+    main()
