@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,8 @@ from damagepred.errors import InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+_EPS = float(np.finfo(np.float64).eps)
 
 
 def convex_polygon(vertices: ArrayLike, name: str) -> FloatArray:
@@ -37,18 +40,24 @@ def convex_polygon(vertices: ArrayLike, name: str) -> FloatArray:
         raise InputError(f"{name}: vertices must be 3 or more points (x, y), got an array of shape {corners.shape}.")
     if not np.isfinite(corners).all():
         raise InputError(f"{name}: vertices must be finite numbers.")
-    edges = np.roll(corners, -1, axis=0) - corners
-    size = np.ptp(corners, axis=0).max()
-    if (np.hypot(*edges.T) <= 1e-9 * size).any():
+    # plain numbers: arrays of a few corners would take ten times as long, and a wall has many blocks
+    x, y = corners[:, 0].tolist(), corners[:, 1].tolist()
+    edges = [(x1 - x0, y1 - y0) for x0, y0, x1, y1 in zip(x, y, x[1:] + x[:1], y[1:] + y[:1], strict=True)]
+    size = max(max(x) - min(x), max(y) - min(y))
+    if any(math.hypot(*edge) <= 1e-9 * size for edge in edges):
         raise InputError(f"{name}: two neighbouring vertices coincide; leave one out.")
-    turns = _cross(edges, np.roll(edges, -1, axis=0))
-    if turns.sum() < 0:
+    turns = [ax * by - ay * bx for (ax, ay), (bx, by) in zip(edges, edges[1:] + edges[:1], strict=True)]
+    if sum(turns) < 0:
         return convex_polygon(corners[::-1], name)
-    winding = np.unwrap(np.arctan2(edges[:, 1], edges[:, 0]))
-    rounding = 8 * np.finfo(np.float64).eps * np.abs(corners).max() * size  # far from the origin digits are few
-    if (turns < -1e-12 * size**2 - rounding).any() or winding[-1] - winding[0] > 2 * np.pi:
+    bends = [
+        math.atan2(turn, ax * bx + ay * by)
+        for turn, (ax, ay), (bx, by) in zip(turns[:-1], edges[:-1], edges[1:], strict=True)
+    ]
+    rounding = 8 * _EPS * max(max(map(abs, x)), max(map(abs, y))) * size  # far from the origin digits are few
+    if min(turns) < -1e-12 * size**2 - rounding or sum(bends) > 2 * math.pi:
         raise InputError(f"{name}: is not convex; cut it into convex blocks.")
-    if abs(_cross(corners - corners[0], edges).sum()) <= 2e-9 * size**2 + rounding:
+    area = sum((x0 - x[0]) * ey - (y0 - y[0]) * ex for x0, y0, (ex, ey) in zip(x, y, edges, strict=True))
+    if abs(area) <= 2e-9 * size**2 + rounding:
         raise InputError(f"{name}: has no area; its vertices lie on one line.")
     return corners
 
@@ -66,16 +75,20 @@ def mass_properties(corners: FloatArray) -> tuple[float, float, float, float]:
     corners : array (v, 2)
         Counter-clockwise (m).
     """
-    origin = corners.mean(axis=0)  # near the polygon, so that far-away coordinates lose no digits
-    p = corners - origin
-    q = np.roll(p, -1, axis=0)
-    cross = _cross(p, q)
-    area = cross.sum() / 2.0
-    centre = ((p + q) * cross[:, None]).sum(axis=0) / (6.0 * area)
-    about_origin = (cross * ((p * p).sum(1) + (p * q).sum(1) + (q * q).sum(1))).sum() / 12.0
-    polar = about_origin - area * (centre @ centre)
-    x, y = origin + centre
-    return float(area), float(x), float(y), float(polar)
+    count = len(corners)
+    x, y = corners[:, 0].tolist(), corners[:, 1].tolist()
+    x0, y0 = sum(x) / count, sum(y) / count  # near the polygon, so that far-away coordinates lose no digits
+    x, y = [a - x0 for a in x], [b - y0 for b in y]
+    twice = first_x = first_y = second = 0.0
+    for px, py, qx, qy in zip(x, y, x[1:] + x[:1], y[1:] + y[:1], strict=True):
+        cross = px * qy - py * qx
+        twice += cross
+        first_x += (px + qx) * cross
+        first_y += (py + qy) * cross
+        second += cross * (px * px + py * py + px * qx + py * qy + qx * qx + qy * qy)
+    cx, cy = first_x / (3.0 * twice), first_y / (3.0 * twice)
+    area = twice / 2.0
+    return area, x0 + cx, y0 + cy, second / 12.0 - area * (cx * cx + cy * cy)
 
 
 _UP_RIGHT = np.array([np.cos(0.6180339887), np.sin(0.6180339887)])

@@ -276,6 +276,7 @@ def test_vertices_on_a_straight_edge_are_fine_anywhere(angle: float, shift: tupl
         ([(np.cos(a), np.sin(a)) for a in np.arange(5) * 4 * np.pi / 5], "not convex"),  # a pentagram
         ([(0, 0), (1, 0), (1, 1), (0, 1)] * 2, "not convex"),  # twice round
         ([(0, 0), (2, 0), (1, 0), (1, 1)], "not convex"),  # there and back
+        ([(3, 1), (3, 2), (1, 3), (3, 2), (1, 3)], "not convex"),  # along one edge twice
         ([(0, 0), (1, 0), (2, 0)], "one line"),
         ([(0, 0), (1, 1), (2, 2), (3, 3)], "one line"),
         ([(0, 0), (2, 0), (1, 1e-12)], "one line"),

@@ -19,8 +19,12 @@ from typing import Any
 Case = dict[str, Any]
 
 LENGTH, HEIGHT = 0.24, 0.075  # of a brick (m), as in the paper's wall
-SIZES = {"5x6": (5, 6), "10x12": (10, 12), "25x28": (25, 28)}
+SIZES = {"5x6": (5, 6), "10x12": (10, 12), "25x28": (25, 28), "3x12": (3, 12), "6x28": (6, 28)}
 """Bricks in a course, and courses; every other course has a half brick at either end."""
+SIZES_OF = {
+    "settling": ("5x6", "10x12", "25x28"), "gap": ("5x6", "10x12", "25x28"), "tilt": ("5x6", "3x12", "6x28"),
+}  # fmt: skip
+"""What is asked of which wall: pushed, only slender ones do more than slide."""
 DROPPED = {"5x6": 3, "10x12": 4, "25x28": 9}
 """Bricks of the lowest course under whose middle the ground goes down."""
 GAP = 2e-3

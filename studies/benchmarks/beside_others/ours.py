@@ -51,14 +51,14 @@ def base_forces(model: Model, increment: Increment, blocks: int, lowest: np.ndar
     return np.array([force[on_ground & (block == b)].sum() for b in lowest])
 
 
-def solve(case: Case, settings: Solver) -> dict[str, Any]:
+def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> dict[str, Any]:
     """Return what a solver makes of a case: seconds, residual, displacements, base forces."""
     wall = Wall(case)
     began = time.process_time()
     model = assembly(case).build(settings)
     built = time.process_time()
     moves = any(case["drop"])
-    path = solve_path(model, settings, INCREMENTS)
+    path = solve_path(model, settings, increments)
     last = next(path)  # the wall under its own weight
     if moves:
         for increment in path:

@@ -11,6 +11,7 @@ are in the data already are not repeated, unless ``--again`` is given.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import subprocess
 import sys
@@ -28,7 +29,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
 import environments  # noqa: E402
 import ours  # noqa: E402
 import tables  # noqa: E402
-from cases import CASES, SIZES, Case  # noqa: E402
+from cases import CASES, SIZES, SIZES_OF, Case  # noqa: E402
 from pages import machine, put_in  # noqa: E402
 from record import Wall  # noqa: E402
 from settings import OURS, WIDTH, described, our_solver, settings_of  # noqa: E402
@@ -61,13 +62,22 @@ def other(solver: str, case: Case, settings: dict[str, Any], limit: float, folde
     return found
 
 
-def own(solver: Solver, case: Case, repeats: int) -> dict[str, Any]:
+def own(solver: Solver, case: Case, repeats: int, increments: int = ours.INCREMENTS) -> dict[str, Any]:
     """Solve a case by one of our solvers; the least of some times."""
-    found = [ours.solve(case, solver) for _ in range(repeats)]
+    found = [ours.solve(case, solver, increments) for _ in range(repeats)]
     least = min(found, key=lambda f: f["seconds"])
     reached = least["residual"]
     times = [least["seconds"] if level >= min(reached, solver.tolerance_used) else None for level in case["levels"]]
     return {**least, "build": min(f["build"] for f in found), "settled": {"seconds": times}}
+
+
+def solved_by_us(solver: str, settings: dict[str, Any], case: Case, repeats: int) -> dict[str, Any]:
+    """Solve a case by one of our solvers with what settings say."""
+    others = {name: value for name, value in settings.items() if name != "increments"}
+    chosen = our_solver(solver, others)
+    if case["name"] == "tilt":
+        return push_ours(chosen, case, 1.5)
+    return own(chosen, case, repeats, settings.get("increments", ours.INCREMENTS))
 
 
 def flat(found: dict[str, Any]) -> dict[str, Any]:
@@ -120,8 +130,8 @@ def run(options: argparse.Namespace) -> None:
     """Run what is asked for and not known yet."""
     done = set() if options.again else known(options.output)
     warm = False
-    for size in options.sizes:
-        for name in options.cases:
+    for size, name in itertools.product(options.sizes, options.cases):
+        if size in SIZES_OF[name]:
             case = CASES[name](size)
             for solver in options.solvers:
                 for settings in settings_of(solver, name, size):
@@ -136,8 +146,7 @@ def run(options: argparse.Namespace) -> None:
                     if solver == "limit analysis":
                         found = limit_of(case)
                     elif solver in OURS:
-                        chosen = our_solver(solver, settings)
-                        found = push_ours(chosen, case, 1.5) if name == "tilt" else own(chosen, case, options.repeats)
+                        found = solved_by_us(solver, settings, case, options.repeats)
                     else:
                         if name == "tilt":
                             settings = {**settings, "bracket": [0.0, 1.0], "width": WIDTH}
