@@ -1,0 +1,109 @@
+"""Measure what each skip of the program saves, and what it changes.
+
+    python studies/benchmarks/skips/run.py [--rounds 3] [--only condense half ...] [--budget 3000]
+    python studies/benchmarks/skips/run.py --from-data
+
+Each is turned off while the others stay as they are by default. Runs with and without take turns, and times are those
+of the processor. Every pair of runs is a row of ``data.csv``, written at once: the same command goes on where it was
+stopped. A round takes some minutes. Page and picture are made from the data, by ``--from-data`` alone.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from measuring import compare  # noqa: E402
+from scenes import SCENES, Known, smaller  # noqa: E402
+from skips import SKIPS, Skip  # noqa: E402
+
+from studies import PARTS  # noqa: E402
+
+Row = dict[str, Any]
+QUICK = ("condense", "half", "correct", "restart", "keep", "elastic start", "stop")
+"""Skips of the quick form: none compiles anything of its own."""
+
+
+def pairs(only: list[str] | None, quick: bool) -> Iterator[tuple[str, str, Callable[[int, bool], Row]]]:
+    """Yield every skip, every wall of its, and what measures it: a round's number, on a small wall -> row."""
+    for name, skip in SKIPS.items():
+        if only is None or name in only:
+            for scene in skip.scenes[:1] if quick else skip.scenes:
+                yield name, scene, partial(of_wall, skip, SCENES[scene])
+    for name, part in PARTS.items():
+        if only is None or name in only:
+            yield name, part.scene, part.measure
+
+
+def of_wall(skip: Skip, scene: Callable[[], Known], number: int, small: bool) -> Row:
+    """Measure a skip on a wall, or on a few of its bricks."""
+    return compare(smaller(scene()) if small else scene(), skip, bool(number % 2))
+
+
+def run_all(data: Path, rounds: int, only: list[str] | None, quick: bool, budget: float) -> bool:
+    """Measure what is not in the data yet; tell whether all was done within the budget (s)."""
+    began, rows = time.perf_counter(), _known(data)
+    done = {(r["skip"], r["wall"], r["round"]) for r in rows}
+    ready: set[tuple[str, str]] = set()
+    for number in range(1, rounds + 1):
+        for name, scene, measure in pairs(only, quick):
+            if (name, scene, number) in done:
+                continue
+            if time.perf_counter() - began > budget:
+                return False
+            if (name, scene) not in ready:
+                measure(0, True)  # compiles, or loads what is compiled
+                ready.add((name, scene))
+            row = {"skip": name, "wall": scene, "round": number} | measure(number, quick)
+            rows.append(row)
+            pd.DataFrame(rows).to_csv(data, index=False, float_format="%.5g")
+            print(
+                f"{name}, {scene}: {row.get('seconds_on')} and {row.get('seconds_off')} s", file=sys.stderr, flush=True
+            )
+    return True
+
+
+def _known(data: Path) -> list[Row]:
+    if not data.exists():
+        return []
+    return [{k: v for k, v in row.items() if v == v} for row in pd.read_csv(data).to_dict("records")]
+
+
+def main() -> int:
+    """Measure, and make page and picture."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=3, help="runs with and without, in turn (3)")
+    parser.add_argument("--only", nargs="+", choices=(*SKIPS, *PARTS), help="of these skips (all)")
+    parser.add_argument("--budget", type=float, default=1e6, help="begin no pair of runs after so many seconds")
+    parser.add_argument("--quick", action="store_true", help="a few skips on small walls")
+    parser.add_argument("--from-data", action="store_true", help="run nothing; make page and picture again")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and picture")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    data = options.output / "data.csv"
+    if not options.from_data:
+        only = list(QUICK) if options.quick and options.only is None else options.only
+        if not run_all(data, 1 if options.quick else options.rounds, only, options.quick, options.budget):
+            print("the budget is spent; the same command goes on", file=sys.stderr)
+    from page import write
+
+    write(pd.read_csv(data), options.output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,276 @@
+"""Every skip that can be turned off, by a setting or by putting something in its place, and those that cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import replace
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import numpy as np
+
+from damagepred.scene import BlockMaterial, Scene
+from damagepred.solvers.explicit import CALM_CHECKS, CHECK_EVERY
+
+QUASI_STATIC = ("dishing", "doming", "window", "no dpc", "random joints", "deformable")
+RIGID = QUASI_STATIC[:5]
+IN_QS = "damagepred.solvers.quasi_static"
+STRONG = 1e12
+"""Strength (Pa) that nothing reaches."""
+
+Change = Callable[[Scene], Scene]
+Patch = Callable[[], AbstractContextManager[Any]]
+
+
+class Skip(NamedTuple):
+    """One skip.
+
+    Attributes
+    ----------
+    what : str
+        What is skipped.
+    how : str
+        How it is turned off: the setting, or that something is put in its place.
+    scenes : tuple of str
+        On which walls it is measured.
+    off : callable
+        Scene -> the scene without the skip.
+    put : callable
+        Returns a context in which the program does without.
+    on : callable
+        Scene -> the scene with the skip, where that is not the default.
+    """
+
+    what: str
+    how: str
+    scenes: tuple[str, ...]
+    off: Change = lambda scene: scene
+    put: Patch = nullcontext
+    on: Change = lambda scene: scene
+
+
+def with_solver(**changes: Any) -> Change:
+    """Return what changes settings of the solver."""
+    return lambda scene: replace(scene, solver=replace(scene.solver, **changes))
+
+
+def with_dynamics(**changes: Any) -> Change:
+    """Return what changes settings of a run in time."""
+    return lambda scene: replace(scene, dynamics=replace(scene.dynamics, **changes))
+
+
+def strong_bricks(scene: Scene) -> Scene:
+    """Return the wall of bricks that have a strength, but one that nothing reaches."""
+    law = BlockMaterial(cohesion=STRONG, friction=0.75, tensile_strength=STRONG)
+    return replace(scene, block=law)
+
+
+def without_strength(scene: Scene) -> Scene:
+    """Return the wall of bricks that stay elastic."""
+    return replace(scene, block=BlockMaterial())
+
+
+# -- what is put in the place of something --------------------------------------------------------------------------
+
+
+def always_factorise() -> AbstractContextManager[Any]:
+    """Let every change of stiffness be factorised."""
+    return patch(f"{IN_QS}.equations.AT_ONCE", -1)
+
+
+@contextmanager
+def factorise_all_levels() -> Iterator[None]:
+    """Let every factorisation begin at the farthest level in play."""
+    from damagepred.solvers.quasi_static.equations import LevelEquations
+
+    known = LevelEquations._factorise
+
+    def whole(self: Any, changed: Any) -> None:
+        self._stale = self.in_play - 1
+        known(self, changed)
+
+    with patch.object(LevelEquations, "_factorise", whole):
+        yield
+
+
+@contextmanager
+def learn_again() -> Iterator[None]:
+    """Let the answers to unit forces in changed joints be forgotten after each solution."""
+    from damagepred.solvers.quasi_static.equations import LevelEquations
+
+    known = LevelEquations.solve
+
+    def forgetful(self: Any, force: Any) -> Any:
+        answer = known(self, force)
+        self._slot[:] = -1
+        self._known = 0
+        return answer
+
+    with patch.object(LevelEquations, "solve", forgetful):
+        yield
+
+
+def never_astray() -> AbstractContextManager[Any]:
+    """Let Newton's method go on when it moves away from a balance it was near."""
+    return patch(f"{IN_QS}.equilibrium.TURNS", 10**9)
+
+
+@contextmanager
+def frozen_first() -> Iterator[None]:
+    """Let every equilibrium be sought with frozen friction limits."""
+    from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+
+    def find(self: Any, state: Any, start: Any) -> float:
+        supports = self.model.supports
+        state.displacement[supports.prescribed] = supports.displacement(state.progress)
+        if self.jacks is not None:
+            state.jack = self.jacks.load_at(state.progress, state.jack)
+        return float(self._by_frozen_limits(state, near=False))
+
+    with patch.object(Equilibrium, "_find_in_play", find):
+        yield
+
+
+@contextmanager
+def blind() -> Iterator[None]:
+    """Let the path step to its goal, without asking the tangent where it leads and when a bond breaks."""
+    from damagepred.solvers.quasi_static.path import Path
+
+    with patch.object(Path, "foresee", lambda self, state, target: (state.displacement, 1.0)):
+        yield
+
+
+@contextmanager
+def all_bonds() -> Iterator[None]:
+    """Let all bonds be looked at where those of some joints are asked for."""
+    from damagepred.solvers.quasi_static.path import Path
+
+    known = Path.bond_loads
+    with patch.object(Path, "bond_loads", lambda self, state, listed=None: known(self, state)):
+        yield
+
+
+@contextmanager
+def no_kin() -> Iterator[None]:
+    """Let each deformable block be condensed by itself."""
+    from damagepred.solvers.quasi_static.solids import Solids
+
+    with patch.object(Solids, "_alike", lambda self: [np.array([d]) for d in range(len(self.block))]):
+        yield
+
+
+@contextmanager
+def all_open() -> Iterator[None]:
+    """Let the zones of all deformable blocks be looked at one by one from the start."""
+    from damagepred.solvers.quasi_static.solids import Solids
+
+    known = Solids.__init__
+
+    def opened(self: Any, *arguments: Any) -> None:
+        known(self, *arguments)
+        self._open(np.arange(len(self.block)))
+
+    with patch.object(Solids, "__init__", opened):
+        yield
+
+
+@contextmanager
+def whole_law() -> Iterator[None]:
+    """Let plain joints be asked for dilation, caps, gaps, wear and softening that they do not have."""
+    with ExitStack() as stack:
+        for where in ("explicit", "dynamic.run"):
+            for name in ("needs_all_of_the_law", "needs_softening"):
+                stack.enter_context(patch(f"damagepred.solvers.{where}.{name}", lambda model: True))
+        yield
+
+
+def cycled_start() -> AbstractContextManager[Any]:
+    """Let the explicit solver bring on dead load by cycles."""
+    return patch("damagepred.solvers.explicit.Run.start_elastic", lambda self: False)
+
+
+@contextmanager
+def look_always() -> Iterator[None]:
+    """Let the explicit solver look at the unbalanced force after every cycle, and be as calm for as long."""
+    with (
+        patch("damagepred.solvers.explicit.CHECK_EVERY", 1),
+        patch("damagepred.solvers.explicit.CALM_CHECKS", CHECK_EVERY * (CALM_CHECKS - 1) + 1),
+    ):
+        yield
+
+
+def search_always() -> AbstractContextManager[Any]:
+    """Let a run in time look for what is near after every step in which anything moved."""
+    return patch("damagepred.solvers.dynamic.run.SEEN", 1e-15)
+
+
+SKIPS: dict[str, Skip] = {
+    "condense": Skip(
+        "courses that stay elastic, condensed", "`[solver] condense = false`", QUASI_STATIC,
+        off=with_solver(condense=False)),
+    "half": Skip(
+        "the second half of a symmetric wall", "`[solver] symmetric_half = false`",
+        ("dishing", "doming", "window", "no dpc", "deformable", "explicit"), off=with_solver(symmetric_half=False)),
+    "condense and half": Skip(
+        "both of these", "both settings", RIGID[:4], off=with_solver(condense=False, symmetric_half=False)),
+    "correct": Skip(
+        "factorising anew where few joints changed: the answer is corrected by their forces", "patched", RIGID,
+        put=always_factorise),
+    "restart": Skip(
+        "factorising levels beyond the farthest that changed", "patched", RIGID, put=factorise_all_levels),
+    "keep": Skip("answers to unit forces in joints that were changed before", "patched", RIGID, put=learn_again),
+    "astray": Skip("Newton steps after it went astray", "patched", ("dishing", "window", "no dpc", "random joints"),
+                   put=never_astray),
+    "direct": Skip("minima with frozen friction limits, where Newton on the law as it is arrives", "patched",
+                   ("dishing", "window", "no dpc"), put=frozen_first),
+    "foresee": Skip("equilibria between which a bond's breaking is bracketed: the tangent tells where", "patched",
+                    ("dishing", "window", "no dpc", "random joints"), put=blind),
+    "some bonds": Skip("bonds that were not overloaded, when their earlier load is asked for", "patched",
+                       ("no dpc", "random joints"), put=all_bonds),
+    "auto": Skip("zones in bricks that hardly deform", '`[solver] blocks = "auto"`, not `"deformable"`',
+                 ("deformable",), on=with_solver(blocks="auto"), off=with_solver(blocks="deformable")),
+    "rigid": Skip("zones in all bricks", '`[solver] blocks = "rigid"`, not `"deformable"`', ("deformable",),
+                  on=with_solver(blocks="rigid"), off=with_solver(blocks="deformable")),
+    "kin": Skip("condensing bricks of one shape one by one", "patched", ("deformable", "deformable, yields"),
+                put=no_kin),
+    "rims": Skip("zones inside bricks that do not yield: only rims count", "patched", ("deformable, yields",),
+                 put=all_open),
+    "no limits": Skip("looking at the limits of zones that have none", "a strength of 1e12 Pa", ("deformable",),
+                      off=strong_bricks),
+    "elastic start": Skip("cycles under dead load: the elastic solution is taken", "patched", ("explicit",),
+                          put=cycled_start),
+    "short law": Skip("parts of the joint law that no joint of the wall has", "patched",
+                      ("explicit", "in time, falls"), put=whole_law),
+    "look seldom": Skip("looking at the unbalanced force, but every 50 cycles", "patched", ("explicit",),
+                        put=look_always),
+    "no memory": Skip("memory and limits of zones that have no strength", "a strength of 1e12 Pa",
+                      ("explicit, deformable",), on=without_strength, off=strong_bricks),
+    "search seldom": Skip("looking for what is near, while nothing has moved far", "patched",
+                          ("in time, falls", "in time, rests"), put=search_always),
+    "no search": Skip("looking for what is near at all, where movement is small",
+                      "`[dynamics] new_contacts = true`, the default", ("in time, rests",),
+                      on=with_dynamics(new_contacts=False), off=with_dynamics(new_contacts=True)),
+    "rest": Skip("time after the wall has come to rest", "`[dynamics] stop_at_rest = false`, the default",
+                 ("in time, rests",), on=with_dynamics(stop_at_rest=True), off=with_dynamics(stop_at_rest=False)),
+}  # fmt: skip
+"""Skips of the solvers, by short names."""
+
+NOT_TURNED_OFF = {
+    "joints that are condensed are not asked for forces, nor levels beyond those in play for displacements":
+        "it is what condensing is; `condense = false` turns off all of it",
+    "stiffness that did not change is not added up again (elimination restarts level by level)":
+        "measured with `restart`: the compiled sums have no switch of their own",
+    "zones are returned to the yield surface only where beyond it (`surely_elastic`)":
+        "compiled into the law; the study `zone_return` beside the table measures it on the kernel alone",
+    "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered":
+        "without them there is nothing to loop over; what they cost where they are is in "
+        "studies/benchmarks/footing_path.py",
+    "sections of a footing that cracks remember only every 8th cycle (`settle_every`)":
+        "an argument of the explicit solver; a footing on jacks takes it minutes, and its tests compare 8 with 1",
+    "no more walls once an estimate is good enough (`[study] stop_when`)":
+        "changes how many walls there are, not what a wall takes: studies/benchmarks/probabilities",
+    "libraries are loaded when they are needed; kernels are compiled once":
+        "start-up and compiling are measured by tests/regressions",
+}  # fmt: skip
+"""What cannot be turned off here, and why."""

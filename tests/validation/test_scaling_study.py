@@ -1,0 +1,90 @@
+"""studies/benchmarks/scaling: exponents are found, cases measured, time-outs listed, the page shows the data."""
+
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "scaling"
+OURS = ("cases", "cholesky", "one", "page", "pages", "run", "samples")
+
+
+@pytest.fixture(scope="module")
+def room() -> dict[str, ModuleType]:
+    sys.path[:0] = [str(ROOM), str(ROOM.parent)]
+    try:
+        for name in OURS:
+            sys.modules.pop(name, None)
+        return {name: importlib.import_module(name) for name in OURS}
+    finally:
+        sys.path.remove(str(ROOM))
+        sys.path.remove(str(ROOM.parent))
+        for name in OURS:
+            sys.modules.pop(name, None)
+
+
+def measured(room: dict[str, ModuleType], what: str, curve: str, size: float) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    room["one"].measure(room["cases"].Case(what, curve, size), lambda **known: found.update(known))
+    return found
+
+
+def test_exponents_of_made_up_times_are_found(room: dict[str, ModuleType]) -> None:
+    blocks = np.array([100, 400, 800, 1600, 3200])
+    seconds = 1e-6 * blocks**2.0
+    seconds[0] = 1.0  # below where it is fitted
+    rows = pd.DataFrame({
+        "grows": "blocks", "curve": "quasi-static, dpc", "size": blocks, "blocks": blocks, "contacts": 9 * blocks,
+        "zones": 0, "increments": 20, "seconds": seconds, "cycles": blocks**0.5, "memory_before": 100.0,
+        "memory": 100.0 + 1e-3 * blocks**1.5, "end": "complete", "round": 1, "message": "",
+    })  # fmt: skip
+    late = pd.DataFrame([
+        {"grows": "blocks", "curve": "quasi-static, dpc", "size": 6400, "end": "time-out", "message": "more than 9 s",
+         "reached": 3, "increments": 20, "round": 1},
+    ])  # fmt: skip
+    both = pd.concat([rows, late], ignore_index=True)
+    line = room["page"].exponents(room["page"].medians(both)).iloc[0]
+    assert (line["time"], line["steps"], line["time of a step"], line["memory"]) == ("2.00", "0.50", "1.50", "1.50")
+    assert line["fitted over"] == "400 to 3200"
+    assert room["page"].left_out(both) == [
+        "- blocks, quasi-static, dpc, 6400: time-out in increment 4 of 20 (more than 9 s)"
+    ]
+
+
+def test_paths_are_measured_with_their_work(room: dict[str, ModuleType]) -> None:
+    explicit = [measured(room, "blocks", "explicit, own weight", blocks) for blocks in (30, 480)]
+    assert all(row["end"] == "complete" for row in explicit)
+    # a wave has four times as many courses to go
+    assert explicit[1]["cycles"] > 1.5 * explicit[0]["cycles"]
+    found = measured(room, "blocks", "quasi-static, dpc", 60)
+    assert found["end"] == "complete"
+    assert found["reached"] == 20
+    assert found["seconds"] > 0.0
+    assert found["bandwidth"] < found["dofs"] / 2
+    assert 0.0 < found["cholesky"] < found["seconds"]
+    assert 0.0 <= found["memory"] - found["memory_before"] < 50.0
+
+
+def test_what_takes_too_long_is_listed_and_what_is_larger_is_not_tried(
+    room: dict[str, ModuleType], tmp_path: Path
+) -> None:
+    case = room["cases"].Case
+    curve = [case("blocks", "quasi-static, dpc", 30), case("blocks", "quasi-static, dpc", 60)]
+    data = tmp_path / "data.csv"
+    assert room["run"].run_all([curve], data, rounds=2, limit=0.5, budget=100.0)
+    rows = pd.read_csv(data)
+    assert list(rows["end"]) == ["time-out", "not run"]
+    assert room["run"].run_all([curve], data, rounds=2, limit=0.5, budget=-1.0)  # nothing is left to do
+
+
+def test_the_page_shows_the_data(room: dict[str, ModuleType]) -> None:
+    rows = pd.read_csv(ROOM / "data.csv")
+    whole = room["page"].text(rows, room["page"].medians(rows))
+    page = (ROOM / "README.md").read_text(encoding="utf-8")
+    without_machine = whole[whole.index("Exponents:") :]
+    assert without_machine in page
