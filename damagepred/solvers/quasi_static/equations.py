@@ -14,8 +14,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from damagepred.assembly import Model
 from damagepred.errors import InputError
@@ -35,6 +33,7 @@ from damagepred.kernels.levels import (
     take_away,
     take_rows,
 )
+from damagepred.kernels.neighbours import joints_away
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.quasi_static.ties import ties_of
 from damagepred.solvers.stiffness import block_of_dof
@@ -419,15 +418,13 @@ def block_levels(model: Model, held: IntArray) -> IntArray:
     # a footing is one level, whatever carries it, and where
     footing = np.empty(0, dtype=np.int64) if model.footing is None else model.footing
     start, end = np.append(a[holds], np.full(len(footing), n)), np.append(b[holds], footing)
-    graph = csr_array((np.ones(len(start)), (start, end)), shape=(n + 1, n + 1))
     # what follows from others is not held
     own = np.setdiff1d(held, idle_dofs(model))
     blocks, ways = np.unique([block_of_dof(model, int(dof)) for dof in own], return_counts=True)
     roots = blocks[ways >= 3]
     if len(roots) == 1 and not len(footing) and not ((a == n) | (b == n)).any():
         roots = blocks
-    distance = dijkstra(graph, directed=False, unweighted=True, indices=roots, min_only=True)
+    away = joints_away(start, end, n + 1, roots)
     # ground and supports have no free degrees of freedom worth a level: what touches them is level 0
-    distance = np.maximum(np.where(np.isfinite(distance), distance, np.nan) - 1.0, 0.0)
-    last = np.nanmax(distance)
-    return np.where(np.isnan(distance), last, distance).astype(np.int64)
+    levels = np.maximum(away - 1, 0)
+    return np.where(away < 0, levels.max(), levels)
