@@ -185,6 +185,11 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
     gridpoints : array (g, 2)
         Where the gridpoints are (m).
     """
+    return _joined_quads(*_division(polygon, size))
+
+
+def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple[int, int]]:
+    """Return the quadrilaterals that a polygon is cut into, and the cells along the two directions of each."""
     corners = without_straight_corners(polygon)
     if len(corners) == 4:
         edge = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
@@ -197,12 +202,16 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
         quads = [np.array([c, m, (x, y), b]) for c, m, b in zip(corners, middle, np.roll(middle, 1, axis=0))]
         longest = max(np.hypot(*(np.roll(q, -1, axis=0) - q).T).max() for q in quads)
         cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
-    if (count := 4 * len(quads) * cells[0] * cells[1]) > MOST_ZONES:
+    if (count := _zones_of(quads, cells)) > MOST_ZONES:
         raise InputError(
             f"zone_size = {size:g} m: would cut one block into {count} zones, and {MOST_ZONES} are the most; take "
             f"larger ones."
         )
-    return _joined_quads(quads, cells)
+    return quads, cells
+
+
+def _zones_of(quads: list[FloatArray], cells: tuple[int, int]) -> int:
+    return 4 * len(quads) * cells[0] * cells[1]
 
 
 def cells_along(length: float, size: float) -> int:
@@ -309,6 +318,13 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     known: dict[tuple[int, bytes], int] = {}
     numbers, places, total = [], [], 0
     blocks = sorted(sizes)
+    for block in blocks:  # before any is cut: so many would take long, and fill the memory
+        total += _zones_of(*_division(polygons[block] - polygons[block].mean(axis=0), sizes[block]))
+        if total > MOST_ZONES:
+            raise InputError(
+                f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the most there may "
+                f"be; take larger ones, or cut fewer blocks."
+            )
     for block in blocks:
         origin = polygons[block].mean(axis=0)
         pattern, points = cut_into_zones(polygons[block] - origin, sizes[block])
@@ -317,12 +333,6 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
             known[key] = len(patterns)
             patterns.append(pattern)
         numbers.append(known[key])
-        total += len(pattern.zones)
-        if total > MOST_ZONES:
-            raise InputError(
-                f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the most there may "
-                f"be; take larger ones, or cut fewer blocks."
-            )
         places.append(points + origin)
     number = np.array(numbers)
     batch, lane, batch_pattern = _batches(number, [polygons[b] - polygons[b].mean(axis=0) for b in blocks])

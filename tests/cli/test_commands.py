@@ -41,21 +41,6 @@ opening_width_change damage_category
 """
 
 
-def test_help_starts_fast() -> None:
-    """Beside the libraries that any command line like it loads, in turns with them: a busy machine slows down both."""
-    commands = {
-        "help": ("-m", "damagepred", "--help"),
-        "libraries": ("-c", "import typer, rich.console, rich.panel, rich.table, rich.markdown, importlib.metadata"),
-    }
-    times: dict[str, list[float]] = {name: [] for name in commands}
-    for _ in range(6):
-        for name, words in commands.items():
-            began = time.perf_counter()
-            subprocess.run([sys.executable, *words], check=True, capture_output=True)
-            times[name].append(time.perf_counter() - began)
-    assert min(times["help"]) < 1.5 * min(times["libraries"]), times
-
-
 def test_help_loads_nothing_that_computes() -> None:
     look = """
 import sys

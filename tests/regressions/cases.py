@@ -1,0 +1,258 @@
+"""What is timed: the kernels, and what a user waits for."""
+
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from damagepred import fit_fragility, open_study
+from damagepred.archive.folder import FAILED, StudyFolder
+from damagepred.assembly import wall_model
+from damagepred.kernels import jit
+from damagepred.kernels.equilibrium import settle
+from damagepred.path import follow
+from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
+from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.quasi_static.equations import LevelEquations
+from damagepred.solvers.stiffness import held_dofs
+from damagepred.study import Study
+from damagepred.study.sample import run_batch
+from damagepred.study.settings import StudySettings
+from studies.benchmarks import dynamic_step as step_script
+from studies.benchmarks import explicit_cycle as cycle_script
+from studies.benchmarks import zone_cycle as zone_script
+from tests.conftest import ROOT, SMALL_STUDY
+from tests.made_up import made_up_study
+
+
+class Ready(NamedTuple):
+    """Work to be timed, and by how much its time is divided for people to read."""
+
+    work: Callable[[], object]
+    count: float = 1.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """Something timed.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    unit : str
+        Of the time that people read.
+    prepare : callable
+        Makes the work ready, in a folder of its own.
+    beside : mapping of str to int
+        Yardsticks, each so many times: about as long as the work, and of its kind.
+    bound : float
+        How many times the baseline's ratio it may take.
+    rounds : int
+        Times it is measured.
+    """
+
+    name: str
+    unit: str
+    prepare: Callable[[Path], Ready]
+    beside: Mapping[str, int]
+    bound: float = 1.7
+    rounds: int = 15
+
+
+def explicit_cycle(wall: str) -> Callable[[Path], Ready]:
+    """Cycles of the explicit solver, the paper's wall of rigid blocks."""
+
+    def prepare(folder: Path) -> Ready:
+        run, cycles = getattr(cycle_script, wall)(), 150
+        return Ready(
+            lambda: run._cycle(cycles, run.load_share, run.progress, 0.0), cycles * run.model.n_contacts * 1e-9
+        )
+
+    return prepare
+
+
+def zone_cycle(material: str, size: Wall | None, cycles: int, alone: bool) -> Callable[[Path], Ready]:
+    """Cycles of the explicit solver with deformable blocks, or of their zones alone."""
+
+    def prepare(folder: Path) -> Ready:
+        run = zone_script.bent(getattr(zone_script, material), size)
+        work = zone_script.alone(run)[0] if alone else zone_script.whole(run)
+        return Ready(lambda: work(cycles), cycles * len(run.model.mesh.zones) * 1e-9)
+
+    return prepare
+
+
+def dynamic_step(folder: Path) -> Ready:
+    """Steps of a run in time: the wall at rest with its mortar, as every stretch is then the same."""
+    scene = step_script.at_rest()
+    model = wall_model(replace(scene, wall=PIECE))
+    run = DynamicRun(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
+    return Ready(run.advance, run.steps_each * len(run.scene.points) * 1e-9)
+
+
+def factorisation(folder: Path) -> Ready:
+    """All levels of the paper's wall eliminated, and one load solved for."""
+    model = wall_model(Scene(dpc=Dpc()))
+    face, joint = model.interfaces, model.properties
+    area, at = face.contact_area, face.contact_offset
+    normal, shear, none = joint.normal_stiffness[:, None] * area, joint.shear_stiffness[:, None] * area, 0.0 * area
+    terms = (normal, none, normal * at, none, shear, none, normal * at, none, normal * at**2)
+    equations = LevelEquations(model, held_dofs(model), np.stack([term.sum(axis=1) for term in terms], axis=-1))
+    force = np.ones(3 * (model.n_blocks + 1))
+
+    def work() -> None:
+        equations.put_in_play(equations.levels)
+        equations.solve(force)
+
+    return Ready(work, 1e-3)
+
+
+def path(name: str, increments: int, **changes: object) -> Callable[[Path], Ready]:
+    """One path of equilibria, judged, from the model on."""
+
+    def prepare(folder: Path) -> Ready:
+        scene = replace(Scene.from_toml(ROOT / "data" / f"{name}.toml"), **changes)
+        model = wall_model(scene)
+        return Ready(lambda: list(follow(model, scene.solver, scene.damage, increments)), 1e-3)
+
+    return prepare
+
+
+def sample(settings: Callable[[], StudySettings]) -> Callable[[Path], Ready]:
+    """One sample of a study, as a worker does it: drawn, solved, judged, archived."""
+
+    def prepare(folder: Path) -> Ready:
+        study = Study(settings())
+        study._prepare(place := study_folder(folder), 4)
+        values = {name: float(column[1]) for name, column in study.design.wall_values(4).items()}
+        part = place.part_file(1, 1)
+
+        def work() -> None:
+            part.unlink(missing_ok=True)
+            outcomes = run_batch(str(place.path), [(1, values)])
+            assert outcomes[0].status < FAILED, outcomes
+            assert part.is_file()
+
+        return Ready(work, 1e-3)
+
+    return prepare
+
+
+def study_folder(folder: Path) -> StudyFolder:
+    """Return an empty study's folder."""
+    return StudyFolder(folder / "study.dp")
+
+
+def small() -> StudySettings:
+    """Return the small study of many tests."""
+    return StudySettings.from_dict(tomllib.loads(SMALL_STUDY))
+
+
+def window() -> StudySettings:
+    """Return the study of the window wall of the full-scale test."""
+    return Study.from_toml(ROOT / "data" / "bryant_study.toml").settings
+
+
+def read_archive(folder: Path) -> Ready:
+    """A study of 400 walls, opened and read."""
+    place = made_up_study(folder / "study.dp", walls=400)
+    return Ready(lambda: open_study(place).load(), 1e-3)
+
+
+def fit_curves(folder: Path) -> Ready:
+    """Curves with bands fitted to a study of 400 walls."""
+    ds = open_study(made_up_study(folder / "study.dp", walls=400)).load()
+    return Ready(lambda: fit_fragility(ds, bootstrap=200), 1e-3)
+
+
+def command(*words: str, says: str = "") -> Callable[[Path], Ready]:
+    """Return a process of Python, and what it must say."""
+
+    def prepare(folder: Path) -> Ready:
+        def work() -> None:
+            run = subprocess.run([sys.executable, *words], check=True, capture_output=True, text=True, cwd=folder)
+            assert says in run.stdout
+
+        return Ready(work)
+
+    return prepare
+
+
+HELP = command("-m", "damagepred", "--help", says="fragility")
+
+
+def compile_kernel(folder: Path) -> Ready:
+    """One kernel of the quasi-static solver, compiled as all are."""
+    list(follow(wall_model(small().scene), Solver(), small().scene.damage, 1))
+    signature = settle.signatures[0]
+
+    def work() -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(jit, "CACHE_FOLDER", None)
+            jit.kernel(settle.py_func).compile(signature)
+
+    return Ready(work)
+
+
+def compile_all(method: str) -> Callable[[Path], Ready]:
+    """A small wall solved in a process of its own that finds no compiled kernels."""
+    code = (
+        "from damagepred import Scene, solve; from damagepred.scene import Dpc, Solver, Wall; "
+        f"solve(Scene(wall=Wall(length=1.44, height=0.45), dpc=Dpc(), solver=Solver(method={method!r})), increments=1)"
+    )
+
+    def prepare(folder: Path) -> Ready:
+        def work() -> None:
+            with TemporaryDirectory() as empty:
+                environment = os.environ | {"NUMBA_CACHE_DIR": empty, "PYTHONPATH": str(ROOT)}
+                subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+                assert any(Path(empty).rglob("*.nbc"))
+
+        return Ready(work)
+
+    return prepare
+
+
+PIECE = Wall(length=2.4, height=0.9)
+"""Of the wall, for kernels whose cost a small one shows as well."""
+WALL = {"compiled": 100, "interpreter": 50, "lapack": 100}
+"""Beside a wall of full size."""
+
+GATE = (
+    Case("explicit cycle, intact", "ns a contact", explicit_cycle("intact"), {"compiled": 4}),
+    Case("explicit cycle, cracked", "ns a contact", explicit_cycle("cracked"), {"compiled": 4}),
+    Case("zones alone", "ns a zone", zone_cycle("STRONG", PIECE, 100, True), {"compiled": 4}),
+    Case("zone cycle", "ns a zone", zone_cycle("STRONG", PIECE, 40, False), {"compiled": 4}),
+    Case("zone cycle, yielding", "ns a zone", zone_cycle("WEAK", PIECE, 40, False), {"compiled": 6}),
+    Case("dynamic step", "ns a point", dynamic_step, {"compiled": 2}),
+    Case("factorisation", "ms", factorisation, {"lapack": 5}),
+    Case("path", "ms", path("bryant_dishing", 5), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
+    Case("sample", "ms", sample(small), {"compiled": 5, "interpreter": 5, "files": 5}, rounds=8),
+    Case("archive read", "ms", read_archive, {"files": 2}),
+    Case("curves fitted", "ms", fit_curves, {"interpreter": 40}, rounds=6),
+    Case("damagepred --help", "s", HELP, {"process": 1}, rounds=8),
+    Case("import damagepred", "s", command("-c", "import damagepred"), {"process": 1}, rounds=8),
+    Case("import what solves", "s", command("-c", "from damagepred import solve"), {"process": 4}, rounds=3),
+    Case("compile a kernel", "s", compile_kernel, {"compiler": 5}, rounds=2),
+)
+
+LONG = (
+    Case("zone cycle, 51 200", "ns a zone", zone_cycle("STRONG", None, 5, False), {"compiled": 8}),
+    Case("zone cycle, 51 200, yielding", "ns a zone", zone_cycle("WEAK", None, 5, False), {"compiled": 12}),
+    Case("zones alone, 51 200", "ns a zone", zone_cycle("STRONG", None, 10, True), {"compiled": 6}),
+    Case("path, 20 increments", "ms", path("bryant_dishing", 20), WALL, rounds=4),
+    Case("path, window", "ms", path("bryant_window_dishing", 20), WALL, rounds=4),
+    Case("sample, window", "ms", sample(window), WALL, rounds=4),
+    Case("compile quasi-static", "s", compile_all("quasi_static"), {"compiler": 30}, rounds=2),
+    Case("compile explicit", "s", compile_all("explicit"), {"compiler": 20}, rounds=2),
+)  # fmt: skip
+"""Run with ``-m benchmark``."""

@@ -1,0 +1,77 @@
+"""Times of the program's work over times of fixed work, measured in turn.
+
+What slows the whole machine slows both, and the ratio stays. What slows it for a moment is met by taking the shortest
+of many short times, and by measuring again before anything is called slow.
+"""
+
+import resource
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+Work = Callable[[], object]
+
+TRIES = 5
+"""Times that a case is measured before it is called slow."""
+PAUSE = 1.0
+"""Seconds between two tries: what disturbed the one may be over by the next."""
+
+
+def processor() -> float:
+    """Return the seconds of processor that this process and those it waited for have taken."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
+
+
+def seconds(work: Work) -> float:
+    """Return the seconds of processor that work takes."""
+    began = processor()
+    work()
+    return processor() - began
+
+
+@dataclass
+class Rounds:
+    """Times (s) of a case and of its yardstick, measured in turn."""
+
+    case: list[float] = field(default_factory=list)
+    yardstick: list[float] = field(default_factory=list)
+
+    @property
+    def ratio(self) -> float:
+        """Shortest over shortest."""
+        return min(self.case) / min(self.yardstick)
+
+    def with_yardstick(self, yardstick: Work) -> Callable[[], None]:
+        """Return what is done before each round of the case when others measure it."""
+        return lambda: self.yardstick.append(seconds(yardstick))
+
+    def add(self, work: Work, yardstick: Work, rounds: int) -> None:
+        """Measure some more."""
+        for _ in range(rounds):
+            self.yardstick.append(seconds(yardstick))
+            self.case.append(seconds(work))
+
+
+def slow(found: Rounds, work: Work, yardstick: Work, rounds: int, most: float, pause: float = PAUSE) -> bool:
+    """Return whether a case is slow: its ratio above ``most``, and still when it is measured again.
+
+    Parameters
+    ----------
+    found : Rounds
+        What was measured; more is added if it looks slow.
+    work, yardstick : callable
+        The case, and what it is compared with.
+    rounds : int
+        Times to measure both in a try.
+    most : float
+        Largest ratio that is not slow.
+    pause : float
+        Seconds between two tries.
+    """
+    for _ in range(TRIES - 1):
+        if found.ratio <= most:
+            return False
+        time.sleep(pause)
+        found.add(work, yardstick, rounds)
+    return found.ratio > most
