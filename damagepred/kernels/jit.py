@@ -10,6 +10,7 @@ import hashlib
 import os
 import sys
 import tempfile
+import uuid
 from pathlib import Path
 
 import numba
@@ -56,11 +57,24 @@ def kernel(function):
     """Compile ``function``: cached, without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen)."""
     before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
     try:
-        return numba.njit(
+        compiled = numba.njit(
             cache=CACHE_FOLDER is not None, nogil=True, fastmath=False, error_model="numpy", boundscheck=False
         )(function)
     finally:
         config.CACHE_DIR = before  # other users of numba in this process keep theirs
+    _own_names(compiled)
+    return compiled
+
+
+def _own_names(compiled):
+    """Name what this process keeps of a kernel as no other process does.
+
+    numba counts 1, 2, ...: of two processes that compile at the same time one kernel for different arguments, both may
+    take the same number, and one of them would then load the machine code of the other.
+    """
+    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    if (pattern := getattr(file, "_data_name_pattern", None)) is not None:
+        file._data_name_pattern = pattern.replace("{number:d}", f"{{number:d}}-{uuid.uuid4().hex[:12]}")
 
 
 def law(function):

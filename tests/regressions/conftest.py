@@ -24,6 +24,9 @@ WITH_CARE = 4
 ENOUGH = 8.0
 """Seconds of a case after which it is not measured again for that."""
 
+FASTER = 0.7
+"""Times the baseline's ratio from which a new baseline is due, or what was won may be lost again unseen."""
+
 
 class Found(NamedTuple):
     """What was measured of a case."""
@@ -134,6 +137,9 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         terminalreporter.section("ratios to fixed work of the same run")
         table = record.table()
         terminalreporter.write_line(table.to_string(index=False, float_format=lambda value: f"{value:.3g}"))
+        faster = table["case"][table["over baseline"] < FASTER].tolist()
+        if faster:
+            terminalreporter.write_line(f"faster than it was, for a commit to keep: {', '.join(faster)}: {COMMAND}")
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,31 +12,33 @@ from damagepred.solvers import explicit
 from tests.regressions import cases
 from tests.regressions.cases import GATE, Case
 from tests.regressions.conftest import BASELINE
-from tests.regressions.measure import TRIES, Rounds, slow
+from tests.regressions.measure import TRIES, Rounds, Work, slow
 from tests.regressions.yardsticks import yardstick
 
 BASE = {name: kept["ratio"] for name, kept in json.loads(BASELINE.read_text(encoding="utf-8"))["cases"].items()}
 BY_NAME = {case.name: case for case in GATE}
 
 
-def judged(case: Case, work: Callable[[], object]) -> tuple[bool, Rounds]:
-    """Return whether work in place of a case's own counts as slow, and what was measured."""
-    beside, found = yardstick(case.beside), Rounds()
-    found.add(work, beside, case.rounds)
-    return slow(found, work, beside, case.rounds, case.bound * BASE[case.name], pause=0.1), found
+def judged(case: Case, usual: Work, now: Work) -> tuple[bool, Rounds]:
+    """Return whether work counts as slow where it usually takes what the usual takes here, and what was measured."""
+    beside, before, found = yardstick(case.beside), Rounds(), Rounds()
+    before.add(usual, beside, 2 * case.rounds)
+    found.add(now, beside, case.rounds)
+    return slow(found, now, beside, case.rounds, case.bound * before.ratio, pause=0.1), found
 
 
 @pytest.mark.parametrize("name", ["explicit cycle, cracked", "factorisation", "archive read"])
 def test_work_done_twice_is_caught(name: str, tmp_path: Path) -> None:
-    work, _ = BY_NAME[name].prepare(tmp_path)
+    case = BY_NAME[name]
+    work, _ = case.prepare(tmp_path)
 
     def twice() -> None:
         work()
         work()
 
-    was_slow, found = judged(BY_NAME[name], twice)
-    assert was_slow, found.ratio / BASE[name]
-    assert len(found.case) == TRIES * BY_NAME[name].rounds
+    was_slow, found = judged(case, work, twice)
+    assert was_slow, found
+    assert len(found.case) == TRIES * case.rounds
 
 
 def test_a_kernel_run_twice_inside_is_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -49,8 +50,12 @@ def test_a_kernel_run_twice_inside_is_caught(tmp_path: Path, monkeypatch: pytest
         kernel(*arguments)
         return kernel(*arguments)
 
-    monkeypatch.setattr(explicit, "run_cycles", slower)
-    assert judged(case, work)[0]
+    def work_slowly() -> None:
+        with monkeypatch.context() as patch:
+            patch.setattr(explicit, "run_cycles", slower)
+            work()
+
+    assert judged(case, work, work_slowly)[0]
 
 
 def test_a_machine_that_is_slow_as_a_whole_is_not_taken_for_it() -> None:
@@ -85,9 +90,12 @@ def test_what_disturbs_for_a_moment_is_measured_again() -> None:
 def test_busy_neighbours_do_not_make_it_slow(tmp_path: Path) -> None:
     case = BY_NAME["factorisation"]
     work, _ = case.prepare(tmp_path)
+    beside, before, found = yardstick(case.beside), Rounds(), Rounds()
+    before.add(work, beside, 2 * case.rounds)
     busy = [subprocess.Popen([sys.executable, "-c", "while True: sum(range(1000))"]) for _ in range(3)]
     try:
-        assert not judged(case, work)[0]
+        found.add(work, beside, case.rounds)
+        assert not slow(found, work, beside, case.rounds, case.bound * before.ratio, pause=0.1)
     finally:
         for process in busy:
             process.kill()
