@@ -26,37 +26,25 @@ def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("room")
-def test_our_wall_stands_on_all_its_ground() -> None:
-    import ours
-    from cases import settling
+def test_our_side_of_it(tmp_path: Path) -> None:
+    import run
     from settings import OURS, our_solver
 
-    case = settling("5x6")
-    for name in OURS:
-        solver = our_solver(name, {})
-        found = ours.solve(case, solver)
-        assert found["residual"] < solver.tolerance_used
-        assert found["base"].sum() == pytest.approx(WEIGHT, rel=1e-6)
-        # uniform: the perpends carry nothing, and half bricks stand at the ends of every other course
-        np.testing.assert_allclose(found["base"], WEIGHT / 5, rtol=1e-3)
-
-
-@pytest.mark.usefixtures("room")
-def test_blocks_over_dropped_ground() -> None:
-    import ours
-    from cases import gap
-    from record import Wall
-    from settings import our_solver
-    from tables import on_dropped
-
-    case = gap("5x6")
-    found = ours.solve(case, our_solver("quasi_static", {}))
-    inside = on_dropped(case, Wall(case))
-    assert inside.tolist() == [False, True, True, True, False]
-    # in the lowest course what lies over the dropped ground goes down with it, and leaves the rest to the neighbours
-    np.testing.assert_allclose(found["displacement"][:5, 1][inside], -8e-3, atol=1e-4)
-    assert 0 < found["base"][inside].sum() < 0.25 * WEIGHT
-    assert found["base"].sum() == pytest.approx(WEIGHT, rel=1e-5)
+    run.main(["--quick", "--output", str(tmp_path)])
+    runs = pd.read_csv(tmp_path / "runs.csv").set_index(["case", "solver", "settings"])
+    for solver in OURS:
+        assert runs.loc[("settling", solver, "default"), "residual"] < our_solver(solver, {}).tolerance_used
+    np.testing.assert_allclose(runs["weight on the ground"], 1.0, atol=1e-4)
+    base = pd.read_csv(tmp_path / "base.csv")
+    # uniform under its own weight: perpends carry nothing, and half bricks stand at the ends of every other course
+    settled = base[base["case"] == "settling"]
+    np.testing.assert_allclose(settled["force"], WEIGHT / 5, rtol=1e-3)
+    # over the dropped ground the lowest course goes down with it, and leaves most of the weight to its neighbours
+    moved = pd.read_csv(tmp_path / "moved.csv")
+    lowest = moved[moved["block"].isin([1, 2, 3])]
+    np.testing.assert_allclose(lowest["y"], -8.0, atol=0.1)
+    carried = runs.loc["gap", "weight on what dropped"]
+    assert ((carried > 0.1) & (carried < 0.25)).all()
 
 
 @pytest.mark.usefixtures("room")

@@ -1,6 +1,7 @@
 """The same dry walls in damagepred and in other public solvers: time to a settled equilibrium, and the answers.
 
     python studies/benchmarks/beside_others/run.py                  everything, in pieces (about an hour)
+    python studies/benchmarks/beside_others/run.py --quick --output FOLDER     our side of the smallest wall, seconds
     python studies/benchmarks/beside_others/run.py --solvers pymunk --cases settling --sizes 5x6
     python studies/benchmarks/beside_others/run.py --tables-only    page and pictures again from the data
 
@@ -126,40 +127,45 @@ def limit_of(case: Case) -> dict[str, Any]:
     return {"low": factor, "high": factor, "seconds": time.process_time() - began}
 
 
+def pieces(options: argparse.Namespace) -> list[tuple[str, str, str, dict[str, Any]]]:
+    """Return the runs asked for that are not known yet: case, size, solver, settings."""
+    done = set() if options.again else known(options.output)
+    return [
+        (name, size, solver, settings)
+        for size, name in itertools.product(options.sizes, options.cases)
+        if size in SIZES_OF[name]
+        for solver in options.solvers
+        for settings in settings_of(solver, name, size)
+        if (name, size, solver, described(settings)) not in done
+    ]
+
+
 def run(options: argparse.Namespace) -> None:
     """Run what is asked for and not known yet."""
-    done = set() if options.again else known(options.output)
-    warm = False
-    for size, name in itertools.product(options.sizes, options.cases):
-        if size in SIZES_OF[name]:
-            case = CASES[name](size)
-            for solver in options.solvers:
-                for settings in settings_of(solver, name, size):
-                    words = described(settings)
-                    if (name, size, solver, words) in done:
-                        continue
-                    if solver in OURS and not warm:
-                        for other_case in ("settling", "gap"):  # compile
-                            for method in OURS:
-                                own(our_solver(method, {}), CASES[other_case]("5x6"), 1)
-                        warm = True
-                    if solver == "limit analysis":
-                        found = limit_of(case)
-                    elif solver in OURS:
-                        found = solved_by_us(solver, settings, case, options.repeats)
-                    else:
-                        if name == "tilt":
-                            settings = {**settings, "bracket": [0.0, 1.0], "width": WIDTH}
-                        found = other(solver, case, settings, options.limit, options.environments)
-                    store(options.output, case, solver, words, found)
-                    print(
-                        f"{name} {size} {solver} {words}: {found.get('seconds', np.nan):.3g} s, residual "
-                        f"{found.get('residual', np.nan):.2g} {found.get('note', '')}",
-                        file=sys.stderr, flush=True,
-                    )  # fmt: skip
+    left = pieces(options)
+    others = sum(solver in environments.SOLVERS for _, _, solver, _ in left)
+    print(f"{len(left)} runs, {others} of other solvers, each at most about {options.limit:g} s", file=sys.stderr)
+    if any(solver in OURS for _, _, solver, _ in left):
+        for method, name in itertools.product(OURS, ("settling", "gap")):  # compile
+            own(our_solver(method, {}), CASES[name]("5x6"), 1)
+    for name, size, solver, settings in left:
+        case, words = CASES[name](size), described(settings)
+        if solver == "limit analysis":
+            found = limit_of(case)
+        elif solver in OURS:
+            found = solved_by_us(solver, settings, case, options.repeats)
+        else:
+            bracket = {"bracket": [0.0, 1.0], "width": WIDTH} if name == "tilt" else {}
+            found = other(solver, case, {**settings, **bracket}, options.limit, options.environments)
+        store(options.output, case, solver, words, found)
+        print(
+            f"{name} {size} {solver} {words}: {found.get('seconds', np.nan):.3g} s, residual "
+            f"{found.get('residual', np.nan):.2g} {found.get('note', '')}",
+            file=sys.stderr, flush=True,
+        )  # fmt: skip
 
 
-def main() -> None:
+def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     every = [*OURS, "limit analysis", *environments.SOLVERS]
     parser.add_argument("--solvers", nargs="+", choices=every, default=every)
@@ -168,10 +174,13 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=60.0, help="seconds that one run of another may take (60)")
     parser.add_argument("--repeats", type=int, default=5, help="times our solvers solve a wall; the least counts (5)")
     parser.add_argument("--again", action="store_true", help="repeat what is in the data")
+    parser.add_argument("--quick", action="store_true", help="only our solvers, the smallest wall, not pushed")
     parser.add_argument("--environments", type=Path, default=environments.default_folder(), help="where they are kept")
     parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and pictures")
     parser.add_argument("--tables-only", action="store_true", help="only page and pictures, from the data")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
+    if options.quick:
+        options.solvers, options.cases, options.sizes, options.repeats = list(OURS), ["settling", "gap"], ["5x6"], 1
     options.output.mkdir(parents=True, exist_ok=True)
     if not options.tables_only:
         for solver in set(options.solvers) & set(environments.SOLVERS):
