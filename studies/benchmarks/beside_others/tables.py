@@ -77,7 +77,7 @@ def ratios(runs: pd.DataFrame, case: str, ours: str = "quasi_static") -> pd.Data
     best = fastest(runs, case)
     own = best[best["solver"] == ours].set_index("blocks")[COLUMNS]
     rows = best[~best["solver"].isin(["quasi_static", "explicit"])].copy()
-    rows[COLUMNS] = rows[COLUMNS].to_numpy() / own.loc[rows["blocks"]].to_numpy()
+    rows[COLUMNS] = rows[COLUMNS].to_numpy() / own.reindex(rows["blocks"]).to_numpy()
     return rows.rename(columns={c: c.replace("s at", "times at") for c in COLUMNS})
 
 
