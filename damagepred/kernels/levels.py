@@ -258,18 +258,64 @@ def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, 
 
 
 @kernel
-def loose_springs(listed, ties, order, rows_of_force):
-    """Add the kinematics of interfaces as rows of unit forces.
+def sweep_together(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, hanging):
+    """Turn many forces, side by side, into displacements; what ``sweep`` does for few, one below the other.
+
+    Parameters
+    ----------
+    farthest : int
+        Level beyond which there are no forces.
+    force, hanging : array (degrees of freedom, r)
+        Forces, which become displacements; scratch of the same shape.
+    """
+    levels = start.size - 1
+    for k in range(farthest, -1, -1):
+        a, b = start[k], start[k + 1]
+        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
+        np.dot(inverse.T, force[a:b], hanging[a:b])
+        if k > 0:
+            push_together(
+                first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging[a:b], force[start[k - 1] : a]
+            )
+    force[: start[1]] = hanging[: start[1]]
+    for k in range(1, levels):
+        a, b = start[k], start[k + 1]
+        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
+        pull = np.zeros((b - a, force.shape[1]))
+        push_together(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, force[start[k - 1] : a], pull)
+        np.dot(inverse.T, pull, force[a:b])
+        if k <= farthest:
+            for i in range(a, b):
+                add_row(1.0, hanging[i], force[i])
+
+
+@law
+def push_together(first, last, at_here, at_there, coupling, displacement, force):
+    """Do what ``push`` does, for arrays (degrees of freedom of a level, r)."""
+    side = at_here.shape[1]
+    for e in range(first, last):
+        for r in range(side):
+            if at_here[e, r] < 0:
+                continue
+            row = force[at_here[e, r]]
+            for c in range(side):
+                if at_there[e, c] >= 0:
+                    add_row(-coupling[e, r, c], displacement[at_there[e, c]], row)
+
+
+@kernel
+def loose_springs(listed, ties, order, force):
+    """Add the kinematics of interfaces as unit forces, side by side.
 
     Parameters
     ----------
     listed : array of int
-        The interfaces, three rows each.
+        The interfaces, three columns each.
     ties : NamedTuple of arrays
         Kinematics.
     order : array of int (size,)
         Place of each degree of freedom in the order of the levels, -1 where held or not in play.
-    rows_of_force : array (3 * listed, degrees of freedom in play)
+    force : array (degrees of freedom in play, 3 * listed)
         Added to.
     """
     for s in range(listed.size):
@@ -278,7 +324,7 @@ def loose_springs(listed, ties, order, rows_of_force):
             dof = ties.dof[i, r]
             if dof >= 0 and order[dof] >= 0:
                 for j in range(3):
-                    rows_of_force[3 * s + j, order[dof]] += ties.rows[i, j, r]
+                    force[order[dof], 3 * s + j] += ties.rows[i, j, r]
 
 
 @kernel

@@ -30,6 +30,7 @@ from damagepred.kernels.levels import (
     reach,
     relative_displacements,
     sweep,
+    sweep_together,
     take_away,
     take_rows,
 )
@@ -50,10 +51,8 @@ SLACK = 1e-12
 """Shear stiffness over normal stiffness up to which a joint guides but does not hold."""
 MOST_MEMORY = 6.0
 """For two dense matrices of each level (GB)."""
-CHANGED = 50
-"""Joints that may have changed since the last factorisation, before it is done again."""
-AT_ONCE = 24
-"""Joints that may change at once: beyond, it is sooner to factorise anew."""
+CHANGED = 100
+"""Joints that may have changed since the last factorisation, before it is done again: there is memory for so many."""
 FAITHFUL = 1e-6
 """Share to which forces of a correction must agree with the displacements that it ends in."""
 
@@ -111,6 +110,7 @@ class LevelEquations:
         usual = max((float(values.max(initial=0.0)) for values in own), default=0.0) or 1.0
         self._anchor = [ANCHOR * np.where(values > 0.0, values, usual) for values in own]
         self.factorisations = self.corrections = 0
+        self._price = np.concatenate(([0.0], np.cumsum(price_of_level(self.size))))
         self.put_in_play(self.levels)
         self._stale = self.levels - 1
 
@@ -178,6 +178,9 @@ class LevelEquations:
         self.order = np.full(self.place.size, -1, dtype=np.int64)
         self.order[self.dofs[:end]] = np.arange(end)
         self.dofs_in_play = self.dofs[:end]
+        self._listed = np.empty(CHANGED, dtype=np.int64)
+        self._reach = np.empty((3 * CHANGED, int(end)))
+        self._compliance = np.empty((3 * CHANGED, 3 * CHANGED))
         self._forget_changes()
         self._stale = in_play - 1
 
@@ -278,7 +281,7 @@ class LevelEquations:
         """
         changed, new = changed_since(self.active, self.wanted, self.stiffness, self._slot)
         self._take_solids()
-        if self._stale >= 0 or new > AT_ONCE or self._known + new > CHANGED:
+        if self._stale >= 0 or self._dearer(changed, new):
             self._factorise(changed)
             changed = changed[:0]
         right = np.take(np.atleast_2d(force), self.dofs_in_play, axis=1)
@@ -303,6 +306,19 @@ class LevelEquations:
             if tangent is not self.solid_stiffness[d]:
                 self.solid_stiffness[d] = tangent
                 self._stale = max(self._stale, int(self.solid_level[d]))
+
+    def _dearer(self, changed: IntArray, new: int) -> bool:
+        """Tell whether all corrections since the last factorisation, with this one, take longer than another one.
+
+        What is to come is not known: to rent until the rent would have paid the price is never worse than twice the
+        best that could have been done, whatever comes.
+        """
+        if not len(changed):
+            return False
+        if self._known + new > CHANGED:
+            return True
+        self._spent += price_of_correction(len(changed), new, int(self.start[self.in_play]), self._squares)
+        return self._spent > self._price[int(self.interface_level[changed].max()) + 1]
 
     def _factorise(self, changed: IntArray) -> None:
         farthest = max(int(self.interface_level[changed].max(initial=-1)), self._stale)
@@ -353,17 +369,19 @@ class LevelEquations:
 
     def _forget_changes(self) -> None:
         self._slot = np.full(len(self.interface_level), -1, dtype=np.int64)
-        self._known = 0
-        self._listed = np.empty(CHANGED, dtype=np.int64)
-        self._reach = np.empty((3 * CHANGED, int(self.start[self.in_play])))
-        self._compliance = np.empty((3 * CHANGED, 3 * CHANGED))
+        self._known, self._spent = 0, 0.0
+        self._squares = float(self.at_inverse[self.in_play])
 
     def _learn(self, new: IntArray) -> None:
         """Find how the wall as factorised answers to unit forces in some joints."""
         known, now = self._known, self._known + len(new)
-        rows = np.zeros((3 * len(new), self._reach.shape[1]))
-        loose_springs(new, self.ties, self.order, rows)
-        self._reach[3 * known : 3 * now] = self._sweep(rows)
+        force = np.zeros((self._reach.shape[1], 3 * len(new)))
+        loose_springs(new, self.ties, self.order, force)
+        sweep_together(
+            self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
+            self.at_near, self.up, self.down, int(self.interface_level[new].max()), force, np.empty_like(force),
+        )  # fmt: skip
+        self._reach[3 * known : 3 * now] = force.T
         self._listed[known:now] = new
         self._slot[new] = np.arange(known, now)
         all_known = self._listed[:now]
@@ -397,6 +415,29 @@ class LevelEquations:
         take_away(forces, rows, slots, self._reach, answer)
         relative_displacements(changed, self.ties, self.order, answer, moved)
         return answer if agrees(rows, change, moved, forces, FAITHFUL) else None
+
+
+def price_of_level(size: IntArray) -> FloatArray:
+    """Return about how long it takes to eliminate levels of so many degrees of freedom (ns; only ratios count)."""
+    size = size.astype(np.float64)
+    return 60_000.0 + 0.5 * size**3 + 50.0 * size**2
+
+
+def price_of_correction(changed: int, new: int, size: int, squares: float) -> float:
+    """Return about how long a correction takes.
+
+    Parameters
+    ----------
+    changed, new : int
+        Joints that are not as they were factorised, two forces each; and those of them that are learnt about.
+    size : int
+        Degrees of freedom.
+    squares : float
+        Sum over the levels of the squares of theirs.
+    """
+    forces = 2.0 * changed
+    learnt = 30_000.0 * (new > 0) + 3.0 * new * 0.15 * squares
+    return 0.08 * forces**3 + forces**2 + 0.4 * forces * size + learnt
 
 
 def block_levels(model: Model, held: IntArray) -> IntArray:
