@@ -118,6 +118,7 @@ def is_no_slower(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[Ca
                     break
                 time.sleep(PAUSE)
                 found.add(work, beside, case.rounds)
+            record.save()
             return
         assert case.name in record.baseline, f"{case.name} has no baseline: {COMMAND}"
         known = record.baseline[case.name]["ratio"]
@@ -140,9 +141,3 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         faster = table["case"][table["over baseline"] < FASTER].tolist()
         if faster:
             terminalreporter.write_line(f"faster than it was, for a commit to keep: {', '.join(faster)}: {COMMAND}")
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    record = session.config.stash[RECORD]
-    if record.renew and record.found:
-        record.save()
