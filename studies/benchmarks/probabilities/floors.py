@@ -1,0 +1,61 @@
+"""What no number of walls mends: a coarser wall, fewer increments, a curve of a form that is not the walls' own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import walls
+from numpy.typing import NDArray
+from walls import Bank
+
+FloatArray = NDArray[np.float64]
+AGAIN = 200
+
+
+def floors_of(wall: str, banks: dict[str, Bank], asked: list[Any]) -> list[dict[str, object]]:
+    """Return relative differences from the wall as it is, by what makes them, with standard errors."""
+    from errors import estimate, pooled
+
+    random = np.random.default_rng(2)
+    fine = banks["random"]
+    rows: list[dict[str, object]] = []
+    for question in asked:
+        for name in walls.VARIANTS[wall]:
+            if name not in banks:
+                continue
+            size = min(fine.lower.size, banks[name].lower.size)
+            pair = [(b.lower[0, :size], b.upper[0, :size]) for b in (fine, banks[name])]
+
+            def ratio(pick: NDArray[np.int64], pair: list[Any] = pair, question: Any = question) -> float:
+                before, after = (estimate(question, low[pick], high[pick]) for low, high in pair)
+                return after / before - 1
+
+            again = [ratio(random.integers(size, size=size)) for _ in range(AGAIN)]
+            rows.append(_row(question, name, ratio(np.arange(size)), float(np.nanstd(again)), size))
+        whole = pooled(banks)
+        if np.isnan(question.at):
+            value = _form(whole.lower, whole.upper)
+            size = len(whole.lower)
+            picks = (random.integers(size, size=size) for _ in range(AGAIN // 4))
+            again = [_form(whole.lower[pick], whole.upper[pick]) for pick in picks]
+            rows.append(_row(question, "lognormal form", value, float(np.nanstd(again)), size))
+    return rows
+
+
+def _form(lower: FloatArray, upper: FloatArray) -> float:
+    """Return by how much the median of the lognormal differs from that of the walls, increments read as straight."""
+    from errors import median
+
+    marks = np.unique(np.concatenate((lower, upper[np.isfinite(upper)])))
+    share = np.array([(upper <= m).mean() for m in marks])
+    above = int((share >= 0.5).argmax())
+    part = (0.5 - share[above - 1]) / (share[above] - share[above - 1])
+    return median(lower, upper) / float(marks[above - 1] + part * (marks[above] - marks[above - 1])) - 1
+
+
+def _row(question: Any, what: str, value: float, error: float, size: int) -> dict[str, object]:
+    return {
+        "question": question.name, "at": question.at, "what": what, "difference": value, "error": error,
+        "walls": size,
+    }  # fmt: skip

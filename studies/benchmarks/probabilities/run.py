@@ -1,0 +1,109 @@
+"""How wrong is a fragility median, or a small probability, after so many seconds? Measured by repetition.
+
+    python studies/benchmarks/probabilities/run.py [--wall joints window] [--seconds 240] [--quick] [--from-data]
+
+Sets of walls are solved and kept in the output folder; a call stops after ``--seconds`` and the same call goes on where
+it stopped. All sets of both walls take about 25 minutes on one core. When all are there, or with ``--page``, errors are
+read from them: data.csv, the picture and the tables of README.md. ``--from-data`` makes page and picture again from
+data.csv alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+import costs  # noqa: E402
+import errors  # noqa: E402
+import page  # noqa: E402
+import rare  # noqa: E402
+import walls  # noqa: E402
+from walls import Plan  # noqa: E402
+
+STAGES = ("costs", "curves", "small probabilities", "curves, more", "subset simulation", "small probabilities, more")
+"""What is solved of all walls before the next: a study that is not complete says something of each."""
+
+
+def curve_plans(wall: str, quick: bool = False) -> list[Plan]:
+    """Return the sets that tell errors of a curve, what tells most first."""
+    if quick:
+        return [Plan("random", "random", 24, 1), Plan("sobol", "sobol", 8, 2), Plan("lhs 8", "lhs", 8, 2)]
+    random, sobol, many = (1024, 32, 512) if wall == "joints" else (2048, 128, 512)
+    plans = [Plan("random", "random", random, 1), Plan("sobol", "sobol", sobol, 16)]
+    for name in walls.VARIANTS[wall]:
+        cheaper = name in ("larger blocks", "two contacts")
+        plans.append(Plan(name, "random", many if cheaper else many // 2, 1, name))
+    sizes = (16, 64) if wall == "window" else ()
+    return plans + [Plan(f"lhs {n}", "lhs", n, 16) for n in sizes]
+
+
+def rare_plans(wall: str, quick: bool = False) -> list[Plan]:
+    """Return the sets that tell errors of a small probability, subset simulation apart."""
+    if quick:
+        return [Plan("rare random", "random", 24, 1, rare=True),
+                Plan("importance", "random", 8, 2, rare=True, shifted=True)]  # fmt: skip
+    if wall == "joints":  # nothing that holds for a wall decides: there is nothing to shift
+        return [Plan("rare random", "random", 1024, 1, rare=True)]
+    return [
+        Plan("rare random", "random", 2048, 1, rare=True),
+        Plan("importance", "random", 128, 16, rare=True, shifted=True),
+        Plan("importance sobol", "sobol", 128, 16, rare=True, shifted=True),
+        Plan("rare sobol", "sobol", 256, 16, rare=True),
+    ]
+
+
+def file_of(folder: Path, wall: str, plan: Plan) -> Path:
+    """Return where a set is kept."""
+    return folder / wall / f"{plan.name.replace(' ', '_')}.npz"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--wall", nargs="+", choices=("joints", "window"), default=["window", "joints"])
+    parser.add_argument("--seconds", type=float, default=1e9, help="stop after so many, by the clock")
+    parser.add_argument("--quick", action="store_true", help="a few walls of each set, to see that it runs")
+    parser.add_argument("--page", action="store_true", help="read errors from what there is")
+    parser.add_argument("--from-data", action="store_true", help="page and picture again, nothing else")
+    parser.add_argument("--output", type=Path, default=HERE / "results", help="folder of the sets")
+    parser.add_argument("--into", type=Path, default=HERE, help="folder of data.csv, picture and page")
+    options = parser.parse_args()
+    if options.from_data:
+        page.write(options.into)
+        return
+    stop = time.monotonic() + max(options.seconds - 45, 0.7 * options.seconds)  # the rest is for reading the sets
+    complete = True
+    if not options.page:
+        for stage in range(len(STAGES)):
+            for wall in options.wall:
+                complete = complete and solve_stage(options, stage, wall, lambda: time.monotonic() > stop)
+    if not complete:
+        print("not complete; the same call goes on")
+    sets = [(wall, curve_plans(wall, options.quick), rare_plans(wall, options.quick)) for wall in options.wall]
+    errors.write(options.into, options.output, sets)
+    page.write(options.into)
+
+
+def solve_stage(options: argparse.Namespace, stage: int, wall: str, over: Callable[[], bool]) -> bool:
+    """Solve what is next of one wall as far as time allows; return whether it is there."""
+
+    def say(line: str) -> None:
+        print(line, flush=True)
+
+    if STAGES[stage] == "costs":
+        costs.measure(options.output, wall, options.quick, say)
+        return True
+    if STAGES[stage] == "subset simulation":
+        return rare.subsets(options.output, wall, options.quick, over, say)
+    plans = curve_plans(wall, options.quick) if STAGES[stage].startswith("curves") else rare_plans(wall, options.quick)
+    chosen = plans[2:] if STAGES[stage].endswith("more") else plans[:2]
+    return all(walls.solve(wall, plan, file_of(options.output, wall, plan), over, say) for plan in chosen)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""The benchmark of probabilities: its measure of errors where the answer is known, and its small form."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import special
+
+from damagepred.uq.samplers import unit_points
+from tests.conftest import ROOT
+
+ROOM = ROOT / "studies" / "benchmarks" / "probabilities"
+STEP = 0.05e-3
+
+
+@pytest.fixture
+def room(monkeypatch: pytest.MonkeyPatch) -> dict[str, ModuleType]:
+    """Import the room's files, and forget them again."""
+    monkeypatch.syspath_prepend(str(ROOM.parent))
+    monkeypatch.syspath_prepend(str(ROOM))
+    import errors
+    import page
+    import walls
+
+    yield {"errors": errors, "page": page, "walls": walls}
+    for name in ("errors", "floors", "page", "pages", "walls"):  # other rooms have files of these names, too
+        sys.modules.pop(name, None)
+
+
+def known_walls(room: dict[str, ModuleType], normal: np.ndarray, factor: float = 1.0) -> object:
+    """Return walls whose capacities are lognormal, median 1 mm times a factor, dispersion 0.4; known within steps."""
+    capacity = factor * 1e-3 * np.exp(0.4 * normal)
+    upper = STEP * np.ceil(capacity / STEP)
+    return room["walls"].Bank(upper - STEP, upper, np.ones_like(upper), 0)
+
+
+def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room["errors"], "DRAWS", 120)
+    monkeypatch.setattr(sys.modules["floors"], "AGAIN", 40)
+    monkeypatch.setattr(room["errors"], "powers", lambda a, b: [n for n in (64, 256, 1024) if n <= b])
+    random = np.random.default_rng(1).standard_normal((1, 8192))
+    points = np.array([unit_points("sobol", 1, 256, seed)[:, 0] for seed in range(16)])
+    banks = {
+        "random": known_walls(room, random),
+        "sobol": known_walls(room, special.ndtri(points)),
+        "larger blocks": known_walls(room, random, 1.08),
+        "two contacts": known_walls(room, random, 1.005),
+    }
+    cost = pd.Series({"path": 0.02, **dict.fromkeys(room["walls"].VARIANTS["joints"], 0.002)})
+    rows = pd.DataFrame(room["errors"].curve_rows("joints", banks, cost))
+    median = rows[rows["question"] == "median"].set_index(["method", "walls"])
+    assert median.loc[("random", 64), "truth"] == pytest.approx(1e-3, rel=0.01)
+    # of a lognormal's median: dispersion over the root of the number of walls
+    for n in (64, 256, 1024):
+        assert median.loc[("random", n), "error"] == pytest.approx(0.4 / math.sqrt(n), rel=0.2)
+    slope, _ = room["page"].order(median.xs("random").reset_index())
+    assert slope == pytest.approx(-0.5, abs=0.08)
+    assert median.loc[("Sobol", 256), "error"] < 0.2 * median.loc[("random", 256), "error"]
+    near = rows[rows["question"] == "probability near 0.1"].set_index(["method", "walls"])
+    p = near["truth"].iloc[0]
+    assert near.loc[("random", 256), "error"] == pytest.approx(math.sqrt((1 - p) / (256 * p)), rel=0.2)
+    # a coarse wall at a tenth of the cost with nearly the same answer pays, its pilot counted
+    gains = room["page"].with_gain(rows.assign(wall="joints"))
+    pays = gains[(gains["method"] == "two-level, two contacts") & (gains["question"] == "probability near 0.1")]
+    assert pays["gain"].iloc[-1] > 1.3
+    floors = pd.DataFrame(room["errors"].floors_of("joints", banks, room["errors"].questions(banks["random"])))
+    floors = floors[floors["question"] == "median"].set_index("what")
+    assert floors.loc["larger blocks", "difference"] == pytest.approx(0.08, abs=0.005)
+    assert abs(floors.loc["lognormal form", "difference"]) < 4 * floors.loc["lognormal form", "error"] + 1e-3
+
+
+def test_a_bias_is_no_scatter(room: dict[str, ModuleType]) -> None:
+    found = 1.1 + 0.05 * np.random.default_rng(2).standard_normal(4000)
+    ask, truth = room["errors"].Question("median", np.nan), room["errors"].Truth(1.0, 0.0)
+    row = room["errors"].row_of(ask, "random", 1, 1.0, found, truth, 4000)
+    assert row["error"] == pytest.approx(math.hypot(0.1, 0.05), rel=0.03)
+    assert row["bias"] == pytest.approx(0.1, rel=0.03)
+    assert row["lower"] < math.hypot(0.1, 0.05) < row["upper"]
+
+
+def test_page_and_picture_come_from_the_data(room: dict[str, ModuleType], tmp_path: Path) -> None:
+    for file in (*ROOM.glob("*.csv"), ROOM / "README.md"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    room["page"].write(tmp_path)
+
+    def written(page: Path) -> list[str]:
+        text = page.read_text(encoding="utf-8").split("<!-- written by run.py -->")[1]
+        return [line for line in text.splitlines() if line.startswith("|")]
+
+    assert written(tmp_path / "README.md") == written(ROOM / "README.md")
+    assert (tmp_path / "errors.png").stat().st_size > 20_000
+
+
+@pytest.mark.slow
+def test_the_small_form_runs(tmp_path: Path) -> None:
+    call = [
+        sys.executable, str(ROOM / "run.py"), "--quick", "--wall", "window", "--output", str(tmp_path), "--into",
+        str(tmp_path),
+    ]  # fmt: skip
+    done = subprocess.run(call, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    rows = pd.read_csv(tmp_path / "data.csv")
+    assert {"random", "Sobol", "Latin hypercube", "importance"} <= set(rows["method"])
+    # random walls' small probability: what the formula says of the probability found
+    rare = rows[(rows["question"] == "small probability") & (rows["method"] == "random")].iloc[0]
+    assert rare["error"] == pytest.approx(math.sqrt((1 - rare["truth"]) / (rare["truth"] * rare["walls"])), rel=1e-3)
+    again = subprocess.run(call, capture_output=True, text=True)  # nothing is solved twice
+    assert again.returncode == 0
+    assert " of " not in again.stdout
