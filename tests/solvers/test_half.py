@@ -180,9 +180,9 @@ def test_the_walls_of_the_test_follow_the_same_path(name: str, deflection: float
 
 
 @pytest.mark.parametrize("length", [EVEN, ODD])
-@pytest.mark.parametrize("deflection", [5e-6, 2e-3])
+@pytest.mark.parametrize("deflection", [5e-6, 1.2e-3])
 def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
-    """Elastic, and open along the dpc. Where more bonds break, a jolt or rounding decides which of them."""
+    """Elastic, and open along the dpc. Farther, from 1.8 mm, a jolt or rounding decides what breaks or slides first."""
     settings = Solver(method="explicit", tolerance=1e-4)
     strong = Joint(tensile_strength=1e6, cohesion=1e6)
     wall = scene(length, joint=strong, dpc=Dpc() if deflection > 1e-3 else None)
