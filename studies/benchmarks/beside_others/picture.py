@@ -52,7 +52,7 @@ def draw_times(runs: pd.DataFrame, path: Path) -> None:
 
 
 def draw_gap(runs: pd.DataFrame, moved: pd.DataFrame, size: str, path: Path) -> None:
-    """Draw how each solver has the wall stand over the ground that dropped: by default, or its run with the least residual."""
+    """Draw the wall over the ground that dropped, solver by solver: by default, or its run with the least residual."""
     part = runs[(runs["case"] == "gap") & (runs["size"] == size) & (runs["residual"] < SETTLED)]
     part = part[part["solver"].isin(LOOKS)]
     part = part.sort_values("residual").sort_values("settings", key=lambda c: c != "default", kind="stable")
