@@ -86,7 +86,11 @@ def draw_gap(runs: pd.DataFrame, moved: pd.DataFrame, size: str, path: Path) -> 
             ax.fill(*ground.T, color="0.75")
         settings = "" if run["settings"] == "default" else f"\n{run['settings']}"
         ax.set_title(f"{NAMES[run['solver']]}{settings}", fontsize=9)
-        ax.set(xlim=(-0.3, corners[..., 0].max() + 0.3), ylim=(-0.2, corners[..., 1].max() + 0.05), aspect="equal")
+        ax.set(
+            xlim=(-0.3, corners[..., 0].max() + 0.3),
+            ylim=(-0.1 - larger * max(case["drop"]), corners[..., 1].max() + 0.05),
+            aspect="equal",
+        )
         ax.set_xticks([])
         ax.set_yticks([])
     bar = figure.colorbar(ScalarMappable(norm, "viridis_r"), ax=panels, shrink=0.8)
