@@ -20,6 +20,8 @@ from damagepred.errors import InputError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+SHORTEST = 1e-6
+"""Share of the longest edge below which cells of another shrink to a point: gridpoints are joined by their places."""
 MOST_ZONES = 2_000_000
 """Zones that are cut at most: beyond, a slip of the unit is likelier than a wish."""
 SIDE_BY_SIDE = 8
@@ -176,7 +178,7 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
     Raises
     ------
     InputError
-        If that would make more zones than anyone wants.
+        If that would make more zones than anyone wants, or an edge is too short to be cut.
 
     Returns
     -------
@@ -202,6 +204,12 @@ def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple
         quads = [np.array([c, m, (x, y), b]) for c, m, b in zip(corners, middle, np.roll(middle, 1, axis=0))]
         longest = max(np.hypot(*(np.roll(q, -1, axis=0) - q).T).max() for q in quads)
         cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
+        shortest = float(np.hypot(*(middle - corners).T).min())
+        if shortest < SHORTEST * cells[0] * longest:
+            raise InputError(
+                f"zone_size = {size:g} m: an edge of {2 * shortest:g} m is too short to be cut into zones in a "
+                f"block of {2 * longest:g} m; leave out one of its corners, or keep the block rigid (zone_size = 0)."
+            )
     if (count := _zones_of(quads, cells)) > MOST_ZONES:
         raise InputError(
             f"zone_size = {size:g} m: would cut one block into {count} zones, and {MOST_ZONES} are the most; take "

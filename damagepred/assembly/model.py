@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -369,12 +370,23 @@ class Model:
         """Mass of each block (kg)."""
         return self.density * self.blocks.area * self.block_law.thickness
 
+    @cached_property
+    def moves(self) -> BoolArray:
+        """Whether each block (n,) can move by itself in any direction, being not held or moved altogether."""
+        free = np.ones(3 * self.n_blocks, dtype=np.bool_)
+        free[self.supports.prescribed[self.supports.prescribed < free.size]] = False
+        return free.reshape(-1, 3).any(axis=1)
+
     @property
     def mean_block_weight(self) -> float:
-        """Mean weight of a block (N), from the dead loads, else the live ones; the yardstick for unbalanced forces."""
-        for load in (self.supports.load, self.supports.live_load):
-            forces = load.reshape(-1, 3)[:, :2]
-            total = float(np.hypot(forces[:, 0], forces[:, 1]).mean())
-            if total > 0:
-                return total
+        """Mean weight of a block (N), from the dead loads, else the live ones; the yardstick for unbalanced forces.
+
+        A block that is held or moved altogether, a plate under a wall, has no say: however heavy, it carries nothing.
+        """
+        for which in (self.moves, ~self.moves):
+            for load in (self.supports.load, self.supports.live_load):
+                forces = load.reshape(-1, 3)[which, :2]
+                total = float(np.hypot(forces[:, 0], forces[:, 1]).mean()) if which.any() else 0.0
+                if total > 0:
+                    return total
         return 1.0

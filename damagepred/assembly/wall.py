@@ -31,7 +31,18 @@ from damagepred.assembly.model import Ground, Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
-from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Footing, Joint, Opening, Scene, Solver, Wall
+from damagepred.scene import (
+    BlockMaterial,
+    ControlJoint,
+    Dpc,
+    Footing,
+    Joint,
+    Movement,
+    Opening,
+    Scene,
+    Solver,
+    Wall,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -82,7 +93,9 @@ def _geometry(
     deformable: frozenset[int] | None,
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
-    scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc)
+    # the movement says nothing about the bricks; its default is too much for a short wall
+    still = Movement(central_deflection=0.0)
+    scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc, movement=still)
     bricks = lay_bricks(scene)
     assembly = Assembly(thickness=wall.thickness)
     for number, brick in enumerate(bricks):

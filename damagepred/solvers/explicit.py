@@ -19,6 +19,7 @@ from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
+from damagepred.solvers.falling import goes_on, lasting_bonds
 from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump, Pumped
 from damagepred.solvers.increment import Increment
@@ -340,6 +341,8 @@ class Run:
             if spent >= self.settings.maximum_cycles:
                 if self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
                     self._diverged(increment, spent, "blocks swing with more energy than the loads can have given them")
+                if self.falls():
+                    return largest, True
                 worst = block_of_dof(self.model, int(ratio.argmax()))
                 short = "" if missing < DEFLECTION_FOUND else f", the deflection is {missing:.2g} m short"
                 raise ConvergenceError(
@@ -349,6 +352,17 @@ class Run:
                     increment=increment,
                     block=worst,
                 )
+
+    def falls(self) -> bool:
+        """Tell whether a wall that does not settle is on its way down; it is left where that took it."""
+        if self.pump is not None:
+            return False
+        pushed = Run(lasting_bonds(self.model), self.settings, settle_every=0)
+        pushed.resume(*self.standing())
+        if not goes_on(pushed):
+            return False
+        self.resume(*pushed.standing())
+        return True
 
     def missing_deflection(self) -> float:
         """Return by how much (m) the deflection differs from that which the jacks are to make; 0 without."""

@@ -107,8 +107,10 @@ def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArr
     ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
     supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
     jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
-    # half a block beyond twice what ground and supports have moved
-    allowed = 0.5 * float(np.sqrt(model.blocks.area.max())) + 2.0 * progress * max(ground, supports, jacks)
+    # half the largest block that can move beyond twice what ground and supports have moved
+    moves = model.moves if model.moves.any() else ~model.moves
+    size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
+    allowed = 0.5 * size + 2.0 * progress * max(ground, supports, jacks)
     allowed += 2.0 * _settlement(model)
     return np.asarray(np.hypot(moved[:, 0], moved[:, 1]) > allowed)
 

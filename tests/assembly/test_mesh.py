@@ -132,3 +132,14 @@ def test_a_slip_of_the_unit_is_refused_before_it_fills_the_memory() -> None:
     bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(9)]
     with pytest.raises(InputError, match="in all"):
         mesh_of(bricks, dict.fromkeys(range(9), 0.00055))
+
+
+@pytest.mark.parametrize(("cut", "stands"), [(1e-3, True), (1e-6, True), (1e-8, False)])
+def test_an_edge_that_zones_cannot_tell_from_a_point_is_refused(cut: float, stands: bool) -> None:
+    corners = np.array([(cut, 0.0), (0.24, 0.0), (0.24, 0.075), (0.0, 0.075), (0.0, cut)])
+    if stands:
+        pattern, _ = cut_into_zones(corners, 0.075)
+        assert len(pattern.zones) == 4 * 5 * 4
+    else:
+        with pytest.raises(InputError, match=r"an edge of 1.41421e-08 m is too short"):
+            cut_into_zones(corners, 0.075)

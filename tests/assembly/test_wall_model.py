@@ -420,3 +420,9 @@ def test_dpc_above_the_wall_that_openings_make():
     scene = Scene(dpc=Dpc(course=31), opening=(Opening(x=2.4, y=0.11, width=0.96, height=0.11),))
     with pytest.raises(InputError, match=r"dpc.course = 31: the wall has 31 courses; take 1 to 30"):
         wall_model(scene)
+
+
+def test_a_wall_shorter_than_ten_times_the_default_movement() -> None:
+    """Its bricks are laid whatever a movement it does not have would ask."""
+    scene = Scene(wall=Wall(length=0.06, block_length=0.06), movement=Movement(central_deflection=1e-4))
+    assert wall_model(scene).n_blocks == 16 + 32

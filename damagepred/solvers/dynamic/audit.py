@@ -101,6 +101,7 @@ class Audit:
         self._dead = [part.load.copy() for part in self._moving]
         self._kinetic, self._damped = self._half_steps()
         self._elastic = self.elastic_energy()
+        self._given = self._seen = 0.0
 
     def _half_steps(self) -> tuple[float, float]:
         """Return the kinetic energy, and the work of damping in the half step before now."""
@@ -154,8 +155,18 @@ class Audit:
             external - change - friction - fracture - plastic - released - damping,
         )  # fmt: skip
 
-    def out_of_bounds(self, factor: float) -> bool:
-        """Tell whether there is more energy than a multiple of what there was at first and was put in."""
+    def out_of_bounds(self, factor: float, made: float) -> bool:
+        """Tell whether there is more energy than a multiple of what has gone about so far, or more was made of nothing.
+
+        Parameters
+        ----------
+        factor : float
+            Of what there was at first and was put in at most; a block that bounces gives it back time and again.
+        made : float
+            Share of that, and of what there has been at most, which steps that are too long may have made.
+        """
         now = self.balance()
-        given = abs(self._kinetic) + self._elastic + max(now.external_work, 0.0)
-        return not now.kinetic_energy + now.elastic_energy <= factor * given + 1e-300
+        there = now.kinetic_energy + now.elastic_energy
+        self._given = max(self._given, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
+        self._seen = max(self._seen, self._given, there)
+        return not (there <= factor * self._given + 1e-300 and -now.energy_error <= made * self._seen + 1e-300)

@@ -41,8 +41,9 @@ STRETCH = 5_000_000
 """Points times steps between two looks at the interrupt key and at whether all is finite."""
 AT_REST = 3
 """Outputs in a row at which all must be slow."""
-ABSURD = 10.0
-"""Energy out of balance over the energy there was and was put in, from which a run has diverged."""
+ABSURD, MADE = 10.0, 0.5
+"""Energy over what there was and was put in at most, and made out of nothing over what went about, from which a run has
+diverged. Steps as long as they may be make some where blocks bounce without damping."""
 
 
 class Imposed(NamedTuple):
@@ -209,7 +210,7 @@ class DynamicRun:
             if self.far > 0.0 and self._moved() > self.far:
                 self._look_around()
         self.output += 1
-        if self.audit.out_of_bounds(ABSURD):
+        if self.audit.out_of_bounds(ABSURD, MADE):
             self._diverged(self.time)
 
     def _moved(self) -> float:

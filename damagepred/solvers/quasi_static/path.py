@@ -29,7 +29,7 @@ from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
-from damagepred.solvers.quasi_static.relaxation import come_to_rest
+from damagepred.solvers.quasi_static.relaxation import come_to_rest, pushed_on, unbalanced_on_its_way
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
 from damagepred.solvers.state import JointMemory, come_loose, contact_states, without_bond
@@ -223,7 +223,8 @@ class Path:
             trial = state.at(*target)
             worst, jumped = self.equilibrium.find(trial, ahead), False
             lost = self.equilibrium.lost(trial)
-            if fallen is None and lost:
+            # zones that yield may run away, and the blocks with them hardly move: that tells nothing yet
+            if fallen is None and lost and come_loose(self.model, trial.displacement, target[1]).any():
                 fallen = trial
             if worst >= self.tolerance and halvings < HALVINGS and falls is None:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
@@ -296,7 +297,8 @@ class Path:
 
         Friction does not derive from an energy: there are loads under which two joints push each other to and fro by
         turns, and no choice of which of them slides is an equilibrium. The wall then trembles about a place; if that
-        is as near to balance as the explicit solver asks for, it counts as rest, and is noted in ``roughest``.
+        is as near to balance as the explicit solver asks for, it counts as rest, and is noted in ``roughest``. A wall
+        that creeps may be as near to balance, but goes on when it is pushed: it falls.
         """
         equilibrium, worst = self.equilibrium, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
@@ -320,6 +322,9 @@ class Path:
             since, mark = (0, least) if least < 0.5 * mark else (since + 1, mark)
             if least < AT_REST and since >= IN_VAIN:
                 break
+        falling = pushed_on(self.model, resting, nearly_at_rest=least < AT_REST)
+        if falling is not None:
+            return falling, np.inf
         if not least < AT_REST:
             return resting, worst
         self.roughest = max(self.roughest, equilibrium.settle_for(nearest))
@@ -512,6 +517,8 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
             ended = path.carried() <= 0.0  # nothing is, not even in the level state
         state = path.state
         collapsed = bool(come_loose(model, state.displacement, state.progress).any())
+        if collapsed and not np.isfinite(worst):
+            worst = unbalanced_on_its_way(path.model, state)
         if worst >= path.tolerance and not collapsed:
             force, _ = path.equilibrium.unbalanced(state, state.displacement)
             block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))

@@ -15,6 +15,7 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
+from damagepred.solvers.falling import FEW, ROUNDS, goes_on, lasting_bonds
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.state import come_loose, fields_of
@@ -39,14 +40,9 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
         Nearer and nearer to rest; the last one, if a part of the wall has come loose, with that part on its way.
     """
     law = model.properties
-    # no bond breaks meanwhile
-    holds = np.full_like(law.tensile_strength, np.inf)
-    lasting = law._replace(tensile_strength=holds, brittle_shear=np.zeros_like(law.brittle_shear))
     softens = law.critical_opening > 0
-    lasting.tensile_strength[softens] = law.tensile_strength[softens]
-    run = Run(
-        replace(model, properties=lasting, jacks=None), Solver(), settle_every=0
-    )  # nor do sections crack for good
+    # no bond breaks meanwhile, nor do sections crack for good
+    run = Run(replace(lasting_bonds(model), jacks=None), Solver(), settle_every=0)
     if model.jacks is not None:
         run.motion.load[:] = start.load * run.motion.load + start.jack * model.jacks.push
     load = start.load if model.jacks is None else 1.0
@@ -65,3 +61,46 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
         yield replace(start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic)
         if come_loose(model, run.motion.displacement, start.progress).any():
             return
+
+
+def pushed_on(model: Model, state: State, nearly_at_rest: bool) -> State | None:
+    """Push a wall on that does not come to rest; return it with what comes loose on its way, None if it is held.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    state : State
+        Where it has come to.
+    nearly_at_rest : bool
+        Whether what is out of balance is little; then it is not pushed as long.
+    """
+    if model.jacks is not None:
+        return None
+    run = _at(model, state)
+    if not goes_on(run, FEW if nearly_at_rest else ROUNDS):
+        return None
+    plastic = state.plastic if run.zones is None else run.zones.plastic()
+    return replace(state, displacement=run.motion.displacement, memory=memory_of(run.joints), plastic=plastic)
+
+
+def unbalanced_on_its_way(model: Model, state: State) -> float:
+    """Return the largest unbalanced force over the mean block weight of a wall that falls.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    state : State
+        Where it was last seen.
+    """
+    run = _at(model, state)
+    run.cycle(1)
+    return float(run.unbalanced().max())
+
+
+def _at(model: Model, state: State) -> Run:
+    """Return the explicit scheme with lasting bonds in a state, at rest."""
+    run = Run(replace(lasting_bonds(model), jacks=None), Solver(), settle_every=0)
+    run.resume(state.displacement, state.memory, state.load, state.progress, state.plastic, sections=state.sections)
+    return run

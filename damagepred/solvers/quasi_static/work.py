@@ -122,8 +122,10 @@ class WorkBalance:
         self._torn += torn
         softened += self._torn
         moved = state.displacement - self._displacement
-        dead = 0.5 * (state.load + self._load) * float(self._loads[0] @ moved)
-        live = 0.5 * (state.progress + self._progress) * float(self._loads[1] @ moved)
+        # a wall that gives way does so under the load that it has come to
+        before = (state.load, state.progress) if gave_way else (self._load, self._progress)
+        dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
+        live = 0.5 * (state.progress + before[1]) * float(self._loads[1] @ moved)
         work = dead + live + 0.5 * (power + self._power) * (state.progress - self._progress)
         if model.jacks is not None:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)

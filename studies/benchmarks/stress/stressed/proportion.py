@@ -1,10 +1,15 @@
-"""The stacks that are stressed: each with one thing out of proportion, and how far its blocks go down."""
+"""Stacks with one thing out of proportion, and how far their blocks go down.
+
+A stack of four bricks (three blocks where there is a sliver) stands on the ground under its own weight, its joints
+strong enough to stay elastic, so that there is one answer: that of a direct solution whose residuals are taken in
+longer numbers.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +17,9 @@ from scipy.sparse.linalg import splu
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.scene import BlockMaterial, Joint
 from damagepred.solvers.stiffness import dead_load, elastic_stiffness, follow_up, held_dofs
+from stressed.case import Case, Check, Found
 
 FloatArray = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -21,22 +27,6 @@ LENGTH, HEIGHT, COUNT = 0.24, 0.075, 4
 MODULUS = 9e9
 BOND = {"tensile_strength": 1e12, "cohesion": 1e12}
 """Joints that stay elastic, so that there is one answer."""
-
-
-class Case(NamedTuple):
-    """One stress of one size.
-
-    Attributes
-    ----------
-    stress, size : str
-        What is out of proportion, and how much.
-    build : callable
-        Whether blocks are deformable -> the stack.
-    """
-
-    stress: str
-    size: str
-    build: Callable[[bool], Assembly]
 
 
 def joint(stiffness: float = 82e9) -> Joint:
@@ -103,32 +93,52 @@ def cracking_wall(deformable: bool, at: float) -> Assembly:
 
 def cases() -> list[Case]:
     """Return all stresses, from none to the largest."""
-    found = [Case("none", "", stack)]
+    found: list[tuple[str, str, Callable[[bool], Assembly]]] = [("in proportion", "", stack)]
     for power in (2, 4, 6):
         ratio = 10.0**power
         found += [
-            Case("soft joints among stiff ones", f"1 : 1e{power}",
-                 lambda d, r=ratio: stack(d, stiffness=(8.2e12 / r, 8.2e12))),
-            Case("stiff joints between soft blocks", f"k_n h/E = 1e{power}",
-                 lambda d, r=ratio: stack(d, stiffness=(r * 1e8 / HEIGHT,) * 2, modulus=(1e8, 1e8))),
-            Case("soft blocks among stiff ones", f"1 : 1e{power}",
-                 lambda d, r=ratio: stack(d, modulus=(9e12 / r, 9e12))),
+            ("soft joints among stiff ones", f"1 : 1e{power}",
+             lambda d, r=ratio: stack(d, stiffness=(8.2e12 / r, 8.2e12))),
+            ("stiff joints between soft blocks", f"k_n h/E = 1e{power}",
+             lambda d, r=ratio: stack(d, stiffness=(r * 1e8 / HEIGHT,) * 2, modulus=(1e8, 1e8))),
+            ("soft blocks among stiff ones", f"1 : 1e{power}",
+             lambda d, r=ratio: stack(d, modulus=(9e12 / r, 9e12))),
         ]  # fmt: skip
     for power in (2, 4):
         ratio = 10.0**power
         found += [
-            Case("heavy blocks on light ones", f"1e{power} : 1", lambda d, r=ratio: stack(d, density=(2.0, 2.0 * r))),
-            Case("light blocks on heavy ones", f"1 : 1e{power}", lambda d, r=ratio: stack(d, density=(2.0 * r, 2.0))),
+            ("heavy blocks on light ones", f"1e{power} : 1", lambda d, r=ratio: stack(d, density=(2.0, 2.0 * r))),
+            ("light blocks on heavy ones", f"1 : 1e{power}", lambda d, r=ratio: stack(d, density=(2.0 * r, 2.0))),
         ]
     for ratio in (10.0, 50.0, 1e3, 1e5):
-        found.append(Case("slivers", f"{ratio:g} : 1", lambda d, r=ratio: slivers(d, r)))
+        found.append(("slivers", f"{ratio:g} : 1", lambda d, r=ratio: slivers(d, r)))
     for ratio in (10.0, 50.0):
-        found.append(Case("flat blocks", f"{ratio:g} : 1", lambda d, r=ratio: stack(d, height=LENGTH / r)))
-        found.append(Case("slender blocks", f"1 : {ratio:g}", lambda d, r=ratio: stack(d, height=LENGTH * r)))
+        found.append(("flat blocks", f"{ratio:g} : 1", lambda d, r=ratio: stack(d, height=LENGTH / r)))
+        found.append(("slender blocks", f"1 : {ratio:g}", lambda d, r=ratio: stack(d, height=LENGTH * r)))
     for far in (1e3, 1e4, 1e6):
-        found.append(Case("far coordinates", f"{far / 1e3:g} km", lambda d, r=far: stack(d, at=(r, r))))
-    order = list(dict.fromkeys(case.stress for case in found))
-    return sorted(found, key=lambda case: order.index(case.stress))
+        found.append(("far coordinates", f"{far / 1e3:g} km", lambda d, r=far: stack(d, at=(r, r))))
+    own = {"lump_block_elasticity": False}
+    made = [
+        Case("proportion", f"{stress} {size}".strip(), make, "stands", against_reference, settings=own,
+             elastic_start=False)
+        for stress, size, make in found
+    ]  # fmt: skip
+    slow = ("stiff joints between soft blocks k_n h/E = 1e6", "slivers 100000 : 1")
+    made += [
+        replace(case, name=f"{case.name}, from the elastic start", elastic_start=True, ways=("explicit, deformable",))
+        for case in made
+        if case.name in slow
+    ]
+    return sorted(made, key=lambda case: case.name)
+
+
+def against_reference(found: Found) -> Check:
+    """Compare how far blocks go down with the direct solution."""
+    exact = reference(found.model)
+    error = np.abs(found.path[0].displacement - exact)[:, :2].max() / np.abs(exact[:, :2]).max()
+    if found.run is not None:
+        error = np.abs(found.path[-1].displacement - exact)[:, :2].max() / np.abs(exact[:, :2]).max()
+    return Check("direct solution", float(error))
 
 
 def reference(model: Model) -> FloatArray:
@@ -150,8 +160,3 @@ def reference(model: Model) -> FloatArray:
     displacement = np.zeros(model.size)
     displacement[free] = scale * found.astype(np.float64)
     return follow_up(model, displacement)[: 3 * model.n_blocks].reshape(-1, 3)
-
-
-def settings(method: str) -> Solver:
-    """Return the solver's settings: its own, but that the joints alone are elastic."""
-    return Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]

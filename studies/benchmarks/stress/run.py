@@ -1,0 +1,105 @@
+"""Stress all solvers with extremes, and count what comes of it.
+
+    python studies/benchmarks/stress/run.py [--family NAME] [--way NAME] [--fresh] [--from-data] [-j N]
+
+Every case is solved in a process of its own, within ``--limit`` seconds. What is done is kept in ``cases.csv`` and not
+done again, unless with ``--fresh``; the same command goes on where it was stopped. ``--quick`` takes every twentieth
+case and keeps nothing; ``--from-data`` makes the page from what is kept.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
+
+import pandas as pd  # noqa: E402
+from pages import machine, markdown, put_in  # noqa: E402
+from stressed import page  # noqa: E402
+from stressed.campaign import jobs, run  # noqa: E402
+from stressed.time_steps import SHARES, cracking, longer_steps, refused_words  # noqa: E402
+
+CASES, STEPS, CRACKS, MACHINE = (HERE / name for name in ("cases.csv", "time_steps.csv", "cracking.csv", "machine.txt"))
+EVERY = 20
+"""Of the cases, one in so many is of the quick form."""
+
+
+def time_steps() -> None:
+    """Run what stresses the time step, and keep it."""
+    rows = [
+        {"share": share, "solver": name} | found.row()
+        for share in SHARES
+        for name, found in longer_steps(share).items()
+    ]
+    pd.DataFrame(rows).to_csv(STEPS, index=False, float_format="%.2g")
+    pd.DataFrame(cracking()).to_csv(CRACKS, index=False, float_format="%.2g")
+
+
+def tables() -> str:
+    """Return all tables, from what is kept."""
+    rows = page.read(CASES)
+    parts = [
+        page.in_a_word(rows), page.summary(rows), "![Share of the runs of each solver](verdicts.png)",
+        f"Measured on {MACHINE.read_text(encoding='utf-8').strip()}.",
+        "### What answers were checked against", page.second_answers(rows),
+    ]  # fmt: skip
+    for verdict, title in (
+        ("FAILED", "Failed"), ("WRONG", "Wrong"), ("gave up", "Gave up, with these words"),
+        ("fell", "Fell, where statics alone do not say that they must"), ("refused", "Refused, with these words"),
+    ):  # fmt: skip
+        parts += [f"### {title}", page.listed(rows, verdict)]
+    steps = pd.read_csv(STEPS)
+    steps["cell"] = [r.verdict if r.verdict != "right" else f"{r.off:.0e}" for r in steps.itertuples()]
+    wide = steps.pivot(index="share", columns="solver", values="cell")[steps["solver"].drop_duplicates()]
+    wide = wide.reset_index().rename(columns={"share": "share of the limit"})
+    parts += ["### Time steps", "Error where it is right, over the largest displacement.", markdown(wide)]
+    parts += ["Asked for by the user:", "\n".join(f"- {words}" for words in refused_words())]
+    parts += ["### A wall that cracks, far away and at other time steps", markdown(pd.read_csv(CRACKS).fillna(""))]
+    return "\n\n".join(parts)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--family", action="append", default=[], help="only this family (repeat for more)")
+    parser.add_argument("--way", action="append", default=[], help="only this solver, as 'explicit, rigid'")
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds that one case may take (120)")
+    parser.add_argument("-j", "--processes", type=int, default=1, help="side by side (1)")
+    parser.add_argument("--csv", type=Path, default=CASES, help="where rows are kept")
+    parser.add_argument("--fresh", action="store_true", help="forget what is kept")
+    parser.add_argument("--quick", action="store_true", help=f"every {EVERY}th case, keeping nothing")
+    parser.add_argument("--from-data", action="store_true", help="only make the page, from what is kept")
+    options = parser.parse_args()
+    wanted = jobs(options.family, options.way)
+    if options.quick:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "cases.csv"
+            run(wanted[::EVERY], file, options.limit, options.processes)
+            rows = page.read(file)
+        print(page.in_a_word(rows))
+        return int(rows["verdict"].isin(["WRONG", "FAILED"]).any())
+    if not options.from_data:
+        if options.fresh:
+            options.csv.unlink(missing_ok=True)
+        if options.fresh or not STEPS.exists():
+            time_steps()
+            MACHINE.write_text(machine() + "\n", encoding="utf-8")
+        print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)
+        run(wanted, options.csv, options.limit, options.processes)
+        if options.csv != CASES or options.family or options.way:
+            print(page.in_a_word(page.read(options.csv)))
+            return 0
+    page.draw(page.read(CASES)).figure.savefig(HERE / "verdicts.png")
+    put_in(HERE / "README.md", tables())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

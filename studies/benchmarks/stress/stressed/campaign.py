@@ -1,0 +1,98 @@
+"""Run cases, each in a process that may die or hang without harm; what is done is kept, and not done again."""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from collections.abc import Iterable
+from concurrent.futures import TimeoutError as TooLate
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pebble import ProcessExpired, ProcessPool
+
+from stressed.case import WAYS
+from stressed.families import all_cases
+from stressed.judging import judge
+
+Job = tuple[str, str, str]
+COLUMNS = ("family", "case", "way", "verdict", "by", "off", "seconds", "message")
+
+
+def jobs(families: Iterable[str] = (), ways: Iterable[str] = ()) -> list[Job]:
+    """Return what there is to do: family, case and way of each."""
+    wanted, asked = set(families), set(ways) or set(WAYS)
+    return [
+        (case.family, case.name, way)
+        for case in all_cases().values()
+        if not wanted or case.family in wanted
+        for way in case.ways
+        if way in asked
+    ]
+
+
+def one(job: Job) -> dict[str, Any]:
+    """Do one job."""
+    family, name, way = job
+    return judge(all_cases()[family, name], way)
+
+
+def warm_up() -> None:
+    """Compile what there is to compile, before workers are born of this process and before time is taken."""
+    with np.errstate(all="ignore"):
+        for way in WAYS:
+            one(("proportion", "in proportion", way))
+            one(("strengths", "f_t = C = 10000 Pa, mu = 0.5", way))
+            one(("strengths", "both bonds wear", way))
+
+
+def done_in(file: Path) -> list[dict[str, Any]]:
+    """Return rows that are kept."""
+    if not file.exists():
+        return []
+    with file.open(newline="", encoding="utf-8") as stream:
+        return [dict(row) for row in csv.DictReader(stream)]
+
+
+def run(wanted: list[Job], file: Path, limit: float, processes: int = 1) -> None:
+    """Run what is not yet in a file, and add it there.
+
+    Parameters
+    ----------
+    wanted : list of tuple
+        Jobs.
+    file : Path
+        Where rows are kept, one for each job.
+    limit : float
+        Seconds that one may take (by the clock) before it counts as failed.
+    processes : int
+        Side by side.
+    """
+    known = {(row["family"], row["case"], row["way"]) for row in done_in(file)}
+    todo = [job for job in wanted if job not in known]
+    if not todo:
+        return
+    warm_up()
+    begun, new = time.perf_counter(), not file.exists()
+    with file.open("a", newline="", encoding="utf-8") as stream, ProcessPool(max_workers=processes) as pool:
+        writer = csv.DictWriter(stream, fieldnames=COLUMNS, lineterminator="\n")
+        if new:
+            writer.writeheader()
+        for number, (job, future) in enumerate([(j, pool.schedule(one, args=[j], timeout=limit)) for j in todo], 1):
+            lost = dict(zip(COLUMNS, (*job, "FAILED", "", "nan", limit, "")))
+            try:
+                row = future.result()
+            except TooLate:
+                row = lost | {"message": f"took longer than {limit:g} s"}
+            except ProcessExpired as error:
+                row = lost | {"message": f"the process died: {error}"}
+            row |= {"off": f"{float(row['off']):.2g}", "seconds": f"{float(row['seconds']):.3g}"}
+            writer.writerow(row)
+            stream.flush()
+            if row["verdict"] in ("FAILED", "WRONG"):
+                print(f"{' | '.join(job)}: {row['verdict']} {row['message']}", flush=True)
+            if number % 50 == 0 or number == len(todo):
+                spent = time.perf_counter() - begun
+                print(f"{number} of {len(todo)}, {spent:.0f} s", file=sys.stderr, flush=True)

@@ -1,0 +1,167 @@
+"""One case of the campaign, the ways to solve it, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from damagepred.assembly import Assembly, Model
+from damagepred.path import assembled, model_of
+from damagepred.scene import Dynamics, Scene, Solver
+from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.explicit import explicit_path
+from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.zoned import gridpoint_mass
+
+FloatArray = NDArray[np.float64]
+
+STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", "explicit, deformable")
+IN_TIME = ("in time, rigid", "in time, deformable")
+WAYS = STATIC + IN_TIME
+"""The solvers, and whether blocks are deformable."""
+RIGID = tuple(way for way in WAYS if way.endswith("rigid"))
+"""Of which all cases are asked; zones cost more and are asked for some of them."""
+PERIODS = 30.0
+"""Of the slowest vibration that a run in time is given to come to rest, with local damping."""
+STEPS = 1_000_000
+"""Time steps that a run in time may take, fewer with more degrees of freedom: some seconds."""
+
+VERDICTS = ("right", "fell, rightly", "solved", "fell", "refused", "gave up", "not tried", "WRONG", "FAILED")
+"""What can come of a case; what each means is said on the page."""
+
+
+class Check(NamedTuple):
+    """An independent answer, and how far the solver's is from it, relative; beyond ``allowed`` it is wrong."""
+
+    by: str
+    off: float
+    allowed: float = 1e-2
+
+
+class Found(NamedTuple):
+    """What a solver found: the model, its increments or outputs, and the run if it was one in time."""
+
+    model: Model
+    path: list[Increment]
+    run: DynamicRun | None = None
+
+
+class NotTriedError(Exception):
+    """A run that would take too long to be of this campaign."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One wall with something extreme about it.
+
+    Attributes
+    ----------
+    family, name : str
+        What is extreme, and how much; together unique.
+    make : callable
+        Whether blocks are deformable -> the wall.
+    expect : {"", "stands", "falls", "refused"}
+        What statics alone say of it, where they do; or that it is no wall.
+    check : callable, optional
+        What was found -> how far it is from an independent answer; None if there is none for this way.
+    increments : int
+        Of the movement.
+    settings : dict
+        Of the solver, besides its method.
+    dynamics : callable, optional
+        Model -> how it is run in time; by default dropped on unstressed joints and damped until it rests.
+    elastic_start : bool
+        Whether the explicit solver may begin at the elastic solution under dead load, or has to cycle there.
+    explicit_tolerance : float, optional
+        Of the explicit solver; its own does not see forces of a thousandth of a block's weight.
+    follow : callable, optional
+        Model, solver -> what was found, in place of the path as it is.
+    most_steps : float
+        Of a run in time times its size in hundreds of degrees of freedom; longer ones are not tried.
+    ways : tuple of str
+        Which solvers are asked.
+    """
+
+    family: str
+    name: str
+    make: Callable[[bool], Assembly | Scene | Model]
+    expect: str = ""
+    check: Callable[[Found], Check | None] | None = None
+    increments: int = 1
+    settings: dict[str, Any] = field(default_factory=dict)
+    dynamics: Callable[[Model], Dynamics] | None = None
+    elastic_start: bool = True
+    explicit_tolerance: float | None = None
+    follow: Callable[[Model, Solver], Found] | None = None
+    most_steps: float = STEPS
+    ways: tuple[str, ...] = WAYS
+
+
+def solver_of(case: Case, way: str) -> Solver:
+    """Return the solver's settings: its own, and what the case asks for."""
+    method, _, blocks = way.partition(", ")
+    own = {"method": "explicit" if method == "explicit" else "quasi_static", "blocks": blocks}
+    if method == "explicit":
+        own["tolerance"] = case.explicit_tolerance
+    return Solver(**own | case.settings)
+
+
+def built(case: Case, way: str) -> tuple[Model, Solver]:
+    """Return the model of a case, and how it is to be solved."""
+    solver = solver_of(case, way)
+    made = case.make(way.endswith("deformable"))
+    if isinstance(made, Model):
+        return made, solver
+    if isinstance(made, Scene):
+        return model_of(replace(made, solver=solver), increments=case.increments), solver
+    return assembled(lambda own, chosen: made.build(own, deformable=chosen), solver, case.increments), solver
+
+
+def found(case: Case, way: str) -> Found:
+    """Solve a case.
+
+    Raises
+    ------
+    DamagepredError
+        As the solver does.
+    NotTriedError
+        If a run in time is too long.
+    """
+    model, solver = built(case, way)
+    if case.follow is not None:
+        return case.follow(model, solver)
+    if not case.elastic_start and solver.method == "explicit":
+        return Found(model, list(explicit_path(model, solver, case.increments, elastic_start=False)))
+    if way in STATIC:
+        return Found(model, list(solve_path(model, solver, case.increments)))
+    dynamics = to_rest(model) if case.dynamics is None else case.dynamics(model)
+    run = DynamicRun(model, solver, dynamics)
+    steps = run.steps_each * dynamics.outputs
+    if steps * (1 + model.size / 100) > case.most_steps:
+        raise NotTriedError(f"would take {steps:.1g} steps")
+    return Found(model, list(run), run)
+
+
+def to_rest(model: Model) -> Dynamics:
+    """Return a run that lets blocks drop onto unstressed joints and comes to rest."""
+    return Dynamics(duration=PERIODS * slowest(model), outputs=60, damping="local", start="unstressed")
+
+
+def slowest(model: Model) -> float:
+    """Return the longest period of vibration (s)."""
+    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    inertia = np.zeros(model.size)
+    whole = np.column_stack((model.mass, model.mass, model.mass * model.blocks.polar / model.blocks.area))
+    inertia[: whole.size] = whole.ravel()
+    if model.mesh is not None:
+        inertia[model.mesh.dof_x] = inertia[model.mesh.dof_y] = gridpoint_mass(model)
+    root = 1.0 / np.sqrt(inertia[free])
+    dynamic = elastic_stiffness(model)[free][:, free].toarray() * root[:, None] * root
+    # the lowest is lost in rounding: the inverse has it first
+    return float(2 * np.pi * np.sqrt(linalg.eigvalsh(linalg.inv(0.5 * (dynamic + dynamic.T)))[-1]))

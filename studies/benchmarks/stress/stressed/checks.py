@@ -1,0 +1,141 @@
+"""What every answer is asked: is it finite, does it make energy, do its stresses carry the wall.
+
+None of it uses what the solvers say of themselves: forces are added up anew from the stresses of the contacts, and
+held against the law as the user wrote it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.solvers import ContactState, Increment
+from stressed.case import Found
+
+FloatArray = NDArray[np.float64]
+
+MADE = 1e-3
+"""Share of the energy that went about which may seem to have been made: steps are not infinitely short."""
+MADE_IN_TIME = 0.02
+"""The same of a run in time, whose blocks hit each other."""
+TAKEN = ("friction_work", "fracture_work", "crushing_work", "plastic_work", "released_energy", "damping_work")
+"""What only takes energy."""
+OPTIONAL = {"deflection", "jack_load", "standing_progress", "broken_at"}
+"""What an increment may leave open, being no number."""
+LAW_WITHIN = 1e-5
+"""Share of a strength by which the law may be passed: bonds break beyond 1e-6 of theirs."""
+
+
+def not_finite(found: Found) -> str:
+    """Return what is no number in any increment, '' if all is."""
+    known = None
+    for step in found.path:
+        values = {f.name: getattr(step, f.name) for f in fields(step) if f.name not in OPTIONAL}
+        zones = values.pop("zones")
+        if zones is not None:
+            values |= {f"zones.{name}": value for name, value in zones._asdict().items()}
+        numbers = {name: np.asarray(v) for name, v in values.items() if v is not None and not isinstance(v, str)}
+        absent = {name for name, value in numbers.items() if value.ndim == 0 and np.isnan(value)}
+        # the explicit solver has no balance of energy, and only runs in time have a clock: in all increments or in none
+        known = absent if known is None else known
+        wrong = [n for n, v in numbers.items() if n not in known and not np.isfinite(v).all()]
+        if wrong:
+            return f"{', '.join(wrong)} in increment {step.number}"
+    return ""
+
+
+def energy_made(found: Found) -> str:
+    """Return what says that energy came from nothing, '' if nothing does."""
+    if found.run is not None:
+        return _made_in_time(found)
+    for step in found.path:
+        if step.number == 0 and not found.model.ground.normal.any():
+            given = np.abs(found.model.supports.load * step.displacement.ravel()).sum()
+            held = stored(found.model, step)
+            if held > (1.0 + MADE) * given and found.model.mesh is None and not step.collapsed:
+                return f"joints hold {held:.3g} J where the loads gave at most {given:.3g} J"
+        if np.isnan(step.external_work):
+            continue
+        size = max(abs(step.external_work), step.elastic_energy, step.friction_work + step.fracture_work)
+        for name in TAKEN:
+            if getattr(step, name) < -MADE * size - 1e-12:
+                return f"{name} = {getattr(step, name):.3g} J in increment {step.number}, of {size:.3g} J"
+    return ""
+
+
+def _made_in_time(found: Found) -> str:
+    first = found.path[0]
+    begun, size = first.kinetic_energy + first.elastic_energy, 0.0
+    for step in found.path:
+        taken = sum(getattr(step, name) for name in TAKEN if np.isfinite(getattr(step, name)))
+        size = max(size, begun + abs(step.external_work), step.kinetic_energy + step.elastic_energy, taken)
+        if step.energy_error < -MADE_IN_TIME * size - 1e-12:
+            return f"{-step.energy_error:.3g} J made by {step.time:.3g} s, of {size:.3g} J"
+        for name in TAKEN:
+            if getattr(step, name) < -MADE_IN_TIME * size - 1e-12:
+                return f"{name} = {getattr(step, name):.3g} J by {step.time:.3g} s, of {size:.3g} J"
+    return ""
+
+
+def stored(model: Model, step: Increment) -> float:
+    """Return the elastic energy of the joints (J), from their stresses."""
+    law = model.properties
+    each = step.normal_stress**2 / law.normal_stiffness[:, None] + step.shear_stress**2 / law.shear_stiffness[:, None]
+    return 0.5 * float((model.interfaces.contact_area * each).sum())
+
+
+def imbalance(model: Model, step: Increment) -> float:
+    """Return the largest unbalanced force over the mean block weight, from the contact stresses alone."""
+    face, n = model.interfaces, model.n_blocks
+    normal = np.column_stack((face.normal_x, face.normal_y))
+    tangent = np.column_stack((face.normal_y, -face.normal_x))
+    where = np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
+    pull = step.normal_stress[..., None] * normal[:, None] + step.shear_stress[..., None] * tangent[:, None]
+    pull = pull * face.contact_area[..., None]
+    centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
+    force = np.zeros((n + 1, 3))
+    force[:n] = (model.supports.load + step.progress * model.supports.live_load).reshape(n, 3)
+    if step.support_force is not None:
+        force[:n] += step.support_force
+    for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):
+        arm = where - centre[block][:, None]
+        turn = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
+        np.add.at(force, block, sign * np.column_stack((pull.sum(axis=1), turn.sum(axis=1))))
+    force[:n, 2] /= np.sqrt(model.blocks.polar / model.blocks.area)
+    return float(np.abs(force[:n]).max() / model.mean_block_weight)
+
+
+def plain_law(model: Model) -> bool:
+    """Tell whether joints have no other law than the paper's, or with residual values."""
+    law = model.properties
+    return not (
+        law.brittle_shear.any() or law.critical_opening.any() or law.dilation.any() or law.gap.any()
+        or np.isfinite(law.compressive_strength).any() or model.sections is not None
+    )  # fmt: skip
+
+
+def beyond_law(model: Model, step: Increment) -> float:
+    """Return the largest force of a contact beyond its law, over the mean block weight and over its own size."""
+    law, cracked = model.properties, step.state == ContactState.CRACKED
+
+    def now(whole: FloatArray, left: FloatArray) -> FloatArray:
+        return np.where(cracked, left[:, None], whole[:, None])
+
+    strength = now(law.tensile_strength, law.residual_tensile_strength)
+    cohesion, friction = now(law.cohesion, law.residual_cohesion), now(law.friction, law.residual_friction)
+    sigma, tau = step.normal_stress, np.abs(step.shear_stress)
+    limit = np.maximum(cohesion - friction * sigma, 0.0)
+    weight = model.mean_block_weight / model.interfaces.contact_area
+    excess = np.maximum(sigma - strength * (1 + LAW_WITHIN), tau - limit * (1 + LAW_WITHIN)) - LAW_WITHIN * cohesion
+    return float((excess / (weight + LAW_WITHIN * (np.abs(sigma) + tau))).max(initial=0.0))
+
+
+def statics(found: Found, allowed: float) -> tuple[float, float]:
+    """Return the worst imbalance and excess (block weights) of all equilibria; law only where it is the plain one."""
+    standing = [step for step in found.path if not step.collapsed]
+    worst = max((imbalance(found.model, step) for step in standing), default=0.0)
+    law = max((beyond_law(found.model, step) for step in standing), default=0.0) if plain_law(found.model) else 0.0
+    return worst / allowed, law / allowed

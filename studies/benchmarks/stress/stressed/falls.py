@@ -1,0 +1,173 @@
+"""Walls near the load at which they fall: friction, slender and squat blocks, near-mechanisms.
+
+Dry walls of rigid blocks stand or fall by statics alone. For one block the limit is known; for walls it is found by
+linear programming (tests/verification/limit_analysis.py, which shares nothing with the solvers). Limit analysis takes
+joints to dilate as they slide. The solvers' do not, so beyond its factor every wall must fall, while short of it one
+that slides as it turns may fall, too; one that is said to stand must be in equilibrium, which is checked
+for every block from the stresses.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from damagepred.assembly import Assembly, Model
+from damagepred.scene import BlockMaterial, Dynamics, Joint
+from stressed.case import RIGID, WAYS, Case
+from tests.verification.dry_walls import DryWall, arch, box, leaning, portal, running_bond
+from tests.verification.limit_analysis import collapse_factor
+
+THICKNESS, G = 0.2, 9.81
+SHARES = (0.4, 0.9, 0.99, 1.01, 1.1, 2.0)
+"""Of the load at which a wall falls."""
+
+
+def tilted(wall: DryWall, factor: float) -> Assembly:
+    """Return a dry wall on which gravity has a share along x."""
+    made = Assembly(
+        thickness=THICKNESS, gravity=(factor * G, -G), block=BlockMaterial(density=2000.0),
+        joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=wall.friction),
+    )  # fmt: skip
+    for block in wall.blocks:
+        made.add_block(block)
+    for block in wall.held:
+        made.support(block)
+    return made
+
+
+def zoned(wall: DryWall, factor: float, deformable: bool) -> Assembly:
+    """Return it with rigid or deformable blocks; what is held stays rigid."""
+    made = tilted(wall, factor)
+    for number in range(len(wall.blocks)):
+        corners = np.array(wall.blocks[number])
+        size = 0.0 if number in wall.held or not deformable else float(np.ptp(corners, axis=0).max()) / 4
+        made._zone_size[number] = size
+    return made
+
+
+def pushed(wall: DryWall, factor: float, deformable: bool) -> Assembly:
+    """Return a dry wall that is pushed along x by a share of its weight, the push growing with the movement."""
+    made = zoned(wall, 0.0, deformable)
+    made.push_body(x=factor)
+    return made
+
+
+def in_time(seconds: float) -> Callable[[Model], Dynamics]:
+    """Return a run from equilibrium if there is one, long enough to see whether a wall sets off.
+
+    It is damped where joints ring, and hardly where blocks slide and turn. Without, a sliding block may flutter, its
+    friction not being that of an energy, and one that chatters gains energy: see the family "chatter".
+    """
+
+    def dynamics(model: Model) -> Dynamics:
+        return Dynamics(
+            duration=seconds, outputs=40, damping="rayleigh", damping_ratio=0.05, frequency=0.5, second_frequency=1000.0
+        )
+
+    return dynamics
+
+
+def limit(wall: DryWall) -> float:
+    """Return the factor at which a wall falls."""
+    return collapse_factor(wall.blocks, set(wall.held), wall.friction, *wall.loads())
+
+
+def one_block() -> list[Case]:
+    """Return a block on a slope: it slides at mu, or topples at b/h."""
+    made = []
+    for mu, slender in itertools.product((0.0, 0.2, 0.75, 2.0), (0.05, 0.5, 1.0, 20.0)):
+        wide = 0.3 * np.sqrt(slender)
+        block = box(0.0, 0.0, wide, wide / slender)
+        wall = DryWall("block", [box(-10.0, -0.1, 30.0, 0.1), block], mu)
+        falls_at = min(mu, slender)
+        for share in (0.99, 1.01, 1.5):
+            factor = share * falls_at if falls_at else 0.01 * (share - 0.99)
+            expect = "falls" if factor > falls_at else "stands"
+            made.append(
+                Case("friction and form", f"mu = {mu:g}, b/h = {slender:g}, {share:g} of the limit",
+                     lambda d, w=wall, f=factor: zoned(w, f, d), expect, dynamics=in_time(2.0),
+                     ways=WAYS if mu in (0.2, 0.75) and slender in (0.5, 20.0) else RIGID)
+            )  # fmt: skip
+    return made
+
+
+WALLS = (
+    DryWall("portal", portal(5, 1.2, 0.3, 0.3, 0.3), 0.3),
+    DryWall("arch", arch(13, 1.0, 1.2, 2.6), 0.4, (0, 12)),
+    DryWall("panel 14 courses", running_bond(14, 2, 0.4, 0.175, True), 0.3),
+    DryWall("panel 6 courses", running_bond(6, 5, 0.4, 0.175, True), 0.65),
+    DryWall("panel 5 courses, mu = 2", running_bond(5, 3, 0.4, 0.175, True), 2.0),
+    DryWall("leaning panel", leaning(running_bond(5, 3, 0.4, 0.175, True), -0.1), 0.3),
+    DryWall("stack of 20", [box(-1, -1, 3, 1), *(box(0.0, 0.1 * i, 0.24, 0.1) for i in range(20))], 0.6),
+)
+
+
+def walls() -> list[Case]:
+    """Return dry walls on which gravity leans, and which are pushed, by shares of their limit."""
+    made = []
+    for wall in WALLS:
+        falls_at = limit(wall)
+        for share in SHARES:
+            expect = "falls" if share > 1 else "stands" if share == 0.4 else ""
+            made += [
+                Case("near the limit load", f"{wall.name}, gravity leans by {share:g} of the limit",
+                     lambda d, w=wall, f=share * falls_at: zoned(w, f, d), expect, dynamics=in_time(3.0),
+                     ways=WAYS if share in (0.9, 1.1) else RIGID),
+                Case("near the limit load", f"{wall.name}, pushed by {share:g} of the limit",
+                     lambda d, w=wall, f=share * falls_at: pushed(w, f, d), expect, increments=3,
+                     ways=("quasi-static, rigid", "explicit, rigid")),
+            ]  # fmt: skip
+    return made
+
+
+def corbel(bricks: int, share: float) -> DryWall:
+    """Return a tower of bricks of which every upper part is a share of the way to toppling over what is below."""
+    length, height, left, low = 0.24, 0.075, 0.0, 0.0
+    blocks = [box(-1.0, -1.0, 3.0, 1.0)]
+    for i in range(bricks):
+        blocks.append(box(left, low, length, height))
+        left, low = left + share * length / (2 * (bricks - 1 - i)) if i < bricks - 1 else left, low + height
+    return DryWall(f"tower of {bricks}", blocks, 0.7)
+
+
+def on_points(deformable: bool, strength: float, apart: float, courses: int = 4) -> Assembly:
+    """Return a wall of five bricks a course on two bearings of no width."""
+    joint = Joint(tensile_strength=strength, cohesion=2 * strength, friction=0.7)
+    made = Assembly(joint=joint)
+    for course in range(courses):
+        edges = [0.0, *(0.24 * (i + 0.5 * (course % 2)) for i in range(course % 2 == 0, 5)), 1.2]
+        for left, right in itertools.pairwise(edges):
+            made.add_block(box(left, 0.1 * course, right - left, 0.1), course=course, zone_size=0.1 * deformable)
+    for x in (0.6 - 0.5 * apart, 0.6 + 0.5 * apart):
+        number = int(x / 0.24)
+        made.bear(number, x, joint=Joint(tensile_strength=1e9, cohesion=1e9))
+    return made
+
+
+def mechanisms() -> list[Case]:
+    """Return walls on two points, and stacks about to topple."""
+    made = []
+    for bricks, share in itertools.product((2, 5, 20), (0.9, 0.99, 1.01, 1.1)):
+        wall = corbel(bricks, share)
+        made.append(
+            Case("near-mechanisms", f"{wall.name}, {share:g} of the overhang", lambda d, w=wall: zoned(w, 0.0, d),
+                 "falls" if share > 1 else "stands", dynamics=in_time(3.0),
+                 ways=WAYS if bricks < 20 and share in (0.9, 1.1) else RIGID)
+        )  # fmt: skip
+    for strength, apart in itertools.product((0.0, 1e3, 1e5, 1e7), (0.01, 0.5, 1.1)):
+        expect = "falls" if strength == 0.0 else "stands" if strength == 1e7 else ""
+        made.append(
+            Case("near-mechanisms", f"on two points {apart:g} m apart, f_t = {strength:g} Pa",
+                 lambda d, s=strength, a=apart: on_points(d, s, a), expect, dynamics=in_time(1.0),
+                 ways=WAYS if apart == 0.5 else RIGID)
+        )  # fmt: skip
+    return made
+
+
+def cases() -> list[Case]:
+    """Return all of them."""
+    return [replace(case, explicit_tolerance=1e-5) for case in one_block() + walls() + mechanisms()]

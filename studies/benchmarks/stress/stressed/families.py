@@ -1,0 +1,22 @@
+"""All families of cases, by name."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from stressed import falls, geometry, joints, long_runs, movements, proportion, scenes, six_laws, sizes
+from stressed.case import Case
+
+
+@cache
+def all_cases() -> dict[tuple[str, str], Case]:
+    """Return every case by family and name, in the order of the page."""
+    listed = [
+        case
+        for part in (proportion, joints, falls, movements, geometry, sizes, long_runs, six_laws, scenes)
+        for case in part.cases()
+    ]
+    found = {(case.family, case.name): case for case in listed}
+    if len(found) != len(listed):
+        raise ValueError("two cases have one name")
+    return found

@@ -1,0 +1,98 @@
+"""Solve a case and judge what came of it."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+
+from damagepred.errors import DamagepredError, InputError, SolverError
+from stressed.case import STATIC, Case, Found, NotTriedError, found, solver_of
+from stressed.checks import energy_made, not_finite, statics
+from stressed.limit import cannot_stand
+
+SLACK, ADDED_UP = 3.0, 30.0
+"""Times a solver's tolerance within which forces added up anew balance: turning is weighed otherwise; and blocks
+of zones in the quasi-static solver, which looks at each gridpoint by itself."""
+SEEN, FARTHER = 1e-4, 2.5
+"""How far (m) a wall that falls has gone at the end of a run in time, and over where it was at half of it."""
+
+
+def judge(case: Case, way: str) -> dict[str, Any]:
+    """Solve a case in one way; return a row of what came of it."""
+    row: dict[str, Any] = {
+        "family": case.family, "case": case.name, "way": way, "verdict": "FAILED", "by": "", "off": np.nan,
+        "seconds": 0.0, "message": "",
+    }  # fmt: skip
+    begun = time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            result = found(case, way)
+        row |= verdict(case, way, result)
+    except NotTriedError as error:
+        row |= {"verdict": "not tried", "message": str(error)}
+    except InputError as error:
+        row |= {"verdict": "refused", "message": said(error)}
+    except SolverError as error:
+        row |= {"verdict": "gave up", "message": said(error)}
+    except DamagepredError as error:
+        row |= {"verdict": "refused", "message": said(error)}
+    except Exception as error:
+        row["message"] = f"{type(error).__name__}: {said(error)}"
+    row["seconds"] = time.process_time() - begun
+    return row
+
+
+def said(error: Exception) -> str:
+    """Return what an error says, on one line."""
+    return " ".join(str(error).split())
+
+
+def sets_off(result: Found) -> bool:
+    """Tell whether a run in time has begun to fall: then it is four times as far, or more, in twice the time."""
+    half, end = (
+        np.abs(step.displacement[:, :2]).max() for step in (result.path[len(result.path) // 2], result.path[-1])
+    )
+    return bool(end > SEEN and end > FARTHER * half)
+
+
+def verdict(case: Case, way: str, result: Found) -> dict[str, Any]:
+    """Judge what was found."""
+    if case.expect == "refused":
+        return {"verdict": "WRONG", "by": "geometry", "message": "taken for a wall"}
+    wrong = not_finite(result)
+    if wrong:
+        return {"message": f"not finite: {wrong}"}
+    wrong = energy_made(result)
+    if wrong:
+        return {"message": f"energy from nothing: {wrong}"}
+    fell = any(step.collapsed for step in result.path) or (way not in STATIC and sets_off(result))
+    if fell and case.expect == "stands":
+        return {"verdict": "WRONG", "by": "statics", "message": "said to fall, but it can stand"}
+    if not fell and case.expect == "falls":
+        return {"verdict": "WRONG", "by": "statics", "message": "said to stand, but it cannot"}
+    check = None if case.check is None else case.check(result)
+    if check is not None:
+        good = check.off <= check.allowed
+        kind = ("fell, rightly" if fell and case.expect else "right") if good else "WRONG"
+        return {"verdict": kind, "by": check.by, "off": check.off}
+    if way not in STATIC:
+        if case.expect:
+            return {"verdict": "fell, rightly" if fell else "right", "by": "stands or falls"}
+        return {"verdict": "fell" if fell else "solved", "by": ""}
+    tolerance = solver_of(case, way).tolerance_used
+    force, law = statics(result, tolerance)
+    most = ADDED_UP if way == "quasi-static, deformable" else SLACK
+    if force > most or law > SLACK:
+        what = "forces" if force > most else "law"
+        return {"verdict": "WRONG", "by": what, "off": max(force, law), "message": f"{what}, in tolerances"}
+    if fell:
+        if case.expect == "falls":
+            return {"verdict": "fell, rightly", "by": "stands or falls"}
+        last = next(step for step in result.path if step.collapsed)
+        proven = cannot_stand(result.model, last)
+        return {"verdict": "fell, rightly" if proven else "fell", "by": "limit analysis" if proven else ""}
+    return {"verdict": "right", "by": "statics", "off": force}

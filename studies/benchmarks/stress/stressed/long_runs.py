@@ -1,0 +1,169 @@
+"""A million steps: drift of energy and momentum, and of a wall at rest."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from damagepred.assembly import Assembly, Model
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import Dynamics, Joint, Solver
+from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamic.step import highest_frequency, time_step
+from damagepred.solvers.explicit import Run
+from stressed.case import Case, Check, Found
+
+STEPS = 1_000_000
+BOND = Joint(tensile_strength=1e15, cohesion=1e15)
+DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6)
+
+
+def steps_of(steps: int, **more: Any) -> Callable[[Model], Dynamics]:
+    """Return a run in time of so many steps."""
+
+    def dynamics(model: Model) -> Dynamics:
+        once = Dynamics(duration=1.0, outputs=1, **more)
+        run = DynamicRun(model, Solver(), replace(once, duration=1e-6))
+        highest = highest_frequency(model, run.scene, run.motion.inverse_mass, run.grid)
+        frequency = highest.touched if once.new_contacts else highest.intact
+        return replace(once, duration=steps * 0.999 * time_step(frequency, once), outputs=20)
+
+    return dynamics
+
+
+def pair(deformable: bool) -> Assembly:
+    """Return two blocks, bonded, that fly and turn where nothing pulls."""
+    made = Assembly(gravity=(0.0, 0.0), joint=BOND)
+    for i in range(2):
+        block = made.add_block(rectangle(0.0, 0.1 * i, 0.24, 0.1 * (i + 1)), zone_size=0.24 * deformable)
+        # as one body, about the joint's middle
+        made.set_velocity(block, x=0.3 - 20.0 * (0.1 * i - 0.05), y=0.2, rotation=20.0)
+    return made
+
+
+def ringing(deformable: bool) -> Assembly:
+    """Return a bonded stack on the ground whose top is struck."""
+    made = Assembly(joint=BOND)
+    for i in range(5):
+        made.add_block(rectangle(0.0, 0.1 * i, 0.24, 0.1 * (i + 1)), zone_size=0.24 * deformable)
+    made.rest_on_ground([0])
+    made.set_velocity(4, x=0.01, y=0.01)
+    return made
+
+
+def rocking(deformable: bool) -> Assembly:
+    """Return a dry pier on a plate that is struck and rocks."""
+    made = Assembly(joint=DRY)
+    plate = made.add_block(rectangle(-0.5, -0.1, 1.0, 0.0), zone_size=0.0)
+    made.support(plate)
+    for i in range(3):
+        block = made.add_block(rectangle(0.0, 0.3 * i, 0.3, 0.3 * (i + 1)), zone_size=0.3 * deformable)
+        made.set_velocity(block, x=0.3 * (i + 0.5) * 0.3, rotation=-0.3)
+    return made
+
+
+def momentum(found: Found) -> Check:
+    """Compare linear and angular momentum, and energy, at the end with those at first."""
+    run = found.run
+    assert run is not None
+    model, (first, last) = found.model, (found.path[0], found.path[-1])
+    way = (model.mass @ (last.displacement[:, :2] - first.displacement[:, :2])) / model.mass.sum()
+    off = np.abs(way / (np.array([0.3, 0.2]) * last.time) - 1.0).max()
+    energy = abs((last.kinetic_energy + last.elastic_energy) / (first.kinetic_energy + first.elastic_energy) - 1.0)
+    turned = last.displacement[:, 2].mean() / (20.0 * last.time)  # lengthened a little by its turning
+    return Check("momentum and energy", float(max(off, energy, abs(turned - 1.0))), 1e-3)
+
+
+def drift(found: Found) -> Check:
+    """Compare all energy at the end with that at first and the work of loads since."""
+    path = found.path
+    whole = [step.kinetic_energy + step.elastic_energy - step.external_work for step in path]
+    size = max(step.kinetic_energy for step in path)
+    return Check("energy", max(abs(e - whole[0]) for e in whole) / size, 2e-2)
+
+
+def still(found: Found) -> Check:
+    """Compare where blocks are after a million cycles more with where they had come to rest."""
+    before, after = found.path[-2].displacement, found.path[-1].displacement
+    return Check("rest", float(np.abs(after - before).max() / np.abs(before).max()), 1e-3)
+
+
+def dry_wall(deformable: bool) -> Assembly:
+    """Return a dry wall whose ground sags by 2 mm."""
+    made, low = Assembly(joint=DRY), []
+    for course in range(4):
+        edges = np.array([0.0, *(np.arange(1, 6) * 0.24 - 0.12 * (course % 2 == 0)), 1.2])
+        for left, right in itertools.pairwise(edges):
+            if right - left > 1e-9:
+                corners = rectangle(left, 0.1 * course, right, 0.1 * (course + 1))
+                block = made.add_block(corners, course=course, zone_size=0.12 * deformable)
+                low += [block] if course == 0 else []
+    made.rest_on_ground(low, lambda x: -2e-3 * (1 - ((x - 0.6) / 0.6) ** 2))
+    return made
+
+
+def goes_on(model: Model, solver: Solver) -> Found:
+    """Let the explicit solver settle, and then cycle a million times more."""
+    run = Run(model, solver)
+    found = []
+    for number, progress in enumerate((0.0, 1.0)):
+        run.ramp(progress)
+        ratio, fell = run.settle(number)
+        found.append(run.report(number, ratio, run.cycles, fell))
+    cycles = run.cycles
+    run.cycle(STEPS)
+    ratio = float(run.unbalanced().max())
+    return Found(model, [*found, run.report(2, ratio, run.cycles - cycles, False)])
+
+
+def chattering(deformable: bool) -> Assembly:
+    """Return a dry block that is put on a plate whose joint is not yet pressed, and bounces on it."""
+    made = Assembly(joint=DRY)
+    made.support(made.add_block(rectangle(-0.5, -0.1, 1.0, 0.0), zone_size=0.0))
+    made.add_block(rectangle(0.0, 0.0, 0.3, 0.3), zone_size=0.3 * deformable)
+    return made
+
+
+def made_by_bouncing(found: Found) -> Check:
+    """Compare the energy that was made with what went about."""
+    size = max(step.kinetic_energy + step.elastic_energy for step in found.path)
+    return Check("energy", max(-step.energy_error for step in found.path) / size, 2e-2)
+
+
+def chatter() -> list[Case]:
+    """Return a block that chatters, at shorter and shorter steps, and with a little damping."""
+    undamped = [
+        Case("chatter", f"undamped, step {share:g} of the limit", chattering, check=made_by_bouncing,
+             dynamics=lambda model, s=share: Dynamics(duration=0.2, outputs=20, start="unstressed", time_step_safety=s),
+             ways=("in time, rigid", "in time, deformable"))
+        for share in (0.5, 0.25, 0.1)
+    ]  # fmt: skip
+    little = Dynamics(
+        duration=0.2, outputs=20, start="unstressed", damping="rayleigh", damping_ratio=0.05, frequency=0.5,
+        second_frequency=1000.0,
+    )  # fmt: skip
+    damped = Case("chatter", "a little damped, step 0.5 of the limit", chattering, check=made_by_bouncing,
+                  dynamics=lambda model: little, ways=("in time, rigid", "in time, deformable"))  # fmt: skip
+    return [*undamped, damped]
+
+
+def cases() -> list[Case]:
+    """Return all of them."""
+    rigid, both = ("in time, rigid",), ("in time, rigid", "in time, deformable")
+    return [
+        Case("a million steps", "a bonded pair flies and turns", pair, check=momentum,
+             dynamics=steps_of(STEPS, start="unstressed"), ways=both,
+             most_steps=np.inf),
+        Case("a million steps", "a bonded stack rings", ringing, check=drift,
+             dynamics=steps_of(STEPS, start="equilibrium", new_contacts=False), ways=both,
+             most_steps=np.inf),
+        Case("a million steps", "a dry pier rocks", rocking, dynamics=steps_of(STEPS, start="unstressed"),
+             ways=rigid, most_steps=np.inf),
+        Case("a million steps", "a dry wall at rest", dry_wall, check=still, follow=goes_on,
+             ways=("explicit, rigid", "explicit, deformable")),
+        *chatter(),
+    ]  # fmt: skip

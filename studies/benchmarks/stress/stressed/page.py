@@ -1,0 +1,100 @@
+"""The page: what came of all cases, counted and listed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from damagepred.plotting.sheet import new_figure
+from stressed.case import VERDICTS, WAYS
+
+WORDS = {
+    "right": "right", "fell, rightly": "fell, rightly", "solved": "solved", "fell": "fell", "refused": "refused",
+    "gave up": "gave up", "not tried": "not tried", "WRONG": "**wrong**", "FAILED": "**failed**",
+}  # fmt: skip
+COLOURS = {
+    "right": "#2b6a4d", "fell, rightly": "#7fb69a", "solved": "#4477aa", "fell": "#a8c4de", "refused": "#cccccc",
+    "gave up": "#e0a030", "not tried": "#f0f0f0", "WRONG": "#b03030", "FAILED": "#000000",
+}  # fmt: skip
+SECOND = ("by", "right", "fell, rightly")
+
+
+def read(file: Path) -> pd.DataFrame:
+    """Return rows that are kept."""
+    rows = pd.read_csv(file, keep_default_na=False)
+    for name in ("off", "seconds"):
+        rows[name] = pd.to_numeric(rows[name], errors="coerce")
+    return rows
+
+
+def cell(verdicts: pd.Series) -> str:
+    """Return counts of some cases, in the order of what they are worth."""
+    count = verdicts.value_counts()
+    return ", ".join(f"{count[v]} {WORDS[v]}" for v in VERDICTS if v in count)
+
+
+def summary(rows: pd.DataFrame) -> str:
+    """Return the table of all families and solvers."""
+    lines = ["| family | " + " | ".join(WAYS) + " |", "|---" * (len(WAYS) + 1) + "|"]
+    for name, part in [*rows.groupby("family", sort=False), ("**all**", rows)]:
+        cells = [cell(part.loc[part["way"] == way, "verdict"]) for way in WAYS]
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def in_a_word(rows: pd.DataFrame) -> str:
+    """Return what came out in one line."""
+    answered = rows["verdict"].isin(["right", "fell, rightly"]).sum()
+    tried = (rows["verdict"] != "not tried").sum()
+    longest = rows.loc[rows["seconds"].idxmax()]
+    return (
+        f"{tried} runs of {len(rows.drop_duplicates(['family', 'case']))} cases: {cell(rows['verdict'])}. "
+        f"{answered / tried:.1%} were checked against a second answer and agree. They took "
+        f"{rows['seconds'].sum() / 60:.0f} minutes of one core, the longest {longest['seconds']:.0f} s "
+        f"({longest['family']}, {longest['case']}, {longest['way']})."
+    )
+
+
+def second_answers(rows: pd.DataFrame) -> str:
+    """Return what answers were checked against."""
+    good = rows[rows["verdict"].isin(["right", "fell, rightly"])]
+    lines = ["| second answer | runs | farthest from it |", "|---|---|---|"]
+    for by, part in good.groupby("by"):
+        off = part["off"].max()
+        unit = " tolerances" if by == "statics" else ""
+        lines.append(f"| {by} | {len(part)} | {'' if np.isnan(off) else f'{off:.1g}{unit}'} |")
+    return "\n".join(lines)
+
+
+def listed(rows: pd.DataFrame, verdict: str, most: int = 60) -> str:
+    """Return the cases of one verdict, with what was said."""
+    here = rows[rows["verdict"] == verdict]
+    if here.empty:
+        return "- none"
+    lines = [
+        f"- {r.family}, {r.case}, {r.way}{f' (by {r.by})' if r.by else ''}: {r.message or 'no word'}"
+        for r in here.head(most).itertuples()
+    ]
+    if len(here) > most:
+        lines.append(f"- and {len(here) - most} more, in cases.csv")
+    return "\n".join(lines)
+
+
+def draw(rows: pd.DataFrame, ax: Axes | None = None) -> Axes:
+    """Draw what came of the cases of each solver."""
+    ax = new_figure(8.0, 3.6).add_subplot() if ax is None else ax
+    tried = rows[rows["verdict"] != "not tried"]
+    left = np.zeros(len(WAYS))
+    for verdict in (v for v in VERDICTS if v in set(tried["verdict"])):
+        share = np.array([(tried.loc[tried["way"] == way, "verdict"] == verdict).mean() for way in WAYS])
+        ax.barh(WAYS, 100 * np.nan_to_num(share), left=100 * left, color=COLOURS[verdict], label=verdict.lower())
+        left += np.nan_to_num(share)
+    ax.invert_yaxis()
+    ax.set_xlabel("share of the runs (%)")
+    ax.set_xlim(0, 100)
+    ax.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.4, -0.2), frameon=False)
+    ax.set_title("What came of it, by solver")
+    return ax

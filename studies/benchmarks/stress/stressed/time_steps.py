@@ -1,0 +1,134 @@
+"""Time steps beyond the limit, forced on the solvers behind their own checks; and a wall that cracks at other steps.
+
+Shares of the limit up to 1 are what the user may ask for. Limits are bounds: where a share above 1 holds, the bound was
+not reached (zones: Gershgorin's circles; runs in time that may meet new blocks: the stiffness of faces in full
+contact).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+from unittest import mock
+
+import numpy as np
+
+from damagepred.assembly import Model
+from damagepred.errors import DamagepredError
+from damagepred.scene import Dynamics, Scene, Solver
+from damagepred.solvers import ContactState, explicit, solve_path
+from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamic import run as dynamic_run
+from damagepred.solvers.explicit import explicit_path
+from stressed.case import PERIODS, slowest
+from stressed.proportion import cracking_wall, reference, stack
+
+RIGHT = 1e-2
+"""Largest error, over the largest displacement, of a right answer."""
+
+
+class Outcome(NamedTuple):
+    """What came of a case: error over the largest displacement, and the message if it was refused."""
+
+    error: float
+    message: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """Right, refused, or wrong without a word."""
+        return "refused" if self.message else "right" if self.error <= RIGHT else "WRONG"
+
+    def row(self) -> dict[str, Any]:
+        """Return it as columns."""
+        return {"verdict": self.verdict, "off": self.error, "message": self.message}
+
+
+def outcome(found: Callable[[], np.ndarray], exact: np.ndarray) -> Outcome:
+    """Return what comes of a solution."""
+    try:
+        displacement = found()
+    except DamagepredError as error:
+        return Outcome(np.nan, f"{type(error).__name__}: {error}")
+    return Outcome(float(np.abs(displacement - exact)[:, :2].max() / np.abs(exact[:, :2]).max()))
+
+
+def longer_steps(share: float) -> dict[str, Outcome]:
+    """Solve with time steps of a share of the limit; beyond it, behind the back of what would refuse them."""
+    forced = max(share, 1.0)
+    found: dict[str, Outcome] = {}
+    scaled, stepped = explicit.scaled_mass, dynamic_run.time_step
+    for way, deformable in (("explicit, rigid", False), ("explicit, deformable", True)):
+        own = Solver(method="explicit", lump_block_elasticity=False, time_step_safety=min(share, 1.0))
+        model = stack(deformable).build(own)
+        with mock.patch.object(explicit, "scaled_mass", lambda *a: scaled(*a) / forced**2), np.errstate(all="ignore"):
+            found[way] = outcome(
+                lambda m=model, o=own: next(iter(explicit_path(m, o, 1, elastic_start=False))).displacement,  # type: ignore[misc]
+                reference(model),
+            )
+    own = Solver(lump_block_elasticity=False)
+    for way, deformable, new_contacts in (
+        ("in time, no new contacts", False, False), ("in time, rigid", False, True), ("in time, deformable", True, True)
+    ):  # fmt: skip
+        model = stack(deformable).build(own)
+        dynamics = Dynamics(
+            duration=PERIODS * slowest(model), outputs=60, damping="local", start="unstressed",
+            time_step_safety=min(share, 1.0), new_contacts=new_contacts,
+        )  # fmt: skip
+        with mock.patch.object(dynamic_run, "time_step", lambda *a: forced * stepped(*a)), np.errstate(all="ignore"):
+            found[way] = outcome(
+                lambda m=model, o=own, d=dynamics: list(DynamicRun(m, o, d))[-1].displacement, reference(model)
+            )  # type: ignore[misc]
+    return found
+
+
+SHARES = (0.1, 0.5, 0.9, 1.0, 1.05, 1.2, 1.5, 2.0)
+
+
+def refused_words() -> list[str]:
+    """Return what is said when a time step beyond the limit is asked for."""
+    said = []
+    for part in ("solver", "dynamics"):
+        asked = f"`[{part}] time_step_safety = 1.2`"
+        try:
+            Scene.from_dict({part: {"time_step_safety": 1.2}})
+        except DamagepredError as error:
+            said.append(f"{asked}: {' '.join(str(error).split())}")
+        else:
+            said.append(f"{asked}: **WRONG** taken without a word")
+    return said
+
+
+def cracked(model: Model, own: Solver) -> tuple[int, float, float]:
+    """Return cracked contacts, largest opening (m) and seconds of the wall that sags."""
+    begun = time.process_time()
+    last = list(solve_path(model, own, 4))[-1]
+    count = int((last.state == ContactState.CRACKED).sum())
+    return count, float(last.opening.max()), time.process_time() - begun
+
+
+def cracking() -> list[dict[str, Any]]:
+    """Return rows on a wall that cracks, far from the origin and at other time steps."""
+    rows: list[dict[str, Any]] = []
+    for name, deformable in (("rigid", False), ("deformable", True)):
+        for method in ("quasi_static", "explicit"):
+            usual = Solver(method=method, tolerance=None if method == "quasi_static" else 1e-4, symmetric_half=False)  # type: ignore[arg-type]
+            exact = cracked(cracking_wall(deformable, 0.0).build(usual), usual)
+            tried: list[tuple[str, float, Solver]] = [(f"{far / 1e3:g} km", far, usual) for far in (1e3, 1e4, 1e6)]
+            if method == "explicit":
+                shares = (0.1, 0.5, 1.0)
+                tried += [(f"{s:g} of the limit", 0.0, dataclasses.replace(usual, time_step_safety=s)) for s in shares]
+            for stress, far, own in tried:
+                row: dict[str, Any] = {"solver": f"{method.replace('_', '-')}, {name}", "stress": stress}
+                try:
+                    count, gap, seconds = cracked(cracking_wall(deformable, far).build(own), own)
+                except DamagepredError as error:
+                    rows.append(row | {"verdict": "refused", "message": str(error)})
+                    continue
+                off = abs(gap / exact[1] - 1)
+                rows.append(row | {
+                    "verdict": "right" if off <= RIGHT else "WRONG", "contacts cracked, unstressed": exact[0],
+                    "stressed": count, "largest opening differs by": off, "s": seconds,
+                })  # fmt: skip
+    return rows

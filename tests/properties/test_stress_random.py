@@ -1,0 +1,91 @@
+"""Any small wall a user may ask for, by any solver: an answer in numbers or plain words, no energy from nothing."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from damagepred.errors import DamagepredError
+from damagepred.path import model_of
+from damagepred.scene import Scene
+from damagepred.solvers import solve_path
+from tests.properties.strategies import number
+
+STRESS = Path(__file__).parents[2] / "studies" / "benchmarks" / "stress"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _stressed() -> Any:
+    sys.path.insert(0, str(STRESS))
+    yield
+    sys.path.remove(str(STRESS))
+
+
+def size(low: float, high: float) -> st.SearchStrategy[float]:
+    """Powers of ten, and nothing at all."""
+    return st.one_of(st.just(0.0), number(np.log10(low), np.log10(high)).map(lambda power: float(10.0**power)))
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> dict[str, Any]:
+    units, courses = draw(st.integers(1, 3)), draw(st.integers(1, 3))
+    length, height = draw(number(0.05, 0.6)), draw(number(0.03, 0.3))
+    friction, stiffness = draw(st.sampled_from([0.0, 0.3, 0.75, 2.0])), draw(number(8, 13))
+    tables: dict[str, Any] = {
+        "wall": {"length": units * length, "height": courses * height, "block_length": length, "block_height": height,
+                 "bond": draw(st.sampled_from(["running", "stack"]))},
+        "block": {"density": draw(size(1e2, 1e4)), "elastic_modulus": 10.0 ** draw(number(7, 11))},
+        "joint": {"normal_stiffness": 10.0**stiffness, "shear_stiffness": 10.0 ** (stiffness - draw(number(0, 1))),
+                  "tensile_strength": draw(size(1.0, 1e8)), "cohesion": draw(size(1.0, 1e8)), "friction": friction,
+                  "dilation": friction * draw(st.sampled_from([0.0, 0.0, 0.5])),
+                  "brittle_shear": draw(st.booleans())},
+        "movement": {"kind": draw(st.sampled_from(["dishing", "doming"])), "increments": draw(st.sampled_from([1, 3])),
+                     "central_deflection": draw(size(1e-9, 0.1 * units * length))},
+        "loads": {"roof": draw(size(1.0, 1e5))},
+    }  # fmt: skip
+    if courses > 1 and draw(st.booleans()):
+        tables["dpc"] = {"course": 1, "friction": draw(number(0, 1))}
+    return tables
+
+
+def answer(tables: dict[str, Any], method: str, blocks: str) -> tuple[list[Any], str]:
+    """Return the increments that were found, and what was said if they are not all."""
+    found: list[Any] = []
+    try:
+        scene = Scene.from_dict(tables | {"solver": {"method": method, "blocks": blocks, "maximum_cycles": 20_000}})
+        model = model_of(scene)
+        found.extend((model, increment) for increment in solve_path(model, scene.solver, scene.movement.increments))
+    except DamagepredError as error:
+        return found, str(error)
+    return found, ""
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize(
+    ("method", "blocks"), [("quasi_static", "rigid"), ("explicit", "rigid"), ("quasi_static", "deformable")]
+)
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(tables=scenes())
+def test_any_wall_is_solved_or_refused_in_words(method: str, blocks: str, tables: dict[str, Any]) -> None:
+    from stressed.case import Found
+    from stressed.checks import energy_made, not_finite, statics
+
+    found, said = answer(tables, method, blocks)
+    assert found or len(said) > 20
+    if found:
+        whole = Found(found[0][0], [increment for _, increment in found])
+        assert not_finite(whole) == ""
+        assert energy_made(whole) == ""
+        forces, law = statics(whole, 1e-6 if method == "quasi_static" else 1e-3)
+        assert law < 3.0
+        # gridpoints are in balance one by one, and add up in a block
+        assert forces < (30.0 if blocks == "deformable" else 3.0)
+    again, word = answer(tables, method, blocks)
+    assert word == said
+    for (_, one), (_, other) in zip(found, again, strict=True):
+        np.testing.assert_array_equal(one.displacement, other.displacement)
+        np.testing.assert_array_equal(one.normal_stress, other.normal_stress)

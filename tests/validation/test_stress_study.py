@@ -1,0 +1,139 @@
+"""The study of what the solvers bear: a few cases of every family, right, fallen rightly, or refused with words."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FOLDER = Path(__file__).parents[2] / "studies" / "benchmarks" / "stress"
+STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", "explicit, deformable")
+GOOD = ("right", "fell, rightly")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _stressed() -> Iterator[None]:
+    sys.path.insert(0, str(FOLDER))
+    yield
+    sys.path.remove(str(FOLDER))
+
+
+def judged(family: str, name: str, way: str) -> dict[str, Any]:
+    from stressed.families import all_cases
+    from stressed.judging import judge
+
+    return judge(all_cases()[family, name], way)
+
+
+@pytest.mark.parametrize("way", STATIC)
+@pytest.mark.parametrize(
+    ("family", "name"),
+    [
+        ("proportion", "soft joints among stiff ones 1 : 1e6"), ("proportion", "light blocks on heavy ones 1 : 1e4"),
+        ("proportion", "slivers 50 : 1"), ("proportion", "slender blocks 1 : 50"), ("proportion", "flat blocks 50 : 1"),
+        ("proportion", "far coordinates 10 km"), ("drawings", "many corners on an edge"),
+        ("friction and form", "mu = 0.2, b/h = 0.5, 1.01 of the limit"),
+        ("friction and form", "mu = 2, b/h = 1, 0.99 of the limit"),
+    ],
+)  # fmt: skip
+def test_what_is_out_of_proportion_is_solved(way: str, family: str, name: str) -> None:
+    found = judged(family, name, way)
+    assert found["verdict"] in GOOD, found
+
+
+@pytest.mark.parametrize("name", ["all corners twice", "no area", "dented", "overlaps the one below", "not a number"])
+def test_what_is_no_wall_is_refused(name: str) -> None:
+    found = judged("drawings", name, "quasi-static, rigid")
+    assert found["verdict"] == "refused"
+    assert "block" in found["message"]
+
+
+def test_judging_sees_what_is_wrong() -> None:
+    """Forces that do not balance, a law that is passed, a fall that need not be, energy from nothing, no number."""
+    from dataclasses import replace
+
+    import numpy as np
+    from stressed.case import found
+    from stressed.families import all_cases
+    from stressed.judging import verdict
+
+    case, way = all_cases()["near-mechanisms", "tower of 5, 0.9 of the overhang"], "quasi-static, rigid"
+    result = found(case, way)
+    last = result.path[-1]
+    assert verdict(case, way, result)["verdict"] == "right"
+
+    def judge_with(**changed: Any) -> dict[str, Any]:
+        return verdict(case, way, result._replace(path=[*result.path[:-1], replace(last, **changed)]))
+
+    assert judge_with(normal_stress=1.01 * last.normal_stress)["by"] == "forces"
+    assert judge_with(shear_stress=last.shear_stress + last.normal_stress)["verdict"] == "WRONG"
+    assert judge_with(collapsed=True)["verdict"] == "WRONG"
+    assert "energy" in judge_with(released_energy=-0.1)["message"]
+    nothing = np.full_like(last.displacement, np.nan)
+    assert judge_with(displacement=nothing) == {"message": "not finite: displacement in increment 1"}
+    unknown = replace(case, expect="")
+    assert verdict(unknown, way, result._replace(path=[replace(last, collapsed=True)]))["verdict"] == "fell"
+
+
+def test_limit_analysis_of_a_model_is_that_of_the_polygons() -> None:
+    """The program that works on models, for joints of any strength, against that of the verification manual."""
+    from dataclasses import replace
+
+    from stressed.case import built, found
+    from stressed.families import all_cases
+    from stressed.limit import cannot_stand
+
+    for share, falls in (("0.9", False), ("0.99", False), ("1.01", True)):
+        case = all_cases()["near-mechanisms", f"tower of 2, {share} of the overhang"]
+        step = found(case, "quasi-static, rigid").path[0]
+        assert cannot_stand(built(case, "quasi-static, rigid")[0], replace(step, progress=0.0)) == falls
+
+
+@pytest.mark.parametrize(("share", "verdicts"), [(0.1, {"right"}), (1.0, {"right"}), (2.0, {"refused"})])
+def test_a_time_step_holds_or_is_refused(share: float, verdicts: set[str]) -> None:
+    from stressed.time_steps import longer_steps
+
+    found = longer_steps(share)
+    assert {o.verdict for o in found.values()} == verdicts, found
+    assert all("time_step_safety" in o.message for o in found.values() if o.message)
+
+
+def test_a_far_away_wall_cracks_alike() -> None:
+    from stressed.proportion import cracking_wall
+    from stressed.time_steps import cracked
+
+    from damagepred.scene import Solver
+
+    own = Solver(method="explicit", tolerance=1e-4, symmetric_half=False)
+    near, far = (cracked(cracking_wall(False, at).build(own), own) for at in (0.0, 1e4))
+    assert abs(near[0] - far[0]) <= 2
+    assert far[1] == pytest.approx(near[1], rel=2e-3)
+
+
+def test_a_case_that_hangs_or_dies_is_counted_and_what_is_done_is_kept(tmp_path: Path, monkeypatch: Any) -> None:
+    from stressed import campaign, page
+
+    jobs = [job for job in campaign.jobs(["near-mechanisms"], ["quasi-static, rigid"]) if "tower of 2" in job[1]]
+    monkeypatch.setattr(campaign, "warm_up", lambda: None)
+    monkeypatch.setattr(campaign, "one", _hangs_or_dies)
+    campaign.run(jobs[:2], tmp_path / "rows.csv", limit=1.0)
+    rows = page.read(tmp_path / "rows.csv")
+    assert list(rows["verdict"]) == ["FAILED", "FAILED"]
+    assert "longer than 1 s" in rows["message"][0]
+    assert "died" in rows["message"][1]
+    monkeypatch.undo()
+    monkeypatch.setattr(campaign, "warm_up", lambda: None)
+    campaign.run(jobs, tmp_path / "rows.csv", limit=60.0)
+    rows = page.read(tmp_path / "rows.csv")
+    assert len(rows) == len(jobs)
+    assert set(rows["verdict"][2:]) <= set(GOOD)
+
+
+def _hangs_or_dies(job: tuple[str, str, str]) -> None:
+    import os
+    import time
+
+    if "0.9 of" in job[1]:
+        time.sleep(60)
+    os._exit(3)
