@@ -137,3 +137,11 @@ def _hangs_or_dies(job: tuple[str, str, str]) -> None:
     if "0.9 of" in job[1]:
         time.sleep(60)
     os._exit(3)
+
+
+def test_the_page_shows_the_committed_data() -> None:
+    from stressed import page
+
+    rows, text = page.read(FOLDER / "cases.csv"), (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert page.summary(rows) in text
+    assert page.in_a_word(rows) in text

@@ -39,14 +39,16 @@ def time_steps() -> None:
         for share in SHARES
         for name, found in longer_steps(share).items()
     ]
-    pd.DataFrame(rows).to_csv(STEPS, index=False, float_format="%.2g")
-    pd.DataFrame(cracking()).to_csv(CRACKS, index=False, float_format="%.2g")
+    pd.DataFrame(rows).to_csv(STEPS, index=False, float_format="%.3g")
+    pd.DataFrame(cracking()).to_csv(CRACKS, index=False, float_format="%.3g")
 
 
 def tables() -> str:
     """Return all tables, from what is kept."""
     rows = page.read(CASES)
-    parts = [
+    whole = len(jobs())
+    left = [f"**So far {len(rows)} of {whole} runs have been made; the command goes on from there.**"]
+    parts = (left if len(rows) < whole else []) + [
         page.in_a_word(rows), page.summary(rows), "![Share of the runs of each solver](verdicts.png)",
         f"Measured on {MACHINE.read_text(encoding='utf-8').strip()}.",
         "### What answers were checked against", page.second_answers(rows),
