@@ -63,21 +63,21 @@ class Curve(NamedTuple):
     block: BlockMaterial = BlockMaterial()
 
 
-MANY = (100, 200, 400, 816, 1600, 3200, 6400, 12800, 20000)
+MANY = (100, 200, 400, 816, 1600, 3200, 6400, 12800)
 """Blocks."""
-POINTS = (3, 4, 5, 6, 7, 8, 9)
+POINTS = (3, 4, 5, 7, 9)
 """Contacts for each interface."""
-STEPS = (5, 10, 20, 40, 80, 160, 320)
+STEPS = (5, 10, 20, 40, 80, 160)
 CELLS = (0.24, 0.12, 0.06, 0.04, 0.03)
 """Sizes of cells of four zones (m)."""
 GROWING: dict[str, dict[str, Curve]] = {
     "blocks": {
-        "quasi-static, dpc": Curve("quasi_static", True, False, MANY),
+        "quasi-static, dpc": Curve("quasi_static", True, False, MANY[:8]),
         "quasi-static, no dpc": Curve("quasi_static", False, False, MANY[:8]),
         "quasi-static, deformable, dpc": Curve("quasi_static", True, True, MANY[:6]),
-        "quasi-static, deformable, no dpc": Curve("quasi_static", False, True, MANY[:5]),
+        "quasi-static, deformable, no dpc": Curve("quasi_static", False, True, MANY[:4]),
         "explicit, dpc": Curve("explicit", True, False, MANY[:8]),
-        "explicit, no dpc": Curve("explicit", False, False, MANY[:8]),
+        "explicit, no dpc": Curve("explicit", False, False, MANY[:7]),
         "explicit, own weight": Curve("explicit", True, False, MANY[:8], only_weight=True),
         "explicit, deformable, dpc": Curve("explicit", True, True, (50, *MANY[:4])),
     },

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
+from matplotlib.ticker import FuncFormatter
 from pages import machine, markdown, put_in
 from scenes import SCENES
 from skips import NOT_TURNED_OFF, SKIPS
@@ -16,6 +17,8 @@ from damagepred.archive.files import write_whole
 from damagepred.plotting.sheet import DPI, new_figure, set_title
 from studies import PARTS
 
+SOME = (0.5, 2, 3, 5, 20, 30, 50)
+"""Ratios that are written on the axis besides powers of ten."""
 COLUMNS = (
     "seconds_on", "seconds_off", "bytes_on", "bytes_off", "sideways", "upwards", "dpc_opening", "cracked_on",
     "cracked_off", "otherwise", "steps_on", "steps_off", "factorisations_on", "factorisations_off", "searches_on",
@@ -49,13 +52,13 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
 def overview(found: pd.DataFrame) -> pd.DataFrame:
     """Return one row for each skip: what it is, and how many times as fast the walls are with it."""
     lines: list[dict[str, Any]] = []
-    for skip in dict.fromkeys(found["skip"]):
+    for skip in (*SKIPS, *PARTS):
         own = found[found["skip"] == skip]
         what, how = told(skip)
         times = [f"{r['wall']} {r['ratio']:.3g}" for _, r in own.iterrows()]
         worst = own[["upwards", "sideways"]].max(axis=1).max()
         lines.append({
-            "skipped": what, "turned off by": how, "times as fast, or as small": "; ".join(times),
+            "skip": skip, "what is skipped": what, "turned off by": how, "times as fast, or as small": "; ".join(times),
             "largest difference of a displacement over the movement": "" if worst != worst else f"{worst:.1e}",
         })  # fmt: skip
     return pd.DataFrame(lines)
@@ -118,7 +121,7 @@ def text(found: pd.DataFrame) -> str:
 def draw(found: pd.DataFrame, file: Path) -> None:
     """Draw how many times as fast the walls are with each skip."""
     names = list(dict.fromkeys(found["skip"]))
-    walls = [w for w in (*SCENES, *dict.fromkeys(p.scene for p in PARTS.values())) if (found["wall"] == w).any()]
+    walls = [w for w in dict.fromkeys((*SCENES, *(p.scene for p in PARTS.values()))) if (found["wall"] == w).any()]
     figure = new_figure(10, 1.6 + 0.36 * len(names))
     ax = figure.add_subplot()
     colours = colormaps["tab20"]
@@ -130,6 +133,8 @@ def draw(found: pd.DataFrame, file: Path) -> None:
         )  # fmt: skip
     ax.axvline(1.0, color="0.3", lw=0.8)
     ax.set_xscale("log")
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value in SOME else ""))
     ax.set_yticks(range(len(names)), names)
     ax.invert_yaxis()
     ax.grid(axis="both", which="major", alpha=0.3)

@@ -42,7 +42,7 @@ def stop(number: int, quick: bool) -> Row:
     settings = small_walls() if quick else StudySettings.from_toml(DATA / "bryant_study.toml")
     study = Study(settings)
     row: Row = {"seconds_on": 0.0, "seconds_off": 0.0, "steps_on": 0, "steps_off": 0, "upwards": 0.0}
-    for sample in range(2 * number, 2 * number + 2):  # each round other walls
+    for sample in range(2 * number, 2 * number + 2):  # other walls each round
         scene, fields = study.sample(sample, 64)
         model = wall_model(scene, fields)
         found: dict[str, list[Step]] = {"on": [], "off": []}

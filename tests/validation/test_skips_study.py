@@ -1,0 +1,72 @@
+"""studies/benchmarks/skips: what is turned off is off, the answer stays, the page shows the data."""
+
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pandas as pd
+import pytest
+
+ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "skips"
+OURS = ("measuring", "page", "pages", "run", "scenes", "skips", "studies")
+
+
+@pytest.fixture(scope="module")
+def room() -> dict[str, ModuleType]:
+    sys.path[:0] = [str(ROOM), str(ROOM.parent)]
+    try:
+        for name in OURS:
+            sys.modules.pop(name, None)
+        return {name: importlib.import_module(name) for name in OURS}
+    finally:
+        sys.path.remove(str(ROOM))
+        sys.path.remove(str(ROOM.parent))
+        for name in OURS:
+            sys.modules.pop(name, None)
+
+
+MORE = {"correct": "factorisations", "direct": "steps", "foresee": "steps", "elastic start": "steps"}
+"""What there is more of without a skip."""
+
+
+@pytest.mark.parametrize(
+    "name", ["condense", "half", "correct", "restart", "keep", "direct", "foresee", "elastic start"]
+)
+def test_without_a_skip_there_is_more_to_do_and_the_answer_is_the_same(room: dict[str, ModuleType], name: str) -> None:
+    skip = room["skips"].SKIPS[name]
+    scene = "no dpc" if "no dpc" in skip.scenes else skip.scenes[0]
+    row = room["run"].of_wall(skip, room["scenes"].SCENES[scene], 1, small=True)
+    assert row["end_on"] == row["end_off"] == "complete"
+    assert max(row["upwards"], row["sideways"]) < 2e-3
+    if name in MORE:
+        assert row[f"{MORE[name]}_off"] > row[f"{MORE[name]}_on"]
+
+
+def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -> None:
+    from damagepred.solvers import explicit
+    from damagepred.solvers.dynamic import run
+    from damagepred.solvers.quasi_static import equations, equilibrium, path, solids
+
+    modules = (explicit, run, equations, equilibrium, path, solids)
+
+    def picture() -> list[int]:
+        classes = (
+            explicit.Run, equations.LevelEquations, equilibrium.Equilibrium, path.Path, solids.Solids, *modules
+        )  # fmt: skip
+        return [id(value) for one in classes for value in vars(one).values()]
+
+    before = picture()
+    for name, skip in room["skips"].SKIPS.items():
+        with skip.put():
+            if skip.how == "patched":
+                assert picture() != before, name
+        assert picture() == before, name
+
+
+def test_the_page_shows_the_data(room: dict[str, ModuleType]) -> None:
+    whole = room["page"].text(room["page"].medians(pd.read_csv(ROOM / "data.csv")))
+    page = (ROOM / "README.md").read_text(encoding="utf-8")
+    assert whole[whole.index("With and without") :] in page
+    for skip in (*room["skips"].SKIPS.values(), *room["studies"].PARTS.values()):
+        assert f"| {skip.what} |" in page
