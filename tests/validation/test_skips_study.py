@@ -38,7 +38,8 @@ def test_without_a_skip_there_is_more_to_do_and_the_answer_is_the_same(room: dic
     scene = "no dpc" if "no dpc" in skip.scenes else skip.scenes[0]
     row = room["run"].of_wall(skip, room["scenes"].SCENES[scene], 1, small=True)
     assert row["end_on"] == row["end_off"] == "complete"
-    assert max(row["upwards"], row["sideways"]) < 2e-3
+    # by cycles, dead load comes on in another way, which friction in a bare dpc remembers
+    assert max(row["upwards"], row["sideways"]) < (2e-2 if name == "elastic start" else 2e-3)
     if name in MORE:
         assert row[f"{MORE[name]}_off"] > row[f"{MORE[name]}_on"]
 
