@@ -58,7 +58,8 @@ def overview(found: pd.DataFrame) -> pd.DataFrame:
         times = [f"{r['wall']} {r['ratio']:.3g}" for _, r in own.iterrows()]
         worst = own[["upwards", "sideways"]].max(axis=1).max()
         lines.append({
-            "skip": skip, "what is skipped": what, "turned off by": how, "times as fast, or as small": "; ".join(times) or "not measured yet",
+            "skip": skip, "what is skipped": what, "turned off by": how,
+            "times as fast, or as small": "; ".join(times) or "not measured yet",
             "largest difference of a displacement over the movement": "" if worst != worst else f"{worst:.1e}",
         })  # fmt: skip
     return pd.DataFrame(lines)
