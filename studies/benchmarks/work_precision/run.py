@@ -2,9 +2,11 @@
 
     python studies/benchmarks/work_precision/run.py [--scenes NAME ...] [--seconds 270] [--limit 60]
     python studies/benchmarks/work_precision/run.py --from-data
+    python studies/benchmarks/work_precision/run.py --quick
 
 Each wall is solved in each way in a process of its own, with a limit of processor time, and noted in data.csv at once:
-the same command goes on where it ended. ``--from-data`` makes page and pictures from data.csv alone.
+the same command goes on where it ended. ``--from-data`` makes page and pictures from data.csv alone. ``--quick`` solves
+the smallest wall in a few ways, in seconds, and prints their errors.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import multiprocessing
 import resource
 import signal
 import sys
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -37,6 +40,7 @@ HERE = Path(__file__).resolve().parent
 DATA = HERE / "data.csv"
 COLUMNS = ["scene", "axis", "value", "status", "seconds", "build_seconds", "blocks", "contacts", "zones", "cycles"]
 COLUMNS += [f"{name}@{share:g}" for name in QUANTITIES for share in SHARES]
+QUICK = ["default", "same model", "increments", "explicit"]
 REPEATS, SHORT = 3, 2.0
 """A path that takes less (s) is solved so many times, and the least time counts."""
 
@@ -141,6 +145,17 @@ def solve_one(path: Path, name: str, choice: Choice, limit: float) -> None:
     print(f"  {choice.name:45} {row['status']:12} {row.get('seconds', 0) or 0:8.2f} s", flush=True)
 
 
+def quick() -> None:
+    """Solve the smallest wall in a few ways and print the errors."""
+    from errors import load, with_errors
+
+    with tempfile.TemporaryDirectory() as folder:
+        data = Path(folder) / "data.csv"
+        run(data, ["stack"], QUICK, 60.0, 10.0)
+        lines = with_errors(load(data)).dropna(subset=["solution"])
+    print(lines.pivot_table(index=["axis", "value"], columns="quantity", values="solution", sort=False).to_string())
+
+
 def main() -> None:
     """Read the command line, solve, write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -150,7 +165,11 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=60.0, help="processor time for one wall in one way (s)")
     parser.add_argument("--data", type=Path, default=DATA)
     parser.add_argument("--from-data", action="store_true", help="only make page and pictures")
+    parser.add_argument("--quick", action="store_true", help="only the smallest wall, in a few ways")
     asked = parser.parse_args()
+    if asked.quick:
+        quick()
+        return
     if not asked.from_data:
         run(asked.data, asked.scenes, asked.axes, asked.seconds, asked.limit)
     sys.path.append(str(HERE.parent))  # where what all benchmarks share is
