@@ -17,6 +17,8 @@ from damagepred.archive.files import write_whole
 from damagepred.scene.accuracy import PRESETS
 
 HERE = Path(__file__).resolve().parent
+NO_ERROR = 1e-4
+"""Share of a value below which errors count as none."""
 
 
 def percent(value: float) -> str:
@@ -48,29 +50,56 @@ def at_default(lines: pd.DataFrame, error: str, axis: str = "default", value: st
 def cheapest(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:
     """Return for each wall and quantity the fastest choice within the limit, and what the default has."""
     rows = []
-    for (scene, quantity), own in lines.groupby(["scene", "quantity"], sort=False):
+    for (scene, quantity), own in lines[comparable(lines)].groupby(["scene", "quantity"], sort=False):
         own = own.dropna(subset=[error])
         default = own[own["axis"] == "default"]
         if not len(own) or not len(default) or own[error].max() < 1e-6:
             continue
-        fine = own[own[error] <= limit]
-        first = fine.sort_values("seconds").iloc[0] if len(fine) else None
-        front = edge(own, error)
+        fine = own[own[error] <= limit].sort_values("seconds")
         rows.append(
-            {"wall": scene, "quantity": QUANTITIES[quantity], "own error of the reference, %":
-                percent(float(own[f"{error}_floor"].iloc[0])), "default, %": percent(float(default[error].iloc[0])),
-             "default, s": float(default["seconds"].iloc[0]),
-             "fastest within 1 %": "none" if first is None else f"{first['axis']}: {first['value']}",
-             "its time, s": np.nan if first is None else float(first["seconds"]),
-             "default on the edge": "yes" if on_edge(front, default.iloc[0], error) else "no"}
+            {"wall": scene, "quantity": QUANTITIES[quantity], "floor": float(own[f"{error}_floor"].iloc[0]),
+             "error": float(default[error].iloc[0]), "default, s": float(default["seconds"].iloc[0]),
+             "fastest within 1 %": f"{fine['axis'].iloc[0]}: {fine['value'].iloc[0]}" if len(fine) else "none",
+             "its time, s": float(fine["seconds"].iloc[0]) if len(fine) else np.nan,
+             "default on the edge": "yes" if on_edge(edge(own, error), default.iloc[0], error) else "no"}
         )  # fmt: skip
     return pd.DataFrame(rows)
 
 
 def on_edge(front: pd.DataFrame, line: pd.Series, error: str) -> bool:
-    """Whether nothing is both faster by a fifth and more accurate by a tenth: below that, times are noise."""
-    better = front[(front["seconds"] < 0.8 * line["seconds"]) & (front[error] < 0.9 * line[error] + 1e-9)]
+    """Whether nothing is both faster by a quarter, beyond the noise of times, and as accurate or better.
+
+    Errors below 0.01 % count as none.
+    """
+    better = front[(front["seconds"] < 0.75 * line["seconds"]) & (front[error] <= max(line[error], NO_ERROR))]
     return not len(better)
+
+
+def summary(lines: pd.DataFrame, error: str) -> pd.DataFrame:
+    """Return, wall by wall, what the default reaches, and the fastest choice that reaches 1 % in all quantities."""
+    table, worse = cheapest(lines, error), worst(lines[comparable(lines)], error)
+    rows = []
+    for scene, own in table.groupby("wall", sort=False):
+        told = own[own["floor"] <= FINE_ENOUGH]
+        beyond = told[told["error"] > FINE_ENOUGH]
+        fine = worse[(worse["scene"] == scene) & (worse["worst"] <= FINE_ENOUGH)].sort_values("seconds")
+        untold = own.loc[own["floor"] > FINE_ENOUGH, "quantity"]
+        rows.append(
+            {"wall": scene, "default, s": float(own["default, s"].iloc[0]),
+             "within 1 %": f"{len(told) - len(beyond)} of {len(told)}",
+             "beyond": ", ".join(f"{r['quantity']} {percent(r['error'])} %" for _, r in beyond.iterrows()),
+             "default on the edge": f"{int((told['default on the edge'] == 'yes').sum())} of {len(told)}",
+             "fastest with all within 1 %": f"{fine['axis'].iloc[0]}: {fine['value'].iloc[0]}" if len(fine) else "none",
+             "its time, s": float(fine["seconds"].iloc[0]) if len(fine) else np.nan,
+             "not known to 1 %": ", ".join(untold)}
+        )  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def comparable(lines: pd.DataFrame) -> pd.Series:
+    """Tell which lines give as many points of the path as the default; fewer increments are faster, and show less."""
+    few = lines["axis"].isin(("increments", "explicit increments")) & lines["value"].isin(("4", "8"))
+    return ~(few | lines["axis"].str.startswith("in time"))
 
 
 def by_choice(lines: pd.DataFrame, error: str) -> pd.DataFrame:
@@ -144,9 +173,11 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
         "### The default: error against the same equations solved closely, %",
         pages.markdown(at_default(lines, "solution")),
         "### References, and their own errors, %", pages.markdown(references(rows)),
-        "### What reaches 1 % soonest", "*Against the same equations solved closely*",
-        pages.markdown(cheapest(lines, "solution")), "*Against the finest model*",
-        pages.markdown(cheapest(lines, "model")),
+        "### What the default reaches, and what reaches 1 % soonest",
+        "Of ways that give as many points of the path; on the edge is what none beats in both time and error. By "
+        "quantity: [edges_solution.csv](edges_solution.csv), [edges_model.csv](edges_model.csv).",
+        "*Against the same equations solved closely*", pages.markdown(summary(lines, "solution")),
+        "*Against the finest model*", pages.markdown(summary(lines, "model")),
         "### Every choice: worst error over the quantities, and time over the default's",
         "*Solving: against the same equations solved closely*", pages.markdown(by_choice(lines, "solution")),
         "*Model: against the finest, of quantities that it knows to 1 %*", pages.markdown(by_choice(lines, "model")),
@@ -155,6 +186,11 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
         "### Diagrams", *[f"![{n}]({n.replace(', ', '_').replace(' ', '_')}.png)" for n in names],
     ]  # fmt: skip
     pages.put_in(page, "\n\n".join(sections))
+    for error in ("solution", "model"):
+        table = cheapest(lines, error).round({"floor": 6, "error": 6})
+        write_whole(
+            page.parent / f"edges_{error}.csv", lambda p, t=table: t.to_csv(p, index=False, lineterminator="\n")
+        )
     write_presets(lines, presets)
     return lines
 
