@@ -27,7 +27,7 @@ PRESETS: dict[str, dict[str, dict[str, Any]]] = {
     },
     "standard": {"quasi_static": {}, "explicit": {}},
     "reference": {
-        "quasi_static": {"blocks": "deformable", "zone_size": 0.04},
+        "quasi_static": {"blocks": "deformable", "zone_size": 0.04, "contacts_per_interface": 5},
         "explicit": {"blocks": "deformable", "zone_size": 0.04, "ramp_cycles": 10_000, "tolerance": 1e-4},
     },
 }

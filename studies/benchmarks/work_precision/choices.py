@@ -126,13 +126,16 @@ def of_the_model() -> list[Choice]:
 
 
 def presets() -> list[Choice]:
-    """Return the presets of ``[solver] accuracy``; the standard one of the quasi-static solver is the default."""
+    """Return the presets of the explicit solver; those of the quasi-static one are other choices, see ``PRESET``."""
     return [
-        Choice(f"preset, {method}", accuracy, {"accuracy": accuracy, **preset(accuracy, method), "method": method},
-               model=True)
-        for method, presets in (("quasi_static", ("draft", "reference")), ("explicit", tuple(PRESETS)))
-        for accuracy in presets
-    ]  # fmt: skip
+        Choice("preset, explicit", accuracy, {**preset(accuracy, "explicit"), "method": "explicit"}, model=True)
+        for accuracy in PRESETS
+    ]
+
+
+PRESET = {"draft": ("contacts", "midpoint 2"), "standard": ("default", "quasi-static"),
+          "reference": (FINEST, "40 mm, Lobatto 5")}  # fmt: skip
+"""Which choice each preset of the quasi-static solver is."""
 
 
 def choices() -> list[Choice]:

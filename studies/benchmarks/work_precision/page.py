@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pages
 import pandas as pd
+from choices import PRESET
 from diagrams import draw
 from errors import FINE_ENOUGH, edge, load, orders, reference, with_errors, worst
 from errors import MODELS as MODEL_REFERENCES
@@ -199,10 +200,11 @@ def write_presets(lines: pd.DataFrame, path: Path) -> None:
     """Write the errors of the presets against the finest model, for ``damagepred check``."""
     known, rows = scenes(), []
     for method in ("quasi_static", "explicit"):
-        own = lines[(lines["axis"] == f"preset, {method}") & lines["model"].notna()]
+        told = lines[lines["model"].notna()]
+        own = told[told["axis"] == "preset, explicit"]
         if method == "quasi_static":
-            standard = lines[(lines["axis"] == "default") & lines["model"].notna()].assign(value="standard")
-            own = pd.concat((own, standard))
+            parts = [told[(told["axis"] == a) & (told["value"] == v)].assign(value=p) for p, (a, v) in PRESET.items()]
+            own = pd.concat(parts)
         usual = own[own["value"] == "standard"].groupby("scene")["seconds"].first()
         for accuracy in PRESETS:
             for _, line in own[own["value"] == accuracy].iterrows():

@@ -62,7 +62,7 @@ def scenes() -> dict[str, Place]:
         "doming": Place(_bryant("doming"), "test wall, doming to 7 mm: hangs over at both ends"),
         "window": Place(window, "test wall with a window, dishing to 8 mm: cracks under the sill"),
         "window, strong": Place(
-            replace(window, joint=strong), "the same, of mortar that does not break: there is one answer"
+            replace(window, joint=strong), "test wall with a window, of mortar that does not break: there is one answer"
         ),
         "no dpc": Place(replace(solid, dpc=None), "test wall without a dpc, dishing to 8 mm: cracks from below"),
         "small": Place(small, "1.44 m x 0.6 m, no dpc, heavily loaded, doming to 4 mm, bonds soften (10 N/m)"),
