@@ -375,7 +375,7 @@ class Model:
         """Whether each block (n,) can move by itself in any direction, being not held or moved altogether."""
         free = np.ones(3 * self.n_blocks, dtype=np.bool_)
         free[self.supports.prescribed[self.supports.prescribed < free.size]] = False
-        return free.reshape(-1, 3).any(axis=1)
+        return np.asarray(free.reshape(-1, 3).any(axis=1))
 
     @property
     def mean_block_weight(self) -> float:
