@@ -117,7 +117,7 @@ def _walls_until(data: pd.DataFrame, row: object, method: str) -> float:
     away = abs(row.difference)  # type: ignore[attr-defined]
     if away < 2 * row.error:
         return np.nan
-    return float((last["error"] ** 2 * last["walls"]).mean()) / away**2
+    return float((last["error"] ** 2 * last["walls"]).mean()) / away**2 if away else float("inf")
 
 
 def draw(data: pd.DataFrame, floors: pd.DataFrame, path: Path) -> None:
