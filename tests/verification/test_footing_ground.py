@@ -113,7 +113,8 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     weight = strip.line_weight * 2.4 + GRAVITY * 1800 * 0.11 * 2.4 * 0.6 + roof
     settled = -weight / (stiffness * strip.width * 2.4)
     case = f"wall of 8 courses, k {stiffness / 1e6:g} N/mm²/m: {strip}"
-    segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
+    # cycling, bricks slide on the dpc while their weight comes on, and friction keeps that: rounding decides how much
+    segments, allowed = model.footing, 4e-3 if solver.method == "explicit" else 1e-6
     verify(
         SETTLES, case=case, solver=solver.method, quantity="settlement", unit="m",
         computed=first.displacement[segments, 1], exact=settled, tolerance=allowed,
