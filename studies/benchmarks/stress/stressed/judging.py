@@ -7,6 +7,7 @@ import warnings
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from damagepred.errors import DamagepredError, InputError, SolverError
 from stressed.case import STATIC, Case, Found, NotTriedError, found, solver_of
@@ -16,6 +17,8 @@ from stressed.limit import cannot_stand
 SLACK, ADDED_UP = 3.0, 30.0
 """Times a solver's tolerance within which forces added up anew balance: turning is weighed otherwise; and blocks
 of zones in the quasi-static solver, which looks at each gridpoint by itself."""
+ASTRAY = 0.1
+"""Of a block's size that a wall on ground that stands still has moved when it has fallen."""
 SEEN, FARTHER = 1e-4, 2.5
 """How far (m) a wall that falls has gone at the end of a run in time, and over where it was at half of it."""
 
@@ -34,7 +37,7 @@ def judge(case: Case, way: str) -> dict[str, Any]:
         row |= verdict(case, way, result)
     except NotTriedError as error:
         row |= {"verdict": "not tried", "message": str(error)}
-    except InputError as error:
+    except (InputError, ValidationError) as error:  # a scene made in Python is refused by pydantic's own error
         row |= {"verdict": "refused", "message": said(error)}
     except SolverError as error:
         row |= {"verdict": "gave up", "message": said(error)}
@@ -52,11 +55,18 @@ def said(error: Exception) -> str:
 
 
 def sets_off(result: Found) -> bool:
-    """Tell whether a run in time has begun to fall: then it is four times as far, or more, in twice the time."""
+    """Tell whether a run in time falls: it is four times as far, or more, in twice the time, or leans on what is there.
+
+    What falls may have come to rest again by the end: then it is a tenth of a block away.
+    """
+    model, size = result.model, float(np.sqrt(result.model.blocks.area.max(where=result.model.moves, initial=0.0)))
+    ground = max(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0),
+                 np.abs(model.supports.prescribed_displacement).max(initial=0.0))  # fmt: skip
     half, end = (
-        np.abs(step.displacement[:, :2]).max() for step in (result.path[len(result.path) // 2], result.path[-1])
+        np.abs(step.displacement[model.moves, :2]).max(initial=0.0)
+        for step in (result.path[len(result.path) // 2], result.path[-1])
     )
-    return bool(end > SEEN and end > FARTHER * half)
+    return bool(end > ASTRAY * size + 2.0 * ground or (end > SEEN + 2.0 * ground and end > FARTHER * half))
 
 
 def verdict(case: Case, way: str, result: Found) -> dict[str, Any]:
