@@ -1,0 +1,250 @@
+"""How long do 100 000 or a million walls take on so many workers? A model of measured parts, and runs to check it with.
+
+    python studies/benchmarks/workers/run.py [--part parts runs] [--wall window solid] [--quick] [--from-data]
+
+``parts`` measures what a study is made of: one worker's time for a wall, drawing, handing out, merging, bytes. ``runs``
+runs whole studies on the program's own worker processes and on a local Dask cluster. About three minutes in all; on a
+machine with anything else to do the runs take longer than the model says. parts.csv and runs.csv hold both, README.md
+what follows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from model import Costs, most_workers, predicted  # noqa: E402
+from pages import machine, markdown, put_in  # noqa: E402
+
+from damagepred.archive.files import write_whole  # noqa: E402
+from damagepred.archive.folder import StudyFolder, open_study  # noqa: E402
+from damagepred.archive.parts import joined, read_part, write_part  # noqa: E402
+from damagepred.study import Study  # noqa: E402
+from damagepred.study.sample import Outcome, run_batch  # noqa: E402
+from damagepred.study.settings import StudySettings  # noqa: E402
+from damagepred.study.warm_up import warm_up  # noqa: E402
+
+
+def settings_of(wall: str) -> StudySettings:
+    """Return a study: a small wall with a window, or the solid wall of the full-scale test."""
+    if wall == "solid":
+        import runpy
+
+        found = runpy.run_path(str(HERE.parents[1] / "throughput" / "run.py"))["solid_wall_study"](100)
+        return found  # type: ignore[no-any-return]
+    return StudySettings.from_toml(HERE.parent / "probabilities" / "window.toml")
+
+
+# -- the parts --------------------------------------------------------------------------------------------------------
+
+
+class Copies(Executor):
+    """Solves nothing: writes a copy of one solved wall for each that it is given, and keeps account of that time."""
+
+    _max_workers = 8
+
+    def __init__(self, row: Any, status: int, seconds: float) -> None:
+        self.row, self.status, self.seconds, self.spent = row, status, seconds, 0.0
+
+    def submit(self, function: Any, /, *arguments: Any, **more: Any) -> Future:  # type: ignore[override]
+        """Do what ``run_batch`` would have done after solving."""
+        began = time.process_time()
+        folder, batch = arguments
+        rows = joined([self.row] * len(batch))
+        rows["sample"].values[:] = [sample for sample, _ in batch]
+        write_part(StudyFolder(folder).part_file(batch[0][0], batch[-1][0]), rows)
+        done: Future = Future()
+        done.set_result([Outcome(sample, self.status, self.seconds, "") for sample, _ in batch])
+        self.spent += time.process_time() - began
+        return done
+
+
+def parts(wall: str, solved: int, copied: int) -> dict[str, float]:
+    """Measure what a study is made of, by the processor: a few walls solved, and many copies of one."""
+    settings = settings_of(wall)
+    with tempfile.TemporaryDirectory() as place:
+        first = Path(place) / "first.dp"
+        starts = []
+        for k in range(3):
+            began = time.perf_counter()
+            Study(settings).run(first if k == 0 else Path(place) / f"start{k}.dp", samples=1, workers=1)
+            starts.append(time.perf_counter() - began)
+        each = _one_worker(Study(settings), Path(place) / "solved.dp", solved)
+        folder = StudyFolder(first)
+        (file,) = folder.part_files()
+        row = read_part(file)
+        study, many = Study(settings), StudyFolder(Path(place) / "many.dp")
+        study.run(many.path, samples=1)
+        drawing = _seconds(lambda: study._prepare(many, copied))
+        copies = Copies(row, 0, each)
+        whole = _seconds(lambda: study.run(many.path, samples=copied, executor=copies)) - copies.spent
+        merging = _seconds(many.consolidate)
+        # drawn again by the run, and merged
+        parent = max(whole - merging - drawing, 0.0)
+        size = sum(f.stat().st_size for f in many.path.rglob("*") if f.is_file())
+    return {
+        "wall": each, "start": min(starts) - each, "drawing": 2 * drawing / copied, "parent": parent / copied,
+        "merging": merging / copied, "bytes": size / copied,
+    }  # fmt: skip
+
+
+def _seconds(do: Any) -> float:
+    began = time.process_time()
+    do()
+    return time.process_time() - began
+
+
+def _one_worker(study: Study, path: Path, count: int) -> float:
+    """Return a worker's processor time for a wall, writing included."""
+    study.run(path, samples=1)
+    study._prepare(StudyFolder(path), count)
+    warm_up(study.settings.scene)
+    values = study.design.wall_values(count)
+    batches = [[(i, {k: float(v[i]) for k, v in values.items()}) for i in range(a, min(a + 8, count))]
+               for a in range(1, count, 8)]  # fmt: skip
+    run_batch(str(path), batches[0])
+    return _seconds(lambda: [run_batch(str(path), batch) for batch in batches[1:]]) / (count - 1 - len(batches[0]))
+
+
+# -- runs to check the model with -------------------------------------------------------------------------------------
+
+
+def runs(wall: str, samples: int, ways: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Run whole studies, and time them by the clock."""
+    rows = []
+    for way in ways:
+        workers = int(way.split()[-2])
+        with tempfile.TemporaryDirectory() as place:
+            study, out = Study(settings_of(wall)), Path(place) / "study.dp"
+            if way.startswith("Dask"):
+                seconds, started = _on_dask(study, out, samples, workers)
+            else:
+                began = time.perf_counter()
+                study.run(out, samples=samples, workers=workers)
+                seconds, started = time.perf_counter() - began, np.nan
+            solving = float(np.nansum(open_study(out)["run_time"].values))
+        rows.append({
+            "wall": wall, "way": way, "walls": samples, "workers": workers, "seconds": seconds,
+            "cluster start": started,
+            "wall by the clock": solving / samples, "busy": solving / (workers * seconds), "load": os.getloadavg()[0],
+        })  # fmt: skip
+        print(rows[-1], flush=True)
+    return rows
+
+
+def _on_dask(study: Study, out: Path, samples: int, workers: int) -> tuple[float, float]:
+    """Run on a local cluster; return how long the study took, and the start of the cluster apart."""
+    from distributed import Client, LocalCluster
+
+    began = time.perf_counter()
+    with (
+        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        started = time.perf_counter() - began
+        began = time.perf_counter()
+        study.run(out, samples=samples, executor=client)
+        return time.perf_counter() - began, started
+
+
+# -- the page ---------------------------------------------------------------------------------------------------------
+
+
+def costs_of(table: pd.DataFrame, wall: str) -> Costs:
+    """Return what was measured of a wall's study."""
+    return Costs(**table[table["wall of"] == wall].iloc[0][list(Costs._fields)])
+
+
+def write_page(folder: Path) -> None:
+    """Write tables into README.md, and the picture, from parts.csv and runs.csv."""
+    from picture import draw
+
+    measured, checked = pd.read_csv(folder / "parts.csv"), pd.read_csv(folder / "runs.csv")
+    said = [f"Measured on {machine()}."]
+    shown = measured.rename(columns={
+        "wall of": "study", "wall": "s a wall", "start": "start s", "drawing": "drawing ms", "parent": "handing out ms",
+        "merging": "merging ms", "bytes": "kB a wall",
+    })  # fmt: skip
+    for name in ("drawing ms", "handing out ms", "merging ms"):
+        shown[name] *= 1e3
+    shown["kB a wall"] /= 1e3
+    shown["workers at most"] = [round(most_workers(costs_of(measured, wall))) for wall in measured["wall of"]]
+    said += ["### What a study is made of", markdown(shown)]
+    rows = []
+    for run in checked.itertuples():
+        costs = costs_of(measured, run.wall)
+        found = predicted(costs, run.walls, run.workers).total
+        rows.append({
+            "study": run.wall, "way": run.way, "walls": run.walls, "seconds": run.seconds, "model": found,
+            "model / measured": found / run.seconds, "share of workers' time": run.busy, "load average": run.load,
+        })  # fmt: skip
+    said += ["### The model beside runs it knows nothing of", markdown(pd.DataFrame(rows)), "### What it says"]
+    table = []
+    for wall in measured["wall of"]:
+        costs = costs_of(measured, wall)
+        for samples in (100_000, 1_000_000):
+            for workers in (2, 16, 128, 1024):
+                found = predicted(costs, samples, workers)
+                table.append({
+                    "study": wall, "walls": f"{samples:.0e}".replace("+0", ""), "workers": workers,
+                    "hours": found.total / 3600,
+                    "of that before the first wall": f"{found.once / found.total:.0%}",
+                    "merging": f"{found.merging / found.total:.0%}", "efficiency": f"{found.efficiency:.0%}",
+                    "GB": samples * costs.bytes / 1e9, "waits for": "handing out" if found.bound else "walls",
+                })  # fmt: skip
+    said.append(markdown(pd.DataFrame(table)))
+    draw({wall: costs_of(measured, wall) for wall in measured["wall of"]}, checked, folder / "workers.png")
+    if (folder / "README.md").is_file():
+        put_in(folder / "README.md", "\n\n".join(said))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--part", nargs="+", choices=("parts", "runs"), default=["parts", "runs"])
+    parser.add_argument("--wall", nargs="+", choices=("window", "solid"), default=["window", "solid"])
+    parser.add_argument("--quick", action="store_true", help="a few walls, to see that it runs")
+    parser.add_argument("--from-data", action="store_true", help="page and picture again, nothing else")
+    parser.add_argument("--into", type=Path, default=HERE, help="folder of data, picture and page")
+    options = parser.parse_args()
+    quick = options.quick
+    if not options.from_data:
+        for wall in options.wall:
+            if "parts" in options.part:
+                solved, copied = (20, 200) if quick else (33 if wall == "solid" else 201, 10_000)
+                found = parts(wall, solved, copied)
+                print(wall, found, flush=True)
+                put_rows(options.into / "parts.csv", pd.DataFrame([{"wall of": wall, **found}]), "wall of", wall)
+            if "runs" in options.part:
+                ways = (
+                    ("own pool, 2 workers",)
+                    if quick
+                    else ("own pool, 1 worker", "own pool, 2 workers", "Dask, 2 workers")
+                )
+                samples = 24 if quick else (60 if wall == "solid" else 400)
+                rows = runs(wall, samples, ways)
+                put_rows(options.into / "runs.csv", pd.DataFrame(rows), "wall", wall)
+    write_page(options.into)
+
+
+def put_rows(file: Path, rows: pd.DataFrame, key: str, value: str) -> None:
+    """Put rows into a table in place of those of the same study."""
+    if file.is_file():
+        before = pd.read_csv(file)
+        rows = pd.concat([before[before[key] != value], rows])
+    write_whole(file, lambda path: rows.to_csv(path, index=False, float_format="%.5g"))
+
+
+if __name__ == "__main__":
+    main()
