@@ -67,8 +67,8 @@ def test_a_block_that_nothing_holds_falls():
 
 
 def test_a_mirrored_wall_moves_as_in_a_mirror():
-    """Window near the left end, and near the right; cracks included. Friction keeps what rounding began."""
-    scenes = [small_scene(x, tolerance=1e-3, ramp_cycles=3000) for x in (0.48, 2.4 - 0.48 - 0.48)]
+    """Window near the left end, and near the right; cracks included. Slowly: friction keeps what a jolt began."""
+    scenes = [small_scene(x, tolerance=1e-3, ramp_cycles=10_000) for x in (0.48, 2.4 - 0.48 - 0.48)]
     models = [wall_model(scene) for scene in scenes]
     ends = [list(explicit_path(m, s.solver, 4)) for m, s in zip(models, scenes)]
     left, right = models[0].blocks, models[1].blocks
@@ -76,9 +76,9 @@ def test_a_mirrored_wall_moves_as_in_a_mirror():
     np.testing.assert_allclose(right.x[twin], 2.4 - left.x, atol=1e-9)
     for step in (1, 4):
         one, other = ends[0][step].displacement, ends[1][step].displacement[twin] * (-1.0, 1.0, -1.0)
-        assert np.abs(one - other)[:, :2].max() < 0.02 * np.abs(one)[:, :2].max()
+        assert np.abs(one - other)[:, :2].max() < 0.01 * np.abs(one)[:, :2].max()
     dpc = [np.sort(p[4].opening[m.interfaces.kind == Kind.DPC].ravel()) for p, m in zip(ends, models)]
-    np.testing.assert_allclose(*dpc, atol=0.02 * dpc[0].max())
+    np.testing.assert_allclose(*dpc, atol=0.01 * dpc[0].max())
 
 
 def test_two_runs_are_the_same_to_the_last_bit():

@@ -180,10 +180,10 @@ def test_the_walls_of_the_test_follow_the_same_path(name: str, deflection: float
 
 
 @pytest.mark.parametrize("length", [EVEN, ODD])
-@pytest.mark.parametrize("deflection", [5e-6, 1.2e-3])
+@pytest.mark.parametrize("deflection", [5e-6, 1.5e-3])
 def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
-    """Elastic, and open along the dpc. Farther, from 1.8 mm, a jolt or rounding decides what breaks or slides first."""
-    settings = Solver(method="explicit", tolerance=1e-4)
+    """Elastic, and open along the dpc. Farther, from 2 mm on, a jolt or rounding decides what slides first."""
+    settings = Solver(method="explicit", tolerance=1e-4, ramp_cycles=10_000)
     strong = Joint(tensile_strength=1e6, cohesion=1e6)
     wall = scene(length, joint=strong, dpc=Dpc() if deflection > 1e-3 else None)
     model = wall_model(replace(wall, movement=Movement(central_deflection=deflection, increments=1)))

@@ -109,12 +109,12 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     )  # fmt: skip
     scene = replace(scene, wall=wall, block=BlockMaterial(density=1800.0), dpc=Dpc(course=1))
     model = wall_model(scene)
-    first, last = path_of(model, solver)
+    # cycling, bricks slide on the dpc while their weight comes on, and friction keeps that: slowly, so that few do
+    first, last = path_of(model, solver, ramp_cycles=10_000)
     weight = strip.line_weight * 2.4 + GRAVITY * 1800 * 0.11 * 2.4 * 0.6 + roof
     settled = -weight / (stiffness * strip.width * 2.4)
     case = f"wall of 8 courses, k {stiffness / 1e6:g} N/mm²/m: {strip}"
-    # cycling, bricks slide on the dpc while their weight comes on, and friction keeps that: rounding decides how much
-    segments, allowed = model.footing, 4e-3 if solver.method == "explicit" else 1e-6
+    segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
     verify(
         SETTLES, case=case, solver=solver.method, quantity="settlement", unit="m",
         computed=first.displacement[segments, 1], exact=settled, tolerance=allowed,
