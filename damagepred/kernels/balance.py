@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, kernel_making_arrays
 from damagepred.kernels.joint import capped
 
 
@@ -13,7 +13,7 @@ def bring_on(dead, live, load, progress, force):
         force[i] = load * dead[i] + progress * live[i]
 
 
-@kernel
+@kernel_making_arrays
 def out_of_balance(force, free, per_weight):
     """Return the force on what is free, 0 elsewhere, and the largest of it; infinity if any is no number.
 

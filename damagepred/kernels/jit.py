@@ -53,17 +53,32 @@ def _cache_folder() -> Path | None:
 CACHE_FOLDER = _cache_folder()
 
 
-def kernel(function):
-    """Compile ``function``: cached, without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen)."""
+FLAGS = {"nogil": True, "fastmath": False, "error_model": "numpy", "boundscheck": False}
+"""Without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen)."""
+UNCOUNTED = {**FLAGS, "_nrt": False}
+"""Also without counting who refers to an array: for a tuple of 15 arrays handed to a law that branches, the counts of
+all of them go up and down, and that took three quarters of the time of a joint. What is compiled so cannot make
+arrays, and a law may not return one."""
+
+
+def _compiled(function, flags):
     before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
     try:
-        compiled = numba.njit(
-            cache=CACHE_FOLDER is not None, nogil=True, fastmath=False, error_model="numpy", boundscheck=False
-        )(function)
+        compiled = numba.njit(cache=CACHE_FOLDER is not None, **flags)(function)
     finally:
         config.CACHE_DIR = before  # other users of numba in this process keep theirs
     _own_names(compiled)
     return compiled
+
+
+def kernel(function):
+    """Compile ``function``, cached: it fills arrays that it is given, and makes none."""
+    return _compiled(function, UNCOUNTED)
+
+
+def kernel_making_arrays(function):
+    """Compile ``function``, cached: it may make arrays of its own, and return them."""
+    return _compiled(function, FLAGS)
 
 
 def _own_names(compiled):
@@ -79,9 +94,14 @@ def _own_names(compiled):
 
 def law(function):
     """Compile a law that kernels call: always inlined, as only then it can work on many contacts at a time."""
-    return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False, forceinline=True)(function)
+    return numba.njit(forceinline=True, **UNCOUNTED)(function)
+
+
+def law_making_arrays(function):
+    """Compile a law that makes arrays of its own: for kernels that may."""
+    return numba.njit(forceinline=True, **FLAGS)(function)
 
 
 def rule(function):
     """Compile a law that is too long to be put wherever it is called: compiled once, called from many kernels."""
-    return numba.njit(nogil=True, fastmath=False, error_model="numpy", boundscheck=False)(function)
+    return numba.njit(**UNCOUNTED)(function)

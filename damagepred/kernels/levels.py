@@ -10,7 +10,7 @@ sides, w in all: three of a rigid block, or x and y of the two gridpoints at the
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.jit import kernel, kernel_making_arrays, law, law_making_arrays
 
 
 @law
@@ -35,7 +35,7 @@ def between_sides(rows, stiffness, matrix):
                     matrix[r, c] += left * rows[j, c]
 
 
-@kernel
+@kernel_making_arrays
 def add_within(listed, ties, stiffness, place, level, k, matrix):
     """Add what some interfaces contribute to the stiffness within level k.
 
@@ -68,7 +68,7 @@ def add_within(listed, ties, stiffness, place, level, k, matrix):
                     matrix[place[column], place[row]] += whole[r, c]
 
 
-@kernel
+@kernel_making_arrays
 def couplings(bridges, far_is_b, ties, stiffness, up, down):
     """Fill the stiffness between the sides of bridging interfaces.
 
@@ -143,7 +143,7 @@ def add_row(amount, row, total):
         total[j] += amount * row[j]
 
 
-@law
+@law_making_arrays
 def multiply(inverses, at, size, force, from_place, displacement, to_place):
     """Add what a level's (transposed) inverse makes of forces to displacements, one row after the other.
 
@@ -195,7 +195,7 @@ def push_sides(side, first, last, at_here, at_there, coupling, displacement, the
                     force[j, here + at_here[e, r]] -= coupling[e, r, c] * displacement[j, there + at_there[e, c]]
 
 
-@kernel
+@kernel_making_arrays
 def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, force, hanging):
     """Eliminate levels from the farthest to ``last``: which forces come down, and where they would hang by themselves.
 
@@ -223,7 +223,7 @@ def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, f
             push(first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging, a, force, start[k - 1])
 
 
-@kernel
+@kernel_making_arrays
 def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, first, load, hanging, displacement):
     """Fill the displacements of levels ``first`` and beyond from those of the nearer ones.
 
@@ -247,7 +247,7 @@ def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, firs
         multiply(inverses, at_inverse[k], b - a, pull, a, displacement, a)
 
 
-@kernel
+@kernel_making_arrays
 def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, force, hanging):
     """Turn forces (r, degrees of freedom) into displacements: levels from far to near, and back; see ``hang``."""
     hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, hanging)
@@ -257,7 +257,7 @@ def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, 
     reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, 1, 1.0, hanging, force)
 
 
-@kernel
+@kernel_making_arrays
 def sweep_together(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, hanging):
     """Turn many forces, side by side, into displacements; what ``sweep`` does for few, one below the other.
 
@@ -360,7 +360,7 @@ def take_rows(listed, source, target):
             target[i, j] = source[i, j]
 
 
-@kernel
+@kernel_making_arrays
 def changed_since(active, wanted, factorised, slot):
     """Return the active interfaces whose stiffness is not as it was factorised, and how many of them have no slot yet.
 
@@ -385,7 +385,7 @@ def changed_since(active, wanted, factorised, slot):
     return changed[:count], new
 
 
-@kernel
+@kernel_making_arrays
 def forces_of_change(compliance, slots, change):
     """Return which forces of changed interfaces the change makes, and the matrix that these follow from.
 
@@ -443,7 +443,7 @@ def made_by_change(rows, change, moved, force):
             force[m, c] = total
 
 
-@kernel
+@kernel_making_arrays
 def agrees(rows, change, moved, force, share):
     """Tell whether forces (r, p) are those that ``made_by_change`` finds anew, to a share of the largest of a row."""
     again = np.empty_like(force)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel_making_arrays
 
 
-@kernel
+@kernel_making_arrays
 def joints_away(start, end, count, roots):
     """Return over how many joints each block is reached from the nearest root; -1 where there is no way.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.jit import kernel_making_arrays, law
 from damagepred.kernels.zone_law import zone_return, zone_tangent
 
 STEPS = 200
@@ -51,7 +51,7 @@ def seven(values):
     return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
 
 
-@kernel
+@kernel_making_arrays
 def resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, stiffness):
     """Fill the forces on gridpoints that hold a block's zones, and their slopes.
 
@@ -110,7 +110,7 @@ def resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, s
     return largest
 
 
-@kernel
+@kernel_making_arrays
 def solid_response(
     zones,
     slopes,
@@ -210,7 +210,7 @@ def solid_response(
                 rim_stiffness[i, j] -= left * follow[k, j]
 
 
-@kernel
+@kernel_making_arrays
 def yield_work(zones, slopes, volume, elasticity, strength, u, plastic, state):
     """Let zones remember an equilibrium; return the work that yielding took (J).
 

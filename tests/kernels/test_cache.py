@@ -2,9 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from damagepred.assembly import wall_model
 from damagepred.kernels import jit
+from damagepred.kernels.equilibrium import contact_stresses
+from damagepred.scene import Scene, Wall
+from damagepred.solvers.quasi_static.equilibrium import State
 
 
 def doubled(x):
@@ -26,3 +31,19 @@ def test_two_that_compile_at_once_for_different_arguments_keep_apart(
     for argument in (1, 1.0):
         assert type(later(argument)) is type(argument)
     assert sum(later.stats.cache_hits.values()) == 1  # the other's place in the index was lost: compiled anew
+
+
+def test_arrays_that_a_law_is_handed_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # code from a cache cannot be looked at
+    model = wall_model(Scene(wall=Wall(length=0.48, height=0.2)))
+    at_rest, shape = State.rest(model), model.interfaces.contact_area.shape
+    counts = {}
+    for compiler in (jit.kernel, jit.kernel_making_arrays):
+        stresses = compiler(contact_stresses.py_func)
+        stresses(
+            model.interfaces, model.properties, model.ground, at_rest.memory, at_rest.displacement, 0.0,
+            *(np.empty(shape) for _ in range(3)),
+        )  # fmt: skip
+        (code,) = stresses.inspect_llvm().values()
+        counts[compiler.__name__] = code.count("@NRT_incref(")
+    assert counts["kernel"] == 0 < counts["kernel_making_arrays"]

@@ -22,6 +22,7 @@ from damagepred.path import follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
 from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.quasi_static.equations import LevelEquations
+from damagepred.solvers.quasi_static.path import Path as EquilibriumPath
 from damagepred.solvers.stiffness import held_dofs
 from damagepred.study import Study
 from damagepred.study.sample import run_batch
@@ -114,6 +115,25 @@ def factorisation(folder: Path) -> Ready:
         equations.solve(force)
 
     return Ready(work, 1e-3)
+
+
+def joint_law(live: bool) -> Callable[[Path], Ready]:
+    """Forces and stiffness of all joints of the wall with a window, as the quasi-static solver asks for them."""
+
+    def prepare(folder: Path) -> Ready:
+        scene = Scene.from_toml(ROOT / "data" / "bryant_window_dishing.toml")
+        follower = EquilibriumPath(wall_model(scene), scene.solver)
+        follower.advance(1.0, 0.1)
+        equilibrium, state = follower.equilibrium, follower.state
+        everything, times = equilibrium._everything, 40
+
+        def work() -> None:
+            for _ in range(times):
+                equilibrium._joint_forces(everything, state, state.displacement, live)
+
+        return Ready(work, times * len(everything) * 1e-9)
+
+    return prepare
 
 
 def path(name: str, increments: int, **changes: object) -> Callable[[Path], Ready]:
@@ -234,6 +254,8 @@ GATE = (
     Case("zone cycle", "ns a zone", zone_cycle("STRONG", PIECE, 40, False), {"compiled": 4}),
     Case("zone cycle, yielding", "ns a zone", zone_cycle("WEAK", PIECE, 40, False), {"compiled": 6}),
     Case("dynamic step", "ns a point", dynamic_step, {"compiled": 2}),
+    Case("joints, quasi-static", "ns a joint", joint_law(True), {"compiled": 2}),
+    Case("joints, limits frozen", "ns a joint", joint_law(False), {"compiled": 2}),
     Case("factorisation", "ms", factorisation, {"lapack": 5}),
     Case("path", "ms", path("bryant_dishing", 5), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
     Case("sample", "ms", sample(small), {"compiled": 5, "interpreter": 5, "files": 5}, rounds=8),

@@ -107,7 +107,8 @@ def test_a_far_away_wall_cracks_alike() -> None:
 
     own = Solver(method="explicit", tolerance=1e-4, symmetric_half=False)
     near, far = (cracked(cracking_wall(False, at).build(own), own) for at in (0.0, 1e4))
-    assert abs(near[0] - far[0]) <= 2
+    # rounding, which differs from processor to processor, turns round which of two equal bonds breaks first
+    assert far[0] == pytest.approx(near[0], rel=0.1)
     assert far[1] == pytest.approx(near[1], rel=2e-3)
 
 
