@@ -300,7 +300,8 @@ class Run:
     def unbalanced(self) -> FloatArray:
         """Return the unbalanced force of every degree of freedom over the mean block weight, 0 where it is held.
 
-        A deformable block counts as a whole, too: a little on each of many gridpoints is much together.
+        A deformable block counts as a whole, too, its turning included: a little on each of many gridpoints is much
+        together.
         """
         force = np.zeros_like(self.motion.force)
         force[self.free] = (self.motion.force / self.arm)[self.free]

@@ -15,6 +15,7 @@ from damagepred.solvers.zoned import (
     first_cells,
     pack_zones,
     put,
+    resultants,
     rigid_motion,
     take,
     zone_places,
@@ -45,17 +46,15 @@ class ZoneField:
         self._memory = cell[self._yields], number[self._yields], lane[self._yields]
         self._whole = (3 * self.mesh.block[:, None] + np.arange(3)).ravel()
         self._motion = rigid_motion(model)[self._whole]
+        self._resultant = resultants(model)[self._whole]
 
     def mean_motion(self, displacement: FloatArray) -> None:
         """Fill in how the deformable blocks (3 of each) have moved as a whole."""
         displacement[self._whole] = self._motion @ displacement
 
     def add_up(self, force: FloatArray) -> None:
-        """Fill in the resultants x and y (N) of the forces on the gridpoints of deformable blocks."""
-        mesh, count = self.mesh, self.model.n_blocks
-        for axis, dof in enumerate((mesh.dof_x, mesh.dof_y)):
-            whole = np.bincount(mesh.gridpoint_block, force[dof], count)
-            force[3 * mesh.block + axis] = whole[mesh.block]
+        """Fill in the resultants x, y and turning (N) of the forces on the gridpoints of deformable blocks."""
+        force[self._whole] = self._resultant @ force
 
     def plastic(self) -> FloatArray:
         """Return the plastic strain e_xx, e_yy, g_xy, e_zz of the zones, array (z, 4)."""

@@ -128,7 +128,7 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
     first: list[int] = []
     sets: list[NDArray[Any]] = []
     known: dict[bytes, int] = {}
-    order = np.argsort(mesh.batch, kind="stable")
+    order = np.lexsort((mesh.lane, mesh.batch))  # within a batch, blocks of one shape stand first
     ends = np.searchsorted(mesh.batch[order], np.arange(len(mesh.batch_pattern) + 1))
     for batch, pattern in enumerate(mesh.batch_pattern):
         cells = aligned(int(cells_of[pattern]), shape_type())
@@ -267,6 +267,22 @@ def rigid_motion(model: Model) -> sparse.csr_array:
     rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
     columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
     values = np.concatenate((share, share, -share * r_y / inertia, share * r_x / inertia))
+    return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
+
+
+def resultants(model: Model) -> sparse.csr_array:
+    """Return what adds up forces on gridpoints to those on their blocks, matrix (3 n, size).
+
+    A moment about the centroid counts over the block's radius of gyration, as a force.
+    """
+    mesh = _mesh(model)
+    block = mesh.gridpoint_block
+    gyration = np.sqrt(model.blocks.polar / model.blocks.area)[block]
+    r_x, r_y = (mesh.x - model.blocks.x[block]) / gyration, (mesh.y - model.blocks.y[block]) / gyration
+    one = np.ones(len(block))
+    rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
+    columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
+    values = np.concatenate((one, one, -r_y, r_x))
     return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
 
 

@@ -34,12 +34,12 @@ def there_and_back(facets, displacement, force):
 
 
 def cells(plane: str = "stress", strength: float | None = None) -> Assembly:
-    """Voronoi cells, bricks and a triangle: several patterns, incomplete batches."""
+    """Voronoi cells and bricks, every other one of less height: several patterns, batches not full or of two shapes."""
     assembly = Assembly(block=BlockMaterial(cohesion=strength, tensile_strength=strength and 0.3 * strength))
     for polygon in reference.voronoi(np.random.default_rng(3)):
         assembly.add_block(polygon, zone_size=0.2)
     for i in range(9):
-        assembly.add_block(rectangle(2 + 0.25 * i, 0, 2.24 + 0.25 * i, 0.08), zone_size=0.05)
+        assembly.add_block(rectangle(2 + 0.25 * i, 0, 2.24 + 0.25 * i, 0.08 - 0.01 * (i % 2)), zone_size=0.05)
     return assembly
 
 
@@ -88,6 +88,19 @@ def test_a_rigid_motion_strains_nothing_and_is_the_mean_motion() -> None:
     np.testing.assert_allclose(mean[:, 0], 0.3 - turn * blocks.y, rtol=1e-9)
     np.testing.assert_allclose(mean[:, 1], -0.2 + turn * blocks.x, rtol=1e-9)
     np.testing.assert_allclose(mean[:, 2], turn, rtol=1e-9)
+
+
+def test_a_little_turning_at_each_gridpoint_is_much_on_the_block() -> None:
+    model = cells().build()
+    assert model.mesh is not None
+    run, mesh = Run(model, EXPLICIT), model.mesh
+    d = len(mesh.block) - 1
+    own = slice(mesh.first_gridpoint[d], mesh.first_gridpoint[d + 1])
+    x, y = mesh.x[own] - mesh.x[own].mean(), mesh.y[own] - mesh.y[own].mean()
+    run.motion.force[mesh.dof_x[own]], run.motion.force[mesh.dof_y[own]] = -np.sign(y), np.sign(x)
+    moment = (np.abs(x) + np.abs(y)).sum() / np.sqrt(0.24**2 / 12 + 0.08**2 / 12)
+    assert moment > 10.0
+    assert run.unbalanced().max() * model.mean_block_weight == pytest.approx(moment, rel=1e-9)
 
 
 def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:

@@ -42,6 +42,15 @@ def test_what_is_out_of_proportion_is_solved(way: str, family: str, name: str) -
     assert found["verdict"] in GOOD, found
 
 
+@pytest.mark.parametrize(
+    ("family", "name"),
+    [("movement", "dishing by 0.001 m in one increment, unbreakable"), ("random scenes", "scene 28")],
+)
+def test_zones_of_cut_bricks_carry_what_comes_on_them(family: str, name: str) -> None:
+    found = judged(family, name, "explicit, deformable")
+    assert found["verdict"] == "right", found
+
+
 @pytest.mark.parametrize("name", ["all corners twice", "no area", "dented", "overlaps the one below", "not a number"])
 def test_what_is_no_wall_is_refused(name: str) -> None:
     found = judged("drawings", name, "quasi-static, rigid")
