@@ -37,6 +37,35 @@ def out_of_balance(force, free, per_weight):
 
 
 @kernel
+def adds_up_to(force, block, dof_x, dof_y, arm_x, arm_y, total):
+    """Add up the forces on the gridpoints of each block; return the largest resultant x, y or turning of any.
+
+    Parameters
+    ----------
+    force : array (size,)
+        On every degree of freedom (N).
+    block, dof_x, dof_y : array of int (g,)
+        Block of each gridpoint, and its degrees of freedom.
+    arm_x, arm_y : array (g,)
+        From its block's centroid, over the block's radius of gyration.
+    total : array (n, 3)
+        Filled with what is on the blocks.
+    """
+    total[:] = 0.0
+    largest = 0.0
+    for g in range(block.size):
+        x, y = force[dof_x[g]], force[dof_y[g]]
+        of_block = total[block[g]]
+        of_block[0] += x
+        of_block[1] += y
+        of_block[2] += arm_x[g] * y - arm_y[g] * x
+    for b in range(len(total)):
+        for axis in range(3):
+            largest = max(largest, abs(total[b, axis]))
+    return largest
+
+
+@kernel
 def stays_within(displacement, free, limit):
     """Tell whether all displacements of what is free are smaller than a limit (m)."""
     within = True

@@ -270,19 +270,25 @@ def rigid_motion(model: Model) -> sparse.csr_array:
     return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
 
 
+def gridpoint_arms(model: Model) -> tuple[FloatArray, FloatArray]:
+    """Return the arms x and y (g,) of gridpoints about their block's centroid, over its radius of gyration."""
+    mesh = _mesh(model)
+    block = mesh.gridpoint_block
+    gyration = np.sqrt(model.blocks.polar / model.blocks.area)[block]
+    return (mesh.x - model.blocks.x[block]) / gyration, (mesh.y - model.blocks.y[block]) / gyration
+
+
 def resultants(model: Model) -> sparse.csr_array:
     """Return what adds up forces on gridpoints to those on their blocks, matrix (3 n, size).
 
     A moment about the centroid counts over the block's radius of gyration, as a force.
     """
     mesh = _mesh(model)
-    block = mesh.gridpoint_block
-    gyration = np.sqrt(model.blocks.polar / model.blocks.area)[block]
-    r_x, r_y = (mesh.x - model.blocks.x[block]) / gyration, (mesh.y - model.blocks.y[block]) / gyration
-    one = np.ones(len(block))
+    block, one = mesh.gridpoint_block, np.ones(mesh.x.size)
+    arm_x, arm_y = gridpoint_arms(model)
     rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
     columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
-    values = np.concatenate((one, one, -r_y, r_x))
+    values = np.concatenate((one, one, -arm_y, arm_x))
     return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
 
 

@@ -16,6 +16,7 @@ from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.stiffness import dead_load, elastic_displacement, elastic_stiffness, held_dofs, live_load
 from tests.assembly import reference
+from tests.validation.test_quasi_static_balance import unbalanced
 
 QUASI = Solver(blocks="deformable", zone_size=0.06)
 EXPLICIT = dataclasses.replace(QUASI, method="explicit", tolerance=1e-5)
@@ -59,6 +60,15 @@ def test_condensed_blocks_answer_as_all_their_gridpoints_do() -> None:
     assert model.mesh is not None
     at = np.column_stack((expected[model.mesh.dof_x], expected[model.mesh.dof_y]))
     np.testing.assert_allclose(found.zones.displacement, at, atol=1e-6 * np.abs(at).max())
+
+
+def test_forces_on_whole_bricks_balance_as_those_on_their_gridpoints_do() -> None:
+    """At first the residual of one elastic solution is spread over all gridpoints alike: far more, on a whole brick."""
+    scene = small_wall(1.2, 0.6)
+    settings = dataclasses.replace(QUASI, symmetric_half=False)
+    model = wall_model(dataclasses.replace(scene, solver=settings))
+    for step in solve_path(model, settings, 2):
+        assert np.abs(unbalanced(model, step)).max() < 1.05 * settings.tolerance_used
 
 
 def test_bricks_of_one_shape_share_one_condensation() -> None:

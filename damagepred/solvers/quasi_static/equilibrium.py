@@ -195,6 +195,8 @@ class Equilibrium:
             self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
         # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
         force, worst = out_of_balance(self.force, self.free, self.per_weight)
+        if self.solids is not None:
+            worst = max(worst, self.solids.adds_up_to(force) / self.weight)
         if live and self.jacks is not None:
             gap = abs(self.gap(state, displacement)) / DEFLECTION_FOUND * self.tolerance
             worst = max(worst, gap if np.isfinite(gap) else np.inf)

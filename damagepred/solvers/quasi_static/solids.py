@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
+from damagepred.kernels.balance import adds_up_to
 from damagepred.kernels.solids import solid_response, yield_work
 from damagepred.kernels.zones import hand_on, place_facets, zones_beyond
 from damagepred.solvers.increment import ZonePicture
 from damagepred.solvers.zone_field import ZoneField, picture
-from damagepred.solvers.zoned import block_moduli, can_yield, facets_of, zone_matrices, zone_slopes
+from damagepred.solvers.zoned import block_moduli, can_yield, facets_of, gridpoint_arms, zone_matrices, zone_slopes
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -76,6 +77,7 @@ class Solids:
         self.state = np.zeros(len(self.mesh.zones), dtype=np.int8)
         self.yields = can_yield(model)[self.block]
         self.block_of_dof = self._blocks_of_dofs()
+        self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
         self.rim: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
         self.elastic: list[FloatArray] = [np.empty((0, 0))] * len(self.block)
         self.tangent: dict[int, FloatArray] = {}
@@ -158,6 +160,11 @@ class Solids:
     def hand_on(self, force: FloatArray) -> None:
         """Give the forces on facets to their gridpoints."""
         hand_on(self.facets, force)
+
+    def adds_up_to(self, force: FloatArray) -> float:
+        """Return the largest resultant (N) on a block: a little on each of many gridpoints is much together."""
+        mesh = self.mesh
+        return float(adds_up_to(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks))
 
     def push_back(
         self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
