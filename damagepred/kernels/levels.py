@@ -12,6 +12,9 @@ import numpy as np
 
 from damagepred.kernels.jit import kernel, kernel_making_arrays, law, law_making_arrays
 
+FEW = 8
+"""Right-hand sides up to which an inverse is multiplied by hand; beyond that BLAS is faster."""
+
 
 @law
 def between_sides(rows, stiffness, matrix):
@@ -136,6 +139,28 @@ def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
                 condensed[m, at_near[e, r]] += total
 
 
+@kernel
+def mirror(half, whole):
+    """Fill a symmetric matrix from its part above the diagonal, tile by tile."""
+    size, tile = half.shape[0], 32
+    for top in range(0, size, tile):
+        for left in range(top, size, tile):
+            for r in range(top, min(top + tile, size)):
+                for c in range(max(left, r), min(left + tile, size)):
+                    whole[r, c] = whole[c, r] = half[r, c]
+
+
+@kernel
+def farthest_skew(listed, level, stiffness):
+    """Return the farthest level of an interface whose stiffness (m, 9) is not symmetric; -1 if all are."""
+    farthest = -1
+    for i in listed:
+        row = stiffness[i]
+        if row[1] != row[3] or row[2] != row[6] or row[5] != row[7]:
+            farthest = max(farthest, level[i])
+    return farthest
+
+
 @law
 def add_row(amount, row, total):
     """Add a row, times an amount, to another."""
@@ -155,15 +180,34 @@ def multiply(inverses, at, size, force, from_place, displacement, to_place):
         Arrays (r, ...) and where in their rows the level begins.
     """
     inverse = inverses[at : at + size * size].reshape((size, size))
-    if force.shape[0] > 1:  # all rows at once
+    few = force.shape[0]
+    if few > FEW:
         together = np.dot(np.ascontiguousarray(force[:, from_place : from_place + size]), inverse)
-        for j in range(force.shape[0]):
+        for j in range(few):
             add_row(1.0, together[j], displacement[j][to_place : to_place + size])
-        return
-    for j in range(force.shape[0]):
+    elif few == 1:
         add_row(
-            1.0, np.dot(force[j][from_place : from_place + size], inverse), displacement[j][to_place : to_place + size]
+            1.0, np.dot(force[0][from_place : from_place + size], inverse), displacement[0][to_place : to_place + size]
         )
+    else:
+        multiply_few(inverse, force, from_place, displacement, to_place)
+
+
+@law
+def multiply_few(inverse, force, from_place, displacement, to_place):
+    """Do what ``multiply`` does for a few rows: each part of the inverse is fetched from memory once for all of them."""
+    size, rest = inverse.shape[0], inverse.shape[0] % 4
+    for i in range(0, size - rest, 4):
+        first, second, third, fourth = inverse[i], inverse[i + 1], inverse[i + 2], inverse[i + 3]
+        for j in range(force.shape[0]):
+            a, b = force[j, from_place + i], force[j, from_place + i + 1]
+            c, d = force[j, from_place + i + 2], force[j, from_place + i + 3]
+            total = displacement[j][to_place : to_place + size]
+            for k in range(size):
+                total[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
+    for i in range(size - rest, size):
+        for j in range(force.shape[0]):
+            add_row(force[j, from_place + i], inverse[i], displacement[j][to_place : to_place + size])
 
 
 @law
@@ -248,9 +292,12 @@ def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, firs
 
 
 @kernel_making_arrays
-def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, force, hanging):
-    """Turn forces (r, degrees of freedom) into displacements: levels from far to near, and back; see ``hang``."""
-    hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, hanging)
+def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, hanging):
+    """Turn forces (r, degrees of freedom) into displacements: levels from far to near, and back; see ``hang``.
+
+    Beyond the level ``farthest`` there are no forces; ``hanging`` is zero.
+    """
+    hang(start[: farthest + 2], inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, hanging)
     for j in range(force.shape[0]):
         for i in range(start[1]):
             force[j, i] = hanging[j, i]

@@ -18,10 +18,12 @@ from scipy.linalg import lapack
 from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.kernels.levels import (
+    FEW,
     add_within,
     agrees,
     changed_since,
     couplings,
+    farthest_skew,
     forces_of_change,
     hang,
     loose_springs,
@@ -35,6 +37,7 @@ from damagepred.kernels.levels import (
     take_rows,
 )
 from damagepred.kernels.neighbours import joints_away
+from damagepred.solvers.quasi_static.inverting import invert
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.quasi_static.ties import ties_of
 from damagepred.solvers.stiffness import block_of_dof
@@ -333,10 +336,18 @@ class LevelEquations:
         couplings(
             self.bridges[:last], self.far_is_b[:last], self.ties, self.stiffness, self.up[:last], self.down[:last]
         )
+        # what is eliminated farther from the ground hands its symmetry on
+        skew = max(farthest_skew(self.active, self.interface_level, self.stiffness), self._farthest_yielding())
         for k in range(farthest, -1, -1):
-            self._eliminate(k)
+            self._eliminate(k, symmetric=k > skew)
 
-    def _eliminate(self, k: int, anchored: bool = True) -> bool:
+    def _farthest_yielding(self) -> int:
+        """Return the farthest level of a deformable block that yields; -1 if none does."""
+        if self.solids is None:
+            return -1
+        return max((int(self.solid_level[d]) for d in self.solids.tangent), default=-1)
+
+    def _eliminate(self, k: int, anchored: bool = True, symmetric: bool = True) -> bool:
         if self.size[k] == 0:
             if k > 0:
                 self._condensed[k - 1][:] = 0.0
@@ -346,12 +357,9 @@ class LevelEquations:
             matrix.ravel()[:: len(matrix) + 1] += self._anchor[k]
         if k + 1 < self.levels:
             matrix -= self._condensed[k]
-        # LAPACK counts along columns: to it, what stands here transposed is the matrix itself
-        lu, pivots, singular = lapack.dgetrf(matrix.T, overwrite_a=1)
-        if not anchored and (singular or np.abs(lu.diagonal()).min() < NOT_HELD * np.abs(lu.diagonal()).max()):
+        smallest = invert(matrix, symmetric, self._inverse(k))
+        if not anchored and smallest < NOT_HELD:
             return False
-        inverse, _ = lapack.dgetri(lu, pivots, overwrite_lu=1)
-        self._inverse(k)[:] = inverse.T
         if k > 0:
             work = np.empty((self.size[k - 1], self.size[k]))
             listed = (self.first_bridge[k], self.first_bridge[k + 1])
@@ -360,10 +368,11 @@ class LevelEquations:
             )
         return True
 
-    def _sweep(self, force: FloatArray) -> FloatArray:
+    def _sweep(self, force: FloatArray, farthest: int | None = None) -> FloatArray:
         sweep(
             self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
-            self.at_near, self.up, self.down, force, np.zeros_like(force),
+            self.at_near, self.up, self.down, self.in_play - 1 if farthest is None else farthest, force,
+            np.zeros_like(force),
         )  # fmt: skip
         return force
 
@@ -375,13 +384,18 @@ class LevelEquations:
     def _learn(self, new: IntArray) -> None:
         """Find how the wall as factorised answers to unit forces in some joints."""
         known, now = self._known, self._known + len(new)
+        farthest, reached = int(self.interface_level[new].max()), self._reach[3 * known : 3 * now]
         force = np.zeros((self._reach.shape[1], 3 * len(new)))
         loose_springs(new, self.ties, self.order, force)
-        sweep_together(
-            self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
-            self.at_near, self.up, self.down, int(self.interface_level[new].max()), force, np.empty_like(force),
-        )  # fmt: skip
-        self._reach[3 * known : 3 * now] = force.T
+        if 3 * len(new) <= FEW:
+            reached[:] = force.T
+            self._sweep(reached, farthest)
+        else:
+            sweep_together(
+                self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
+                self.at_near, self.up, self.down, farthest, force, np.empty_like(force),
+            )  # fmt: skip
+            reached[:] = force.T
         self._listed[known:now] = new
         self._slot[new] = np.arange(known, now)
         all_known = self._listed[:now]

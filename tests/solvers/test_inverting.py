@@ -1,0 +1,46 @@
+"""Inverse of a level's matrix, against NumPy."""
+
+import numpy as np
+import pytest
+
+from damagepred.solvers.quasi_static.inverting import invert
+
+
+def made(size: int, kind: str) -> np.ndarray:
+    random = np.random.default_rng(size)
+    matrix = random.normal(size=(size, size))
+    if kind == "skew":
+        return matrix + size * np.eye(size)
+    values = random.uniform(1.0, 100.0, size)
+    if kind == "not positive":
+        values[::3] *= -1.0
+    turned, _ = np.linalg.qr(matrix)
+    whole = (turned * values) @ turned.T
+    return 0.5 * (whole + whole.T)
+
+
+@pytest.mark.parametrize("kind", ["positive", "not positive", "skew"])
+@pytest.mark.parametrize("size", [1, 3, 31, 33, 64, 97, 200])
+def test_inverse(size: int, kind: str) -> None:
+    matrix = made(size, kind)
+    inverse = np.empty_like(matrix)
+    smallest = invert(matrix.copy(), kind != "skew", inverse)
+    np.testing.assert_allclose(matrix @ inverse, np.eye(size), atol=1e-9)
+    assert 0.0 < smallest <= 1.0
+    if kind == "positive":
+        assert np.array_equal(inverse, inverse.T)
+
+
+def test_rounding_in_the_other_half_does_not_count() -> None:
+    matrix = made(50, "positive")
+    inverse, rounded = np.empty_like(matrix), matrix.copy()
+    rounded[np.triu_indices(50, 1)] *= 1.0 + 1e-14
+    invert(rounded, True, inverse)
+    np.testing.assert_allclose(matrix @ inverse, np.eye(50), atol=1e-11)
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_a_matrix_without_an_inverse_is_told(symmetric: bool) -> None:
+    inverse = np.empty((3, 3))
+    assert invert(np.diag([1.0, 0.0, 2.0]), symmetric, inverse) == 0.0
+    assert np.isnan(inverse).all()
