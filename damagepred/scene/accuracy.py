@@ -16,7 +16,7 @@ from damagepred.data_files import data_file
 
 STANDARD: dict[str, Any] = {
     "blocks": "rigid", "zone_size": None, "quadrature": "lobatto", "contacts_per_interface": 3, "tolerance": None,
-    "ramp_cycles": 3000,
+    "ramp_cycles": 10_000,
 }  # fmt: skip
 """The defaults of all keys that a preset sets."""
 
@@ -28,7 +28,7 @@ PRESETS: dict[str, dict[str, dict[str, Any]]] = {
     "standard": {"quasi_static": {}, "explicit": {}},
     "reference": {
         "quasi_static": {"blocks": "deformable", "zone_size": 0.04, "contacts_per_interface": 5},
-        "explicit": {"blocks": "deformable", "zone_size": 0.04, "ramp_cycles": 10_000, "tolerance": 1e-4},
+        "explicit": {"blocks": "deformable", "zone_size": 0.04, "tolerance": 1e-4},
     },
 }
 """What each preset sets by method, beyond ``STANDARD``."""

@@ -92,7 +92,7 @@ class Solver:
     tolerance: Pure | None = Field(default=None, gt=0)
     condense: bool = True
     damping: Pure = Field(default=0.8, ge=0, lt=1)
-    ramp_cycles: Count = Field(default=3000, ge=1)
+    ramp_cycles: Count = Field(default=10_000, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     symmetric_half: bool = True

@@ -36,7 +36,7 @@ WITHIN = 0.01
 """Share within which two answers count as the same where there is only one."""
 HARDLY = 0.002
 """Share of a wall's contacts that are broken in mortar at most, where "hardly anything" breaks."""
-EVER_SLOWER = ["defaults", "slow", "slower"]
+EVER_SLOWER = ["fast", "slow", "slower"]
 SLOWING = {pace: PACES[pace] for pace in EVER_SLOWER}
 FloatArray = NDArray[np.float64]
 Row = dict[str, Any]

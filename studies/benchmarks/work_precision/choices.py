@@ -76,7 +76,7 @@ def numerical() -> list[Choice]:
         Choice("explicit", "default", explicit),
         *[Choice("explicit increments", str(n), explicit, increments=n) for n in (4, 80)],
         *_axis("explicit damping", "damping", [0.3, 0.5, 0.9, 0.95], **explicit),
-        *_axis("explicit ramp", "ramp_cycles", [100, 300, 1000, 10_000], **explicit),
+        *_axis("explicit ramp", "ramp_cycles", [100, 300, 1000, 3000], **explicit),
         *_axis("explicit tolerance", "tolerance", [1e-1, 1e-2, 1e-4, 1e-5], **explicit),
         *_axis("explicit time step", "time_step_safety", [0.5, 0.7, 1.0], **explicit),
         Choice("explicit", "slow", slow),
