@@ -195,7 +195,7 @@ def multiply(inverses, at, size, force, from_place, displacement, to_place):
 
 @law
 def multiply_few(inverse, force, from_place, displacement, to_place):
-    """Do what ``multiply`` does for a few rows: each part of the inverse is fetched from memory once for all of them."""
+    """Do what ``multiply`` does for a few rows: each part of the inverse is fetched once for all of them."""
     size, rest = inverse.shape[0], inverse.shape[0] % 4
     for i in range(0, size - rest, 4):
         first, second, third, fourth = inverse[i], inverse[i + 1], inverse[i + 2], inverse[i + 3]
