@@ -62,6 +62,7 @@ class Solver:
         before, and opens them when one of their joints would slide or break; False looks at every joint in every step.
     damping : float
         Local damping of the explicit solver: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
+        Where zones do not settle between joints that give way, it goes down by itself, to 0.1.
     ramp_cycles : int
         Cycles over which the explicit solver applies one increment's movement before the wall is left to settle;
         applied faster, it cracks joints that a slow movement leaves whole.

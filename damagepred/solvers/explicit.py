@@ -57,6 +57,12 @@ CALM_CHECKS = 3
 IMPATIENT, CLOSED = 20_000, 30.0
 """Blocks on jacks that still swing are given half the pace of their control after so many cycles, but not before it has
 had so many times its own slowness to close what is missing: else it would be halved to nothing."""
+PATIENT, LEAST_DAMPING = 10_000, 0.1
+"""Zones between joints that give way are damped by half as much after so many cycles, each time; to this at least.
+
+Gridpoints ring as contacts stick and slip, and local damping takes a share of the forces of that ringing: where all
+of a wall goes slowly one way, what it takes opposes that way, as friction would. Walls near their limit then creep.
+"""
 RAMP_STAGES = 100
 """Straight pieces of which a ramp is made."""
 FALL_FOUND = 1e-3
@@ -178,7 +184,7 @@ class Run:
         self.free = np.setdiff1d(np.arange(size), held)
         self.arm = dof_arms(model)
         self.load_share = self.progress = 0.0
-        self.cycles = 0
+        self.cycles, self.damping = 0, settings.damping
         self.broken_at = np.full(model.interfaces.contact_area.shape, np.nan)
         self._bonded = ~without_bond(model)[:, None]
         self.absurd_at = ABSURD * float(np.ptp(model.blocks.vertices, axis=0).max())
@@ -291,7 +297,7 @@ class Run:
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
         run_cycles(
             self.joints, self.special, self.softening, self.zones and self.zones.packed, self.sections,
-            self.pump and self.pump.line, self.motion, self.settings.damping, load_share, progress, step, count,
+            self.pump and self.pump.line, self.motion, self.damping, load_share, progress, step, count,
         )  # fmt: skip
         self.cycles += count
         if self.zones is not None:
@@ -322,6 +328,12 @@ class Run:
         float, bool
             Unbalanced ratio, and whether a part came loose instead.
         """
+        try:
+            return self._settle(increment)
+        finally:
+            self.damping = self.settings.damping
+
+    def _settle(self, increment: int) -> tuple[float, bool]:
         calm, spent, paced = 0, 0, 0
         while True:
             self.cycle(CHECK_EVERY)
@@ -339,6 +351,8 @@ class Run:
                 paced = spent
                 if largest >= self.settings.tolerance_used:
                     self.pump.slow_down()  # a wall that has become soft may swing with the control
+            if spent % PATIENT == 0 and self.zones is not None and self._gives_way():
+                self.damping = min(self.damping, max(0.5 * self.damping, LEAST_DAMPING))
             if spent >= self.settings.maximum_cycles:
                 if self.energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
                     self._diverged(increment, spent, "blocks swing with more energy than the loads can have given them")
@@ -353,6 +367,11 @@ class Run:
                     increment=increment,
                     block=worst,
                 )
+
+    def _gives_way(self) -> bool:
+        """Tell whether any contact has broken or slid: joints that stay elastic ring down by themselves."""
+        memory = memory_of(self.joints)
+        return bool(memory.cracked[self._bonded.ravel()].any() or memory.slip.any())
 
     def falls(self) -> bool:
         """Tell whether a wall that does not settle is on its way down; it is left where that took it."""

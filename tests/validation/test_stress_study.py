@@ -51,6 +51,19 @@ def test_zones_of_cut_bricks_carry_what_comes_on_them(family: str, name: str) ->
     assert found["verdict"] == "right", found
 
 
+@pytest.mark.parametrize(
+    ("family", "name"),
+    [
+        ("near the limit load", "arch, gravity leans by 0.9 of the limit"),
+        ("strengths", "dilation as much as friction"),
+    ],
+)
+def test_zones_that_ring_do_not_hold_a_wall_up(family: str, name: str) -> None:
+    """Local damping takes a share of the forces of that, and would keep a wall that goes slowly from arriving."""
+    found = judged(family, name, "explicit, deformable")
+    assert found["verdict"] == "right", found
+
+
 @pytest.mark.parametrize("name", ["all corners twice", "no area", "dented", "overlaps the one below", "not a number"])
 def test_what_is_no_wall_is_refused(name: str) -> None:
     found = judged("drawings", name, "quasi-static, rigid")
