@@ -23,6 +23,7 @@ from damagepred.solvers.falling import goes_on, lasting_bonds
 from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump, Pumped
 from damagepred.solvers.increment import Increment
+from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import (
     memory_of,
     needs_all_of_the_law,
@@ -33,7 +34,7 @@ from damagepred.solvers.packed import (
     take,
 )
 from damagepred.solvers.stages import held_after_load, while_loading
-from damagepred.solvers.state import JointMemory, come_loose, contact_states, fields_of, without_bond
+from damagepred.solvers.state import JointMemory, contact_states, fields_of, without_bond
 from damagepred.solvers.stiffness import (
     base_reaction,
     block_of_dof,

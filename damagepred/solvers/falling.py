@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.assembly import Model
-from damagepred.solvers.state import come_loose
+from damagepred.solvers.loose import come_loose
 
 if TYPE_CHECKING:
     from damagepred.solvers.explicit import Run

@@ -89,37 +89,3 @@ def contact_states(model: Model, memory: JointMemory) -> NDArray[np.int8]:
         np.where(memory.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
     )
     return np.where(control, ContactState.INTACT, states).astype(np.int8)
-
-
-def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArray[np.bool_]:
-    """Tell which blocks (n,) have left the wall: further from home than the movement explains.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    displacement : array (3 (n + 1),)
-        Of the blocks and the ground.
-    progress : float
-        Share of the full movement.
-    """
-    moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
-    ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
-    supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
-    jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
-    # half the largest block that can move beyond twice what ground and supports have moved
-    moves = model.moves if model.moves.any() else ~model.moves
-    size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
-    allowed = 0.5 * size + 2.0 * progress * max(ground, supports, jacks)
-    allowed += 2.0 * _settlement(model)
-    return np.asarray(np.hypot(moved[:, 0], moved[:, 1]) > allowed)
-
-
-def _settlement(model: Model) -> float:
-    """Return how far all of the dead load presses a wall into soft ground (m)."""
-    on_ground = model.ground.normal.shape[0]
-    if not on_ground:
-        return 0.0
-    area = model.interfaces.contact_area[-on_ground:].sum(axis=1)
-    stiffness = float((model.properties.normal_stiffness[-on_ground:] * area).sum())
-    return abs(float(model.supports.load.reshape(-1, 3)[:, 1].sum())) / stiffness

@@ -12,8 +12,9 @@ from damagepred.assembly import Model
 from damagepred.errors import SolverError
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
+from damagepred.solvers.loose import come_loose
 from damagepred.solvers.stages import while_loading
-from damagepred.solvers.state import JointMemory, come_loose
+from damagepred.solvers.state import JointMemory
 from damagepred.solvers.stiffness import dead_load, follow_up
 
 FloatArray = NDArray[np.float64]

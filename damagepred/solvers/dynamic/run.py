@@ -25,8 +25,9 @@ from damagepred.solvers.dynamic.scenery import scenery
 from damagepred.solvers.dynamic.step import highest_frequency, time_step
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import ContactState, Increment
+from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import needs_all_of_the_law, needs_softening
-from damagepred.solvers.state import JointMemory, come_loose
+from damagepred.solvers.state import JointMemory
 from damagepred.solvers.stiffness import base_reaction, live_load, support_force
 
 FloatArray = NDArray[np.float64]

@@ -28,11 +28,12 @@ from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.footing import as_if_straight, section_response_of
 from damagepred.solvers.increment import Increment
+from damagepred.solvers.loose import come_loose
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest, pushed_on, unbalanced_on_its_way
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
 from damagepred.solvers.stages import held_after_load, while_loading
-from damagepred.solvers.state import JointMemory, come_loose, contact_states, without_bond
+from damagepred.solvers.state import JointMemory, contact_states, without_bond
 from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
 
 FloatArray = NDArray[np.float64]
@@ -90,9 +91,9 @@ class Path:
         self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
         self.balance = WorkBalance()
         law = model.properties
-        # a bond without strength breaks at the first tension: one that a thousandth of a block's weight makes
+        # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
         largest = float(model.interfaces.contact_area.max(initial=0.0)) or 1.0
-        self._no_strength = 1e-3 * model.mean_block_weight / largest
+        self._no_strength = self.tolerance * model.mean_block_weight / largest
         self._load = np.zeros(model.interfaces.contact_area.shape)
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
@@ -231,7 +232,7 @@ class Path:
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
             if worst >= self.tolerance and (fallen is None or (falls is not None and not lost)):
-                trial, worst = self.jump(state.at(*target))
+                trial, worst = self.jump(state.at(*target), state.progress)
                 jumped = True
             if worst >= self.tolerance or self.equilibrium.lost(trial):
                 self.standing = state.progress
@@ -292,17 +293,24 @@ class Path:
         share = float(np.min((1.0 + 0.1 * NEAR - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
-    def jump(self, state: State) -> tuple[State, float]:
+    def jump(self, state: State, left: float) -> tuple[State, float]:
         """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio.
 
         Friction does not derive from an energy: there are loads under which two joints push each other to and fro by
         turns, and no choice of which of them slides is an equilibrium. The wall then trembles about a place; if that
         is as near to balance as the explicit solver asks for, it counts as rest, and is noted in ``roughest``. A wall
         that creeps may be as near to balance, but goes on when it is pushed: it falls.
+
+        Parameters
+        ----------
+        state : State
+            Load and movement to rest at; the blocks still are where they were in the last equilibrium.
+        left : float
+            Share of the movement of that.
         """
         equilibrium, worst = self.equilibrium, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
-        for resting in come_to_rest(self.model, state):
+        for resting in come_to_rest(self.model, state, left):
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
             if equilibrium.solids is not None:
@@ -343,7 +351,7 @@ class Path:
             trial = state.copy()
             worst = self.equilibrium.find(trial)
             if worst >= self.tolerance and not self.equilibrium.lost(trial):
-                trial, worst = self.jump(state)
+                trial, worst = self.jump(state, state.progress)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
                 return trial, worst
             state = trial

@@ -16,23 +16,29 @@ from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
 from damagepred.solvers.falling import FEW, ROUNDS, goes_on, lasting_bonds
+from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.quasi_static.equilibrium import State
-from damagepred.solvers.state import come_loose, fields_of
+from damagepred.solvers.state import fields_of
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
 """After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
 
 
-def come_to_rest(model: Model, start: State) -> Iterator[State]:
-    """Let the blocks move from a state that is not in equilibrium, at its load and movement.
+def come_to_rest(model: Model, start: State, left: float) -> Iterator[State]:
+    """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
+
+    The movement goes on as slowly as with the explicit solver: ground that was in its new place at once would press
+    joints together so much that blocks fly off, and stay where they climb or wedge on their way.
 
     Parameters
     ----------
     model : Model
         The wall.
     start : State
-        Where the blocks are, and the memory of the last equilibrium.
+        Load and movement to go to; where the blocks are, and the memory of the last equilibrium.
+    left : float
+        Share of the movement of that.
 
     Yields
     ------
@@ -46,7 +52,10 @@ def come_to_rest(model: Model, start: State) -> Iterator[State]:
     if model.jacks is not None:
         run.motion.load[:] = start.load * run.motion.load + start.jack * model.jacks.push
     load = start.load if model.jacks is None else 1.0
-    run.resume(start.displacement, start.memory, load, start.progress, start.plastic, sections=start.sections)
+    run.resume(start.displacement, start.memory, load, left, start.plastic, sections=start.sections)
+    if start.progress != left:
+        run.advance(run.settings.ramp_cycles, start.progress, load)
+        run.halt()
     cycles = CYCLES
     while run.cycles < AT_MOST:
         run.cycle(cycles)

@@ -135,9 +135,9 @@ class WorkBalance:
         self.friction_work += spent.friction
         self.crushing_work += spent.crushing
         self.plastic_work += spent.yielding
-        if gave_way:
+        if gave_way and missing > 0.0:
             self.released_energy += missing
-        else:
+        else:  # what gives way can only lose energy
             self.energy_error += abs(missing)
         self._keep(state)
         self._power = power

@@ -1,0 +1,50 @@
+"""What is far from home has come loose, unless its being elastic has taken it there."""
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import Joint, Solver
+from damagepred.solvers import solve_path
+from damagepred.solvers.loose import come_loose, elastic_reach
+
+LENGTH, HEIGHT, WEIGHT = 0.24, 0.075, 2000.0 * 9.81 * 0.075
+
+
+def tall(count: int, normal_stiffness: float) -> Assembly:
+    """Return a bonded stack of rigid bricks."""
+    bond = Joint(normal_stiffness=normal_stiffness, tensile_strength=1e12, cohesion=1e12)
+    stack = Assembly(joint=bond)
+    for i in range(count):
+        stack.add_block(rectangle(0.0, HEIGHT * i, LENGTH, HEIGHT * (i + 1)))
+    stack.rest_on_ground([0])
+    return stack
+
+
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+def test_a_tall_stack_is_shortened_by_a_brick_and_stands(method: str) -> None:
+    """Its top goes down by n (n + 1) W / (2 k_n), more than half a brick: the closed form, and not a fall."""
+    count, stiffness = 40, 1e7
+    settings = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
+    first = next(iter(solve_path(tall(count, stiffness).build(settings), settings, 1)))
+    assert not first.collapsed
+    exact = -count * (count + 1) * WEIGHT / (2 * stiffness)
+    assert exact < -0.1
+    assert first.displacement[-1, 1] == pytest.approx(exact, rel=1e-6)
+
+
+def test_what_is_farther_than_that_has_come_loose() -> None:
+    model = tall(40, 1e7).build(Solver(lump_block_elasticity=False))
+    moved = np.zeros(model.size)
+    far = elastic_reach(model, 0.0)
+    assert far == pytest.approx(40 * 41 * WEIGHT / 2e7, rel=1e-6)
+    moved[3 * 20] = 3.0 * far
+    assert np.flatnonzero(come_loose(model, moved, 0.0)).tolist() == [20]
+
+
+def test_what_nothing_holds_is_not_as_elastic_as_it_falls() -> None:
+    wall = tall(2, 1e7)
+    wall.add_block(rectangle(1.0, 0.0, 1.24, HEIGHT))  # in the air
+    model = wall.build(Solver(lump_block_elasticity=False))
+    assert elastic_reach(model, 1.0) == 0.0
