@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from damagepred.archive.schema import CATEGORIES, FLAG_FILL, SAMPLE_STATUS, VARIABLES, category_attributes
 from damagepred.damage import (
@@ -107,7 +106,8 @@ def judge_again(
     own = archived_rules(ds)
     wanted = {"count_rule": count_rule, "group_distance": group_distance, "group_count": group_count,
               "dpc_threshold": dpc_threshold}  # fmt: skip
-    settings = _changed(own.settings, {name: value for name, value in wanted.items() if value is not None})
+    given: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
+    settings = replace(own.settings, **given)
     rules = Rules(_table(own, table, plasterboard), settings)
     judged = ds.copy()
     if "contact_opening" in ds:
@@ -134,14 +134,6 @@ def archived_rules(ds: xr.Dataset) -> Rules:
     plain = [load_table(name) for name in TABLES]
     known = [table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
     return Rules(next((one for one in known if one.name == name), table), settings)
-
-
-def _changed(settings: Damage, wanted: dict[str, Any]) -> Damage:
-    try:
-        return replace(settings, **wanted)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"{first['loc'][0]} = {first['input']!r}: {first['msg']}.") from None
 
 
 def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: bool | None) -> DamageTable:

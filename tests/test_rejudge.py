@@ -111,7 +111,7 @@ def test_a_table_of_one_s_own(tmp_path: Path):
         ({"table": "bre251", "plasterboard": True}, "no such allowance"),
         ({"group_distance": 0.5}, "group_distance = 0.5: this archive was judged with 1 m"),
         ({"dpc_threshold": 2e-3}, "dpc_threshold = 0.002"),
-        ({"group_count": 1}, "group_count = 1: Input should be greater than or equal to 2"),
+        ({"group_count": 1}, "group_count = 1: must be at least 2"),
     ],
 )
 def test_what_cannot_be_is_said(rules: dict, words: str):

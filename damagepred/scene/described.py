@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import wraps
 from typing import Any, TypeVar, dataclass_transform
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass as _pydantic_dataclass
 
 T = TypeVar("T")
@@ -13,8 +14,24 @@ T = TypeVar("T")
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(Field,))
 def described(cls: type[T]) -> type[T]:
-    """Make ``cls`` a frozen dataclass with keyword-only, validated fields; unknown keys are refused."""
+    """Make ``cls`` a frozen dataclass with keyword-only, validated fields; unknown keys are refused.
+
+    What is wrong when one is made in Python is said as of a scene file: ``InputError``, whose cause is pydantic's own.
+    """
     make: Callable[[type[T]], Any] = _pydantic_dataclass(
         frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)
     )
-    return make(cls)
+    made = make(cls)
+    checked = made.__init__
+
+    @wraps(checked)
+    def init(self: Any, *args: Any, **fields: Any) -> None:
+        try:
+            checked(self, *args, **fields)
+        except ValidationError as error:
+            from damagepred.scene.reading import complaint
+
+            raise complaint(cls, error, cls.__name__) from error
+
+    made.__init__ = init
+    return made

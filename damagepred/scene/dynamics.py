@@ -99,8 +99,9 @@ class Dynamics:
         Where the ratio is meant (Hz).
     local_damping : float
         Share of the unbalanced force that opposes the motion.
-    time_step_safety : float
-        Fraction of the largest stable time step, which follows from the highest frequency and the damping.
+    time_step_safety : float or None
+        Fraction of the largest stable time step, which follows from the highest frequency and the damping. None: 0.5;
+        0.25 where nothing damps joints without strength, as blocks that bounce on them gain energy with longer steps.
     start : {"equilibrium", "unstressed"}
         Whether the run begins in the static equilibrium under dead load, if there is one, or with unstressed joints.
     new_contacts : bool
@@ -120,7 +121,7 @@ class Dynamics:
     frequency: Frequency = Field(default=10.0, gt=0)
     second_frequency: Frequency = Field(default=100.0, gt=0)
     local_damping: Pure = Field(default=0.8, ge=0, lt=1)
-    time_step_safety: Pure = Field(default=0.5, gt=0, le=1)
+    time_step_safety: Pure | None = Field(default=None, gt=0, le=1)
     start: Literal["equilibrium", "unstressed"] = "equilibrium"
     new_contacts: bool = True
     stop_at_rest: bool = False
@@ -133,6 +134,12 @@ class Dynamics:
                 f"second_frequency = {self.second_frequency:g} Hz: must be above frequency = {self.frequency:g} Hz"
             )
         return self
+
+    def step_share(self, dry: bool) -> float:
+        """Return the fraction of the largest stable time step to use; ``dry``: some joints have no strength."""
+        if self.time_step_safety is not None:
+            return self.time_step_safety
+        return 0.25 if dry and self.damping == "none" else 0.5
 
     @property
     def mass_damping(self) -> float:

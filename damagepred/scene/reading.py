@@ -53,8 +53,13 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
     try:
         return TypeAdapter(kind).validate_python(dict(tables))
     except ValidationError as error:
-        lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
-        raise InputError("\n".join(f"{source}: {line}" for line in lines)) from None
+        raise complaint(kind, error, source) from None
+
+
+def complaint(kind: type, error: ValidationError, source: str) -> InputError:
+    """Return what is to be said of values that a described object of ``kind`` does not take, a line for each."""
+    lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
+    return InputError("\n".join(f"{source}: {line}" for line in lines))
 
 
 def plain(value: Any) -> Any:

@@ -1,12 +1,17 @@
 """What a user can get wrong: each message names the key, the value, and what to do."""
 
+import copy
 import dataclasses
+import inspect
+import pickle
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from damagepred.errors import InputError, nearest
-from damagepred.scene import Movement, Scene, Wall
+from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 
 WINDOW = {"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}
 
@@ -395,3 +400,27 @@ def test_python_users_get_the_same_checks():
     with pytest.raises(ValueError, match="greater than 0"):
         Wall(length=-1.0)
     assert Movement(central_deflection="8 mm").central_deflection == 8e-3
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Wall(length=-1.0), r"^Wall: length = -1\.0: must be greater than 0 m\.$"),
+        (lambda: Wall(lenght=1.0), r"^Wall: unknown key lenght.*Did you mean 'length'\?$"),
+        (lambda: Scene(wall={"length": "6 kg"}), r"^Scene: \[wall\] length = '6 kg': has the wrong kind of unit"),
+        (lambda: Scene(movement=Movement(kind="dish")), r"^Movement: kind = 'dish': must be 'dishing' or 'doming'"),
+        (lambda: Scene(dpc=Dpc(course=200)), r"^Scene: dpc\.course = 200: the wall has 32 courses"),
+        (lambda: Opening(x=1.0), r"^Opening: width: is missing; .*\nOpening: height: is missing"),
+        (lambda: dataclasses.replace(Scene(), loads=3), r"^Scene: loads = 3: must be a table"),
+    ],
+)
+def test_what_is_wrong_in_python_is_said_as_of_a_file(make: Callable[[], object], says: str) -> None:
+    with pytest.raises(InputError, match=says) as caught:
+        make()
+    assert isinstance(caught.value.__cause__, ValidationError)
+
+
+def test_what_is_made_in_python_can_be_kept_and_copied() -> None:
+    scene = Scene(wall=Wall(length=5.0))
+    assert pickle.loads(pickle.dumps(scene)) == copy.deepcopy(scene) == scene
+    assert "length" in inspect.signature(Wall).parameters

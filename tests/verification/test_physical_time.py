@@ -114,9 +114,9 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
     alpha = settings.local_damping if settings.damping == "local" else 0.0
     limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) / np.sqrt(1 + alpha)
     verify(
-        STEP, case=f"damping {settings.damping}, s = {settings.time_step_safety:g}: {unit}", solver="dynamic",
+        STEP, case=f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}", solver="dynamic",
         quantity="dt", unit="s", computed=DynamicRun(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
-        exact=settings.time_step_safety * limit, tolerance=1e-5,
+        exact=settings.step_share(dry=False) * limit, tolerance=1e-5,
     )  # fmt: skip
 
 

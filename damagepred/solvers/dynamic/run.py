@@ -95,7 +95,8 @@ class DynamicRun:
         self.frequency = highest_frequency(model, self.scene, self.motion.inverse_mass, self.grid)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.duration / dynamics.outputs
-        self.steps_each = max(1, int(np.ceil(self.interval / time_step(highest, dynamics) - 1e-9)))
+        dry = bool((model.properties.tensile_strength <= 0.0).any())
+        self.steps_each = max(1, int(np.ceil(self.interval / time_step(highest, dynamics, dry) - 1e-9)))
         self.time_step = self.interval / self.steps_each
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping)

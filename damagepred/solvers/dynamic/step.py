@@ -168,7 +168,7 @@ def _stiffness_rows(
     )
 
 
-def time_step(frequency: float, settings: Dynamics) -> float:
+def time_step(frequency: float, settings: Dynamics, dry: bool = False) -> float:
     """Return the time step to use (s).
 
     Central differences are stable up to 2 / omega. Damping proportional to stiffness, taken from the last half step,
@@ -181,6 +181,8 @@ def time_step(frequency: float, settings: Dynamics) -> float:
         Highest angular frequency (rad/s); 0 if nothing is elastic.
     settings : Dynamics
         Damping, and the share of the limit to use.
+    dry : bool
+        Whether some joints have no tensile strength: blocks may bounce on them.
     """
     if frequency == 0.0:
         return settings.duration / settings.outputs
@@ -188,4 +190,4 @@ def time_step(frequency: float, settings: Dynamics) -> float:
     limit = 2.0 / frequency / (np.sqrt(1.0 + xi * xi) + xi)
     if settings.damping == "local":
         limit /= np.sqrt(1.0 + settings.local_damping)
-    return float(settings.time_step_safety * limit)
+    return float(settings.step_share(dry) * limit)

@@ -30,7 +30,8 @@ def steps_of(steps: int, **more: Any) -> Callable[[Model], Dynamics]:
         run = DynamicRun(model, Solver(), replace(once, duration=1e-6))
         highest = highest_frequency(model, run.scene, run.motion.inverse_mass, run.grid)
         frequency = highest.touched if once.new_contacts else highest.intact
-        return replace(once, duration=steps * 0.999 * time_step(frequency, once), outputs=20)
+        dry = bool((model.properties.tensile_strength <= 0.0).any())
+        return replace(once, duration=steps * 0.999 * time_step(frequency, once, dry), outputs=20)
 
     return dynamics
 
@@ -142,6 +143,11 @@ def chatter() -> list[Case]:
              ways=("in time, rigid", "in time, deformable"))
         for share in (0.5, 0.25, 0.1)
     ]  # fmt: skip
+    undamped.append(
+        Case("chatter", "undamped, step left to the solver", chattering, check=made_by_bouncing,
+             dynamics=lambda model: Dynamics(duration=0.2, outputs=20, start="unstressed"),
+             ways=("in time, rigid", "in time, deformable"))
+    )  # fmt: skip
     little = Dynamics(
         duration=0.2, outputs=20, start="unstressed", damping="rayleigh", damping_ratio=0.05, frequency=0.5,
         second_frequency=1000.0,
