@@ -23,12 +23,14 @@ from damagepred.solvers.state import fields_of
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
 """After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
+ALONG = 3000
+"""Cycles in which the movement goes on from the last equilibrium."""
 
 
 def come_to_rest(model: Model, start: State, left: float) -> Iterator[State]:
     """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
 
-    The movement goes on as slowly as with the explicit solver: ground that was in its new place at once would press
+    The movement goes on slowly: ground that was in its new place at once would press
     joints together so much that blocks fly off, and stay where they climb or wedge on their way.
 
     Parameters
@@ -54,7 +56,7 @@ def come_to_rest(model: Model, start: State, left: float) -> Iterator[State]:
     load = start.load if model.jacks is None else 1.0
     run.resume(start.displacement, start.memory, load, left, start.plastic, sections=start.sections)
     if start.progress != left:
-        run.advance(run.settings.ramp_cycles, start.progress, load)
+        run.advance(ALONG, start.progress, load)
         run.halt()
     cycles = CYCLES
     while run.cycles < AT_MOST:
