@@ -153,6 +153,29 @@ def test_a_case_that_hangs_or_dies_is_counted_and_what_is_done_is_kept(tmp_path:
     assert set(rows["verdict"][2:]) <= set(GOOD)
 
 
+def test_who_interrupts_it_does_not_wait_for_what_is_left(tmp_path: Path, monkeypatch: Any) -> None:
+    import os
+    import signal
+    import threading
+    import time
+
+    from stressed import campaign
+
+    monkeypatch.setattr(campaign, "warm_up", lambda: None)
+    monkeypatch.setattr(campaign, "one", _hangs_or_dies)
+    jobs = [job for job in campaign.jobs(["near-mechanisms"]) if "0.9 of" in job[1]]
+    usual = signal.signal(signal.SIGUSR1, signal.default_int_handler)
+    interrupt, began = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGUSR1)), time.perf_counter()
+    interrupt.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            campaign.run(jobs[:3], tmp_path / "rows.csv", limit=10.0)
+    finally:
+        interrupt.cancel()
+        signal.signal(signal.SIGUSR1, usual)
+    assert time.perf_counter() - began < 9.0
+
+
 def _hangs_or_dies(job: tuple[str, str, str]) -> None:
     import os
     import time

@@ -90,7 +90,7 @@ def main() -> int:
     if not options.from_data:
         if options.fresh:
             options.csv.unlink(missing_ok=True)
-        if options.fresh or not STEPS.exists():
+        if options.fresh or not MACHINE.exists():  # which is written last
             time_steps()
             MACHINE.write_text(machine() + "\n", encoding="utf-8")
         print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)

@@ -192,12 +192,13 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
         write_whole(
             page.parent / f"edges_{error}.csv", lambda p, t=table: t.to_csv(p, index=False, lineterminator="\n")
         )
-    write_presets(lines, presets)
+    # for ``damagepred check``
+    write_whole(presets, lambda p: preset_errors(lines).to_csv(p, index=False, lineterminator="\n"))
     return lines
 
 
-def write_presets(lines: pd.DataFrame, path: Path) -> None:
-    """Write the errors of the presets against the finest model, for ``damagepred check``."""
+def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
+    """Return the errors of the presets against the finest model, and their times over those of the default."""
     known, rows = scenes(), []
     for method in ("quasi_static", "explicit"):
         told = lines[lines["model"].notna()]
@@ -217,4 +218,4 @@ def write_presets(lines: pd.DataFrame, path: Path) -> None:
                      "quantity": QUANTITIES[line["quantity"]], "error": f"{line['model']:.3g}",
                      "floor": f"{line['model_floor']:.3g}", "times": f"{line['seconds'] / usual[line['scene']]:.3g}"}
                 )  # fmt: skip
-    write_whole(path, lambda p: pd.DataFrame(rows).to_csv(p, index=False, lineterminator="\n"))
+    return pd.DataFrame(rows)

@@ -5,7 +5,9 @@ All figures are measurements of the parts (parts.csv); none is fitted to the run
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import pandas as pd
 
 from damagepred.study.dispatch import LONGEST, PARTS, SHORTEST
 
@@ -83,3 +85,26 @@ def predicted(costs: Costs, samples: int, workers: int) -> Time:
 def most_workers(costs: Costs) -> float:
     """Return from how many workers on the process that hands out is what all wait for."""
     return costs.wall / costs.parent
+
+
+def costs_of(table: pd.DataFrame, wall: str) -> Costs:
+    """Return what was measured of a wall's study."""
+    return Costs(**table[table["wall of"] == wall].iloc[0][list(Costs._fields)])
+
+
+def expected(measured: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return how long large studies take on few and on many workers, a row for each."""
+    table = []
+    for wall in measured["wall of"]:
+        costs = costs_of(measured, wall)
+        for samples in (100_000, 1_000_000):
+            for workers in (2, 16, 128, 1024):
+                found = predicted(costs, samples, workers)
+                table.append({
+                    "study": wall, "walls": f"{samples:.0e}".replace("+0", ""), "workers": workers,
+                    "hours": found.total / 3600,
+                    "of that before the first wall": f"{found.once / found.total:.0%}",
+                    "merging": f"{found.merging / found.total:.0%}", "efficiency": f"{found.efficiency:.0%}",
+                    "GB": samples * costs.bytes / 1e9, "waits for": "handing out" if found.bound else "walls",
+                })  # fmt: skip
+    return table

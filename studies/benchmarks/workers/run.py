@@ -25,7 +25,7 @@ import pandas as pd
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from model import Costs, most_workers, predicted  # noqa: E402
+from model import costs_of, expected, most_workers, predicted  # noqa: E402
 from pages import machine, markdown, put_in  # noqa: E402
 
 from damagepred.archive.files import write_whole  # noqa: E402
@@ -162,11 +162,6 @@ def _on_dask(study: Study, out: Path, samples: int, workers: int) -> tuple[float
 # -- the page ---------------------------------------------------------------------------------------------------------
 
 
-def costs_of(table: pd.DataFrame, wall: str) -> Costs:
-    """Return what was measured of a wall's study."""
-    return Costs(**table[table["wall of"] == wall].iloc[0][list(Costs._fields)])
-
-
 def write_page(folder: Path) -> None:
     """Write tables into README.md, and the picture, from parts.csv and runs.csv."""
     from picture import draw
@@ -191,20 +186,7 @@ def write_page(folder: Path) -> None:
             "model / measured": found / run.seconds, "share of workers' time": run.busy, "load average": run.load,
         })  # fmt: skip
     said += ["### The model beside runs it knows nothing of", markdown(pd.DataFrame(rows)), "### What it says"]
-    table = []
-    for wall in measured["wall of"]:
-        costs = costs_of(measured, wall)
-        for samples in (100_000, 1_000_000):
-            for workers in (2, 16, 128, 1024):
-                found = predicted(costs, samples, workers)
-                table.append({
-                    "study": wall, "walls": f"{samples:.0e}".replace("+0", ""), "workers": workers,
-                    "hours": found.total / 3600,
-                    "of that before the first wall": f"{found.once / found.total:.0%}",
-                    "merging": f"{found.merging / found.total:.0%}", "efficiency": f"{found.efficiency:.0%}",
-                    "GB": samples * costs.bytes / 1e9, "waits for": "handing out" if found.bound else "walls",
-                })  # fmt: skip
-    said.append(markdown(pd.DataFrame(table)))
+    said.append(markdown(pd.DataFrame(expected(measured))))
     draw({wall: costs_of(measured, wall) for wall in measured["wall of"]}, checked, folder / "workers.png")
     if (folder / "README.md").is_file():
         put_in(folder / "README.md", "\n\n".join(said))

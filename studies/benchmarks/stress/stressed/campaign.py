@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterable
 from concurrent.futures import TimeoutError as TooLate
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,12 @@ def run(wanted: list[Job], file: Path, limit: float, processes: int = 1) -> None
         return
     warm_up()
     begun, new = time.perf_counter(), not file.exists()
-    with file.open("a", newline="", encoding="utf-8") as stream, ProcessPool(max_workers=processes) as pool:
+    with (
+        file.open("a", newline="", encoding="utf-8") as stream,
+        ProcessPool(max_workers=processes) as pool,
+        ExitStack() as at_once,
+    ):
+        at_once.callback(pool.stop)  # where it is interrupted: a pool that is left waits for all that was handed to it
         writer = csv.DictWriter(stream, fieldnames=COLUMNS, lineterminator="\n")
         if new:
             writer.writeheader()

@@ -1,0 +1,121 @@
+"""The rooms of the benchmarks: what measures each, where its data are, and what it says in short."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+
+
+class Room(NamedTuple):
+    """A benchmark with a folder of its own, in which ``summary.py`` says in short what its data say.
+
+    Attributes
+    ----------
+    name : str
+        By which it is asked for.
+    folder : Path
+        Of its data and its page.
+    command : list of str
+        What measures it, after ``python``.
+    quick : list of str
+        Its small form, which leaves the data in the repository alone; ``{}`` stands for a folder of its own.
+    data : tuple of str
+        Files and folders of its data, which are moved aside for all of them to be of one run.
+    goes_on : str
+        What is there of these when a call goes on from an earlier one; empty if each call measures all again.
+    """
+
+    name: str
+    folder: Path
+    command: list[str]
+    quick: list[str]
+    data: tuple[str, ...]
+    goes_on: str = "data.csv"
+
+
+def _room(name: str, quick: str, data: str, goes_on: str = "data.csv") -> Room:
+    script = f"studies/benchmarks/{name}/run.py"
+    return Room(name, HERE / name, [script], [script, *quick.split()], tuple(data.split()), goes_on)
+
+
+RENEW = ["-m", "pytest", "tests/regressions", "-m", "benchmark or not benchmark", "--renew-baseline"]
+ROOMS = {
+    room.name: room
+    for room in (
+        _room("work_precision", "--quick", "data.csv"),
+        _room("probabilities", "--quick --wall window --output {} --into {}",
+              "data.csv floors.csv costs.csv results", "results"),
+        _room("stress", "--quick", "cases.csv time_steps.csv cracking.csv machine.txt", "cases.csv"),
+        _room("scaling", "--quick --output {}", "data.csv"),
+        _room("workers", "--quick --wall window --into {}", "parts.csv runs.csv", ""),
+        _room("skips", "--quick --output {}", "data.csv"),
+        # its baseline is not moved aside, for its tests read it; each of its figures is measured by every call
+        Room("regressions", ROOT / "tests" / "regressions", RENEW,
+             ["-m", "pytest", "tests/regressions", "-k", "archive"], ("baseline.json",), ""),
+        _room("beside_others", "--quick --output {}", "runs.csv base.csv moved.csv machine.txt", "runs.csv"),
+    )
+}  # fmt: skip
+"""All, in the order of the page."""
+SEPARATE = ("regressions",)
+"""Whose data are never moved aside."""
+
+
+@contextmanager
+def inside(folder: Path) -> Iterator[None]:
+    """Let modules of a room be imported by their plain names, and forget them again: rooms use the same names."""
+    names = {p.stem for at in (folder, HERE) for p in at.glob("*.py")}
+    names |= {p.name for p in folder.iterdir() if p.is_dir()}
+
+    def taken() -> list[str]:
+        return [name for name in sys.modules if name.partition(".")[0] in names]
+
+    before, path = {name: sys.modules.pop(name) for name in taken()}, [*sys.path]
+    sys.path[:0] = [str(folder), str(HERE), str(ROOT)]
+    try:
+        yield
+    finally:
+        sys.path[:] = path
+        for name in taken():
+            del sys.modules[name]
+        sys.modules.update(before)
+
+
+def _summary(room: Room) -> ModuleType:
+    return importlib.import_module("summary")
+
+
+def said(room: Room, folder: Path | None = None) -> tuple[str, str]:
+    """Return title and text of what the data of a room say in short, the data being in its own or another folder."""
+    with inside(room.folder):
+        summary = _summary(room)
+        return summary.TITLE, summary.text(folder or room.folder)
+
+
+def minutes_by_data(room: Room) -> float:
+    """Return how long a room takes by what its data say their runs took; NaN if there are none."""
+    with inside(room.folder):
+        try:
+            return float(_summary(room).minutes(room.folder))
+        except FileNotFoundError:
+            return float("nan")
+
+
+def fingerprint(room: Room) -> str:
+    """Return what tells whether the data of a room are still the same."""
+    found = hashlib.sha256()
+    for name in room.data:
+        place = room.folder / name
+        if place.is_file():
+            found.update(name.encode() + place.read_bytes())
+        for file in sorted(place.rglob("*")):  # of a folder: none if it is a file
+            found.update(f"{file}, {file.stat().st_size}, {file.stat().st_mtime_ns}".encode())
+    return found.hexdigest()

@@ -1,0 +1,162 @@
+"""Measure all benchmarks, one after the other, and write RESULTS.md.
+
+    python studies/benchmarks/run.py [--rooms NAME ...] [--anew]
+    python studies/benchmarks/run.py --quick [--rooms NAME ...]
+    python studies/benchmarks/run.py --from-data
+
+Each room is measured by its own command in a process of its own. A call that was stopped (Ctrl-C) goes on where it was;
+``--anew`` moves what data there are aside first (``aside/``), so that all are of one run. What was measured when, with
+which version and on which machine is noted in ``measured.csv``. ``--quick`` runs the small form of each room and leaves
+all data alone; ``--from-data`` only writes RESULTS.md. Times are worth most on a machine with nothing else to do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]
+
+import notes  # noqa: E402
+import results  # noqa: E402
+from pages import machine  # noqa: E402
+from rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint, minutes_by_data  # noqa: E402
+
+PATIENCE = {signal.SIGINT: 30.0, signal.SIGTERM: 10.0, signal.SIGKILL: 10.0}
+"""How a room is asked to end, and how long it may take to (s)."""
+
+
+def say(words: str) -> None:
+    """Print at once: what rooms print comes in between."""
+    print(words, flush=True)
+
+
+def costs(rooms: Sequence[Room]) -> None:
+    """Say how long the rooms take."""
+    kept, total, unknown = notes.read(), 0.0, 0
+    for room in rooms:
+        if notes.whole(kept, room.name):
+            minutes, by = float(kept.loc[kept["room"] == room.name, "minutes"].sum()), "when last measured"
+        else:
+            minutes, by = minutes_by_data(room), "at least, by what its data say their runs took"
+        if minutes == minutes:
+            total += minutes
+            say(f"  {room.name:16}{minutes:6.0f} min {by}")
+        else:
+            unknown += 1
+            say(f"  {room.name:16}     ? min: not known yet")
+    more = f", and {unknown} of which it is not known" if unknown else ""
+    say(f"  {'in all':16}{total:6.0f} min{more}, if measured anew; less where data are there already")
+
+
+def command(arguments: Sequence[str]) -> int:
+    """Run a command of ours to its end; if this is interrupted, so is that, and all that it started."""
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"}
+    child = subprocess.Popen(
+        [sys.executable, *arguments], cwd=ROOT, env=surroundings, stdin=subprocess.DEVNULL, process_group=0
+    )
+    try:
+        return child.wait()
+    except KeyboardInterrupt:
+        end(child)
+        raise
+
+
+def end(child: subprocess.Popen[bytes]) -> None:
+    """End a process and its children, gently first."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # once is enough
+    for kind, seconds in PATIENCE.items():
+        try:
+            os.killpg(child.pid, kind)
+            child.wait(seconds)
+        except ProcessLookupError:  # nothing is left of it
+            return
+        except subprocess.TimeoutExpired:
+            continue
+
+
+def move_aside(rooms: Sequence[Room], folder: Path) -> None:
+    """Move data of rooms into a folder."""
+    for room in rooms:
+        for name in () if room.name in SEPARATE else room.data:
+            file = room.folder / name
+            if file.exists():
+                (folder / room.name).mkdir(parents=True, exist_ok=True)
+                file.rename(folder / room.name / name)
+
+
+def measure(room: Room) -> int:
+    """Measure a room and note it; return the code with which its command ended."""
+    say(f"== {room.name}: {results.command_of(room)}")
+    goes_on = bool(room.goes_on) and (room.folder / room.goes_on).exists()
+    before, began, what, ended = fingerprint(room), time.perf_counter(), notes.version(), "stopped"
+    try:
+        code = command(room.command)
+        ended = f"failed ({code})" if code else "complete"
+    finally:
+        minutes = (time.perf_counter() - began) / 60
+        if fingerprint(room) != before or (ended == "complete" and notes.open_end(notes.read(), room.name)):
+            row: dict[str, Any] = {"room": room.name, "began": "on" if goes_on else "anew"}
+            row |= {"command": results.command_of(room), "machine": machine(), "version": what}
+            row |= {"date": f"{datetime.now(UTC):%Y-%m-%d}", "minutes": minutes, "end": ended}
+            notes.add(row)
+        else:
+            say("nothing new was measured")
+    say(f"== {room.name}: {ended}, {minutes:.1f} min")
+    return code
+
+
+def quick(room: Room) -> int:
+    """Run the small form of a room, which keeps nothing."""
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = [part.format(folder) for part in room.quick]
+        say(f"== {room.name}, small form: python {' '.join(arguments)}")
+        return command(arguments)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Read the command line, measure, write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rooms", nargs="+", choices=list(ROOMS), default=list(ROOMS), metavar="NAME",
+                        help=f"of {', '.join(ROOMS)} (all)")  # fmt: skip
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--anew", action="store_true", help="move what data there are aside first")
+    how.add_argument("--quick", action="store_true", help="the small form of each room; leaves all data alone")
+    how.add_argument("--from-data", action="store_true", help="measure nothing; only write RESULTS.md")
+    options = parser.parse_args(arguments)
+    rooms = [ROOMS[name] for name in ROOMS if name in options.rooms]
+    if options.from_data:
+        results.write()
+        return 0
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if not options.quick:
+        costs(rooms)
+    if options.anew:
+        move_aside(rooms, HERE / "aside" / f"{datetime.now(UTC):%Y-%m-%dT%H%M%S}")
+    try:
+        codes = {room.name: quick(room) if options.quick else measure(room) for room in rooms}
+    except KeyboardInterrupt:
+        say("stopped; the same command goes on" + (", without --anew" if options.anew else ""))
+        return 130
+    if not options.quick:
+        results.write()
+        say(f"written: {results.PAGE.relative_to(ROOT)}")
+    failed = [f"{name} ({code})" for name, code in codes.items() if code]
+    if failed:
+        say(f"ended with an error: {', '.join(failed)}")
+    return int(bool(failed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,53 @@
+"""What this room says in short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from page import medians, told
+from pages import markdown
+from skips import NOT_TURNED_OFF, SKIPS
+
+from studies import PARTS
+
+TITLE = "What each skip saves, and what it changes"
+ROUNDS = 3
+"""Of run.py by default."""
+
+
+def text(folder: Path) -> str:
+    """Return for each skip, wall by wall, how many times as fast it is and what it changes; and those unmeasured."""
+    found = medians(pd.read_csv(folder / "data.csv"))
+    lines, unmeasured = [], []
+    for skip in (*SKIPS, *PARTS):
+        own, (what, _) = found[found["skip"] == skip], told(skip)
+        if own.empty:
+            unmeasured.append(f"{what} ({skip})")
+            continue
+        changes = own[["upwards", "sideways"]].max(axis=1)
+        lines.append({
+            "skip": skip, "what is not done": what,
+            "times as fast, or as small": "; ".join(f"{r['wall']} {r['ratio']:.2f}" for _, r in own.iterrows()),
+            "saved of the time, or size": "; ".join(f"{1 - 1 / r['ratio']:.0%}" for _, r in own.iterrows()),
+            "displacements differ by, over the movement": "; ".join(
+                "" if v != v else f"{v:.0e}" if v else "0" for v in changes
+            ).strip("; "),
+            "contacts cracked otherwise": "; ".join("" if v != v else f"{v:.0f}" for v in own["otherwise"]).strip("; "),
+        })  # fmt: skip
+    parts = [
+        f"With and without in turn, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
+        "the same order in each column.",
+        markdown(pd.DataFrame(lines)),
+    ]
+    if unmeasured:
+        parts += ["Not measured yet:", "\n".join(f"- {line}" for line in unmeasured)]
+    return "\n\n".join((*parts, "Not turned off there:", "\n".join(f"- {what}: {why}" for what, why in
+                                                                  NOT_TURNED_OFF.items())))  # fmt: skip
+
+
+def minutes(folder: Path) -> float:
+    """Return what so many rounds take as are run by default."""
+    rows = pd.read_csv(folder / "data.csv")
+    both = rows.reindex(columns=["seconds_on", "seconds_off"]).sum(axis=1)
+    return float(both.sum() / rows["round"].max()) * ROUNDS / 60

@@ -1,0 +1,30 @@
+"""What this room says in short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from pages import markdown
+from stressed import page
+from stressed.case import VERDICTS, WAYS
+
+TITLE = "What the solvers bear"
+
+
+def text(folder: Path) -> str:
+    """Return counts by verdict and solver, and what is wrong or failed, with words."""
+    rows = page.read(folder / "cases.csv")
+    counts = pd.crosstab(rows["verdict"], rows["way"]).reindex(index=VERDICTS, columns=WAYS, fill_value=0)
+    counts["all"] = counts.sum(axis=1)
+    counts.index = [page.WORDS[v] for v in VERDICTS]
+    table = counts[counts["all"] > 0].rename_axis("what came of it").reset_index()
+    return "\n\n".join((
+        page.in_a_word(rows), markdown(table),
+        "Wrong:", page.listed(rows, "WRONG"), "Failed:", page.listed(rows, "FAILED"),
+    ))  # fmt: skip
+
+
+def minutes(folder: Path) -> float:
+    """Return what the runs took."""
+    return float(page.read(folder / "cases.csv")["seconds"].sum()) / 60

@@ -1,0 +1,36 @@
+"""What this room says in short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from model import costs_of, expected, predicted
+from pages import markdown
+
+TITLE = "So many walls on so many workers"
+SECONDS = 180
+"""All of it, as run.py says: its data do not hold what copying and merging takes."""
+
+
+def text(folder: Path) -> str:
+    """Return hours of large studies, and how far the model is from the runs it was checked with."""
+    measured, checked = pd.read_csv(folder / "parts.csv"), pd.read_csv(folder / "runs.csv")
+    table = pd.DataFrame(expected(measured)).pivot_table(index=["study", "walls"], columns="workers", values="hours")
+    table = table.rename(columns=lambda n: f"{n} workers").reset_index()
+    over = [
+        row.seconds / predicted(costs_of(measured, row.wall), row.walls, row.workers).total
+        for row in checked.itertuples()
+    ]
+    walls = ", ".join(f"{row['wall of']} {1e3 * row['wall']:.3g} ms" for _, row in measured.iterrows())
+    return "\n\n".join((
+        f"Hours, by a model of measured parts (a wall takes one worker: {walls}):",
+        markdown(table),
+        f"{len(checked)} runs, which the model knows nothing of, took {min(over):.2g} to {max(over):.2g} times what it "
+        f"says, at load averages of {checked['load'].min():.1f} to {checked['load'].max():.1f}.",
+    ))  # fmt: skip
+
+
+def minutes(folder: Path) -> float:
+    """Return what the runs took, and what measuring the parts is known to take."""
+    return float(pd.read_csv(folder / "runs.csv")["seconds"].sum() + SECONDS) / 60

@@ -1,0 +1,167 @@
+"""The benchmarks on one page: it is what the data say, and one command measures all, notes it, and can be stopped."""
+
+import importlib
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pandas as pd
+import pytest
+
+from tests.conftest import ROOT
+
+HERE = ROOT / "studies" / "benchmarks"
+COMMAND = [sys.executable, str(HERE / "run.py")]
+
+
+@pytest.fixture(scope="module")
+def ours() -> Iterator[dict[str, ModuleType]]:
+    names, before, path = ("notes", "pages", "results", "rooms", "run"), {}, [*sys.path]
+    sys.path.insert(0, str(HERE))
+    before = {name: sys.modules.pop(name) for name in names if name in sys.modules}
+    yield {name: importlib.import_module(name) for name in names}
+    for name in names:
+        sys.modules.pop(name, None)
+    sys.modules.update(before)
+    sys.path[:] = path
+
+
+def test_the_page_is_what_the_data_say(ours: dict[str, ModuleType]) -> None:
+    before, path = set(sys.modules), [*sys.path]
+    text = ours["results"].text(ours["notes"].read())
+    again = f"{ours['results'].ALL} --from-data"
+    assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), f"the data have changed: {again}"
+    for room in ours["rooms"].ROOMS.values():
+        assert f"`{ours['results'].command_of(room)}`" in text
+    # rooms have modules of the same names: none is left behind
+    assert sys.path == path
+    assert not {"page", "cases", "summary", "errors", "tables"} & (set(sys.modules) - before)
+
+
+def test_a_changed_datum_changes_the_page(ours: dict[str, ModuleType], tmp_path: Path) -> None:
+    room = ours["rooms"].ROOMS["stress"]
+    rows = pd.read_csv(room.folder / "cases.csv", keep_default_na=False)
+    rows.loc[0, ["verdict", "message"]] = ["FAILED", "made up"]
+    rows.to_csv(tmp_path / "cases.csv", index=False)
+    found = ours["results"].section(room, tmp_path)
+    assert found != ours["results"].section(room)
+    assert f"- {rows['family'][0]}, {rows['case'][0]}, {rows['way'][0]} (by {rows['by'][0]}): made up" in found
+    assert "cases.csv is missing" in ours["results"].section(room, tmp_path / "nowhere")
+
+
+def test_every_room_says_how_long_it_takes(ours: dict[str, ModuleType]) -> None:
+    rooms = ours["rooms"]
+    for room in rooms.ROOMS.values():
+        minutes = rooms.minutes_by_data(room)
+        assert 0.5 < minutes < 600 or room.name == "regressions"  # whose data do not hold it
+
+
+def test_seconds_to_an_error(ours: dict[str, ModuleType]) -> None:
+    with ours["rooms"].inside(HERE / "probabilities"):
+        seconds_to = importlib.import_module("summary").seconds_to
+    seconds, error = pd.Series([1.0, 4.0, 16.0, 64.0]), pd.Series([0.4, 0.2, 0.3, 0.05])
+    assert seconds_to(seconds, 0.4 / seconds**0.5, 0.1) == "16"
+    assert seconds_to(seconds, error, 0.3 / 6**0.5) == "32"  # halfway, and not the dip before
+    assert (seconds_to(seconds, error, 0.5), seconds_to(seconds, error, 0.04)) == ("< 1", "> 64")
+
+
+def test_a_wrong_name_is_named() -> None:
+    done = subprocess.run([*COMMAND, "--rooms", "skip"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "'skip'" in done.stderr
+    assert "skips" in done.stderr
+
+
+def test_the_small_form_of_a_room_leaves_its_data_alone(ours: dict[str, ModuleType]) -> None:
+    room = ours["rooms"].ROOMS["work_precision"]
+    before = ours["rooms"].fingerprint(room), ours["notes"].read().to_csv()
+    done = subprocess.run([*COMMAND, "--quick", "--rooms", room.name], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "all is known" in done.stdout
+    assert (ours["rooms"].fingerprint(room), ours["notes"].read().to_csv()) == before
+
+
+# -- a room made up, of which each call measures one more -----------------------------------------------------------
+
+TOY = """
+import sys, time
+from pathlib import Path
+data = Path(__file__).with_name("data.csv")
+data.write_text((data.read_text() if data.exists() else "") + "row\\n")
+print("begun", flush=True)
+time.sleep(float(sys.argv[1]))
+sys.exit(int(sys.argv[2]))
+"""
+
+
+@pytest.fixture
+def toy(ours: dict[str, ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
+    (tmp_path / "toy.py").write_text(TOY)
+    monkeypatch.setattr(ours["notes"].add, "__defaults__", (tmp_path / "measured.csv",))
+    monkeypatch.setattr(ours["notes"].read, "__defaults__", (tmp_path / "measured.csv",))
+    call = [str(tmp_path / "toy.py"), "0", "0"]
+    return ours["rooms"].Room("toy", tmp_path, call, call, ("data.csv",))
+
+
+def test_what_is_measured_is_noted(ours: dict[str, ModuleType], toy: object, tmp_path: Path) -> None:
+    run, notes = ours["run"], ours["notes"]
+    for _ in range(2):
+        assert run.measure(toy) == 0
+    found = notes.read()
+    assert list(found["began"]) == ["anew", "on"]
+    assert list(found["end"]) == ["complete", "complete"]
+    assert found["version"][0].startswith("0.")
+    assert "cores" in found["machine"][0]
+    assert notes.whole(found, "toy")
+    assert run.measure(toy._replace(command=[toy.command[0], "0", "3"])) == 3
+    assert notes.read()["end"].iloc[-1] == "failed (3)"
+    assert not notes.whole(notes.read(), "toy")
+    nothing = tmp_path / "nothing.py"
+    nothing.touch()
+    run.measure(toy._replace(command=[str(nothing)]))  # nothing was left to do
+    assert notes.whole(notes.read(), "toy")
+    run.measure(toy._replace(command=[str(nothing)]))
+    assert len(notes.read()) == 4
+    # all of one run: what was there is aside, and no longer noted
+    run.move_aside([toy], tmp_path / "aside")
+    assert (tmp_path / "aside" / "toy" / "data.csv").read_text() == 3 * "row\n"
+    run.measure(toy)
+    assert list(notes.read()["began"]) == ["anew"]
+
+
+def test_rooms_of_different_runs_are_told(ours: dict[str, ModuleType]) -> None:
+    notes, results = ours["notes"], ours["results"]
+    row = {"began": "anew", "command": "", "machine": "1 core", "version": "1, commit a", "date": "2000-01-02"}
+    kept = pd.DataFrame([row | {"room": name, "minutes": 1.0, "end": "complete"} for name in ours["rooms"].ROOMS])
+    assert results.whence(kept[notes.COLUMNS]) == "On 1 core. All with damagepred 1, commit a, 2000-01-02."
+    other = kept.assign(version=["2", *kept["version"][1:]])
+    assert "Versions differ" in results.whence(other)
+    other = kept.assign(machine=["2 cores", *kept["machine"][1:]])
+    assert "machines that differ: 2 cores; 1 core" in results.whence(other)
+    other = kept.assign(end=["stopped", *kept["end"][1:]])
+    assert "Data of work_precision are, at least in part" in results.whence(other)
+
+
+def test_a_room_is_stopped_with_all_that_it_started(tmp_path: Path) -> None:
+    sleeper = tmp_path / "sleeper.py"
+    sleeper.write_text("import subprocess, sys; subprocess.run([sys.executable, '-c', "
+                       "'import os, time; print(os.getpid(), flush=True); time.sleep(60)'])")  # fmt: skip
+    call = f"import sys; sys.path.insert(0, {str(HERE)!r}); import run; run.command([{str(sleeper)!r}])"
+    child = subprocess.Popen([sys.executable, "-c", call], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    innermost = int(child.stdout.readline())
+    child.send_signal(signal.SIGINT)
+    _, errors = child.communicate(timeout=40)
+    assert "KeyboardInterrupt" in errors
+    time.sleep(0.2)
+    assert not _runs(innermost)
+
+
+def _runs(number: int) -> bool:
+    try:
+        return "sleep" in Path(f"/proc/{number}/cmdline").read_text()
+    except OSError:
+        return False
