@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 
 import pandas as pd
-from pages import markdown
+
+from studies.benchmarks.pages import markdown
 
 TITLE = "Kernels, and what a user waits for"
 
