@@ -1,4 +1,4 @@
-"""What all benchmarks share: which machine it was, time of the processor, and tables put into a page."""
+"""What all benchmarks share: which machine it was, time of the processor, rows that are kept, tables for a page."""
 
 from __future__ import annotations
 
@@ -29,6 +29,19 @@ def timed(call: Callable[[], Any]) -> Timed:
     began = time.process_time()
     result = call()
     return Timed(result, time.process_time() - began)
+
+
+def kept_rows(file: Path) -> list[dict[str, Any]]:
+    """Return what was measured so far, row by row, without what is empty."""
+    if not file.exists():
+        return []
+    return [{k: v for k, v in row.items() if v == v} for row in pd.read_csv(file).to_dict("records")]
+
+
+def keep_rows(rows: list[dict[str, Any]], file: Path) -> None:
+    """Write what was measured so far; who is stopped meanwhile loses nothing of what was there."""
+    table = pd.DataFrame(rows)
+    write_whole(file, lambda path: table.to_csv(path, index=False, float_format="%.5g"))
 
 
 def machine() -> str:

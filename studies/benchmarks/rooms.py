@@ -75,11 +75,17 @@ def inside(folder: Path) -> Iterator[None]:
     names = {p.stem for at in (folder, HERE) for p in at.glob("*.py")}
     names |= {p.name for p in folder.iterdir() if p.is_dir()}
 
+    def of_a_room(name: str) -> bool:
+        file = getattr(sys.modules.get(name), "__file__", None)
+        return file is not None and HERE in Path(file).parents
+
     def taken() -> list[str]:
-        return [name for name in sys.modules if name.partition(".")[0] in names]
+        roots = {name: name.partition(".")[0] for name in sys.modules}
+        return [name for name, root in roots.items() if root in names or of_a_room(root)]
 
     before, path = {name: sys.modules.pop(name) for name in taken()}, [*sys.path]
-    sys.path[:0] = [str(folder), str(HERE), str(ROOT)]
+    others = [place for place in path if HERE not in Path(place).parents]
+    sys.path[:] = [str(folder), str(HERE), str(ROOT), *others]
     try:
         yield
     finally:

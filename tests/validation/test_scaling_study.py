@@ -1,7 +1,6 @@
 """studies/benchmarks/scaling: exponents are found, cases measured, time-outs listed, the page shows the data."""
 
 import importlib
-import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -10,22 +9,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from studies.benchmarks.rooms import inside
+
 ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "scaling"
 OURS = ("cases", "cholesky", "one", "page", "pages", "run", "samples")
 
 
 @pytest.fixture(scope="module")
 def room() -> dict[str, ModuleType]:
-    sys.path[:0] = [str(ROOM), str(ROOM.parent)]
-    try:
-        for name in OURS:
-            sys.modules.pop(name, None)
+    with inside(ROOM):
         return {name: importlib.import_module(name) for name in OURS}
-    finally:
-        sys.path.remove(str(ROOM))
-        sys.path.remove(str(ROOM.parent))
-        for name in OURS:
-            sys.modules.pop(name, None)
 
 
 def measured(room: dict[str, ModuleType], what: str, curve: str, size: float) -> dict[str, Any]:

@@ -1,12 +1,13 @@
 """studies/benchmarks/skips: what is turned off is off, the answer stays, the page shows the data."""
 
 import importlib
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import pandas as pd
 import pytest
+
+from studies.benchmarks.rooms import inside
 
 ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "skips"
 OURS = ("measuring", "page", "pages", "run", "scenes", "skips", "studies")
@@ -14,16 +15,8 @@ OURS = ("measuring", "page", "pages", "run", "scenes", "skips", "studies")
 
 @pytest.fixture(scope="module")
 def room() -> dict[str, ModuleType]:
-    sys.path[:0] = [str(ROOM), str(ROOM.parent)]
-    try:
-        for name in OURS:
-            sys.modules.pop(name, None)
+    with inside(ROOM):
         return {name: importlib.import_module(name) for name in OURS}
-    finally:
-        sys.path.remove(str(ROOM))
-        sys.path.remove(str(ROOM.parent))
-        for name in OURS:
-            sys.modules.pop(name, None)
 
 
 MORE = {"correct": "factorisations", "direct": "steps", "foresee": "steps", "elastic start": "steps"}

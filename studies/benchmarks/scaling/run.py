@@ -30,6 +30,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from cases import GROWING, QUICK, Case, all_cases  # noqa: E402
 from one import alone  # noqa: E402
+from pages import keep_rows, kept_rows  # noqa: E402
 
 LIMIT = 200.0
 """Seconds of the processor that a case may take."""
@@ -59,7 +60,7 @@ def run_one(case: Case, limit: float) -> Row:
 
 def run_all(curves: list[list[Case]], data: Path, rounds: int, limit: float, budget: float) -> bool:
     """Run what is not in the data yet, small cases of all curves first; tell whether all was done within the budget."""
-    began, rows = time.perf_counter(), _known(data)
+    began, rows = time.perf_counter(), kept_rows(data)
     for number in range(1, rounds + 1):
         done = {(r["grows"], r["curve"], r["size"]) for r in rows if r["round"] == number}
         stopped = {(r["grows"], r["curve"]) for r in rows if r["end"] not in FINE}
@@ -80,16 +81,10 @@ def run_all(curves: list[list[Case]], data: Path, rounds: int, limit: float, bud
                     if row["end"] not in FINE:
                         stopped.add(case[:2])
                 rows.append(row | {"round": number, "limit": limit})
-                pd.DataFrame(rows).to_csv(data, index=False, float_format="%.5g")
+                keep_rows(rows, data)
                 took = f"{row['seconds']:.3g} s" if "seconds" in row else row["end"]
                 print(f"{case.grows}, {case.curve}, {case.size:g}: {took}", file=sys.stderr, flush=True)
     return True
-
-
-def _known(data: Path) -> list[Row]:
-    if not data.exists():
-        return []
-    return [{k: v for k, v in row.items() if v == v} for row in pd.read_csv(data).to_dict("records")]
 
 
 def main() -> int:

@@ -28,6 +28,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from measuring import compare  # noqa: E402
+from pages import keep_rows, kept_rows  # noqa: E402
 from scenes import SCENES, Known, smaller  # noqa: E402
 from skips import SKIPS, Skip  # noqa: E402
 
@@ -56,7 +57,7 @@ def of_wall(skip: Skip, scene: Callable[[], Known], number: int, small: bool) ->
 
 def run_all(data: Path, rounds: int, only: list[str] | None, quick: bool, budget: float) -> bool:
     """Measure what is not in the data yet; tell whether all was done within the budget (s)."""
-    began, rows = time.perf_counter(), _known(data)
+    began, rows = time.perf_counter(), kept_rows(data)
     done = {(r["skip"], r["wall"], r["round"]) for r in rows}
     ready: set[tuple[str, str]] = set()
     for number in range(1, rounds + 1):
@@ -70,17 +71,11 @@ def run_all(data: Path, rounds: int, only: list[str] | None, quick: bool, budget
                 ready.add((name, scene))
             row = {"skip": name, "wall": scene, "round": number} | measure(number, quick)
             rows.append(row)
-            pd.DataFrame(rows).to_csv(data, index=False, float_format="%.5g")
+            keep_rows(rows, data)
             print(
                 f"{name}, {scene}: {row.get('seconds_on')} and {row.get('seconds_off')} s", file=sys.stderr, flush=True
             )
     return True
-
-
-def _known(data: Path) -> list[Row]:
-    if not data.exists():
-        return []
-    return [{k: v for k, v in row.items() if v == v} for row in pd.read_csv(data).to_dict("records")]
 
 
 def main() -> int:
