@@ -139,7 +139,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.from_data:
         results.write()
         return 0
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for kind in (signal.SIGINT, signal.SIGTERM):  # also where a shell has us in the background, deaf to the first
+        signal.signal(kind, signal.default_int_handler)
     if not options.quick:
         costs(rooms)
     if options.anew:
@@ -147,7 +148,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         codes = {room.name: quick(room) if options.quick else measure(room) for room in rooms}
     except KeyboardInterrupt:
-        say("stopped; the same command goes on" + (", without --anew" if options.anew else ""))
+        goes_on = "" if options.quick else "; the same command goes on" + ", without --anew" * options.anew
+        say(f"stopped{goes_on}")
         return 130
     if not options.quick:
         results.write()
