@@ -270,6 +270,17 @@ def plain_contact(k_n, k_s, cohesion, friction, open_carries_nothing, e, shear):
 
 
 @law
+def plain_frozen(k_n, k_s, bound, open_carries_nothing, e, shear):
+    """Return what ``plain_contact`` does with a given largest shear stress (Pa), as ``frozen_contact``."""
+    sigma, slope, tau = k_n * e, k_n, k_s * shear
+    if open_carries_nothing and e > 0.0:
+        sigma, slope = 0.0, 0.0
+    if abs(tau) <= bound:
+        return sigma, tau, slope, 0.0, k_s if bound > 0.0 else 0.0
+    return sigma, np.copysign(bound, tau), slope, 0.0, 0.0
+
+
+@law
 def is_plain(properties, i):
     """Tell whether ``plain_contact`` is the law of interface i."""
     return (
@@ -329,7 +340,7 @@ def joint_forces(
         opening, shear, turn = relative(interfaces, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, mn, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        plain = live and is_plain(properties, i)
+        plain = is_plain(properties, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         for k in range(interfaces.contact_area.shape[1]):
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
@@ -337,12 +348,16 @@ def joint_forces(
             if i >= first_ground:
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
-            if plain:
+            d_ns = 0.0
+            if plain and live:
                 cracked = memory.cracked[i, k]
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
                 friction = properties.residual_friction[i] if cracked else properties.friction[i]
                 sigma, tau, d_nn, d_sn, d_ss = plain_contact(k_n, k_s, cohesion, friction, cracked, u_n, u_s)
-                d_ns = 0.0
+            elif plain:
+                sigma, tau, d_nn, d_sn, d_ss = plain_frozen(
+                    k_n, k_s, bound[i, k], memory.cracked[i, k], u_n - dilated[i, k], u_s
+                )
             elif live:
                 sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = live_contact(
                     properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
@@ -383,15 +398,21 @@ def freeze(active, interfaces, properties, ground, memory, displacement, progres
     bound, dilated, opened = frozen
     for i in active:
         opening, shear, turn = relative(interfaces, displacement, i)
-        k_n = properties.normal_stiffness[i]
+        k_n, plain = properties.normal_stiffness[i], is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
                 u_n -= progress * ground.normal[i - first_ground, k]
                 u_s -= progress * ground.shear[i - first_ground, k]
-            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            cracked, e, old = memory.cracked[i, k], u_n - memory.dilated[i, k], bound[i, k]
+            if plain:
+                limit = properties.cohesion[i] - k_n * e * properties.friction[i]
+                if cracked:
+                    limit = properties.residual_cohesion[i] - k_n * e * properties.residual_friction[i]
+                    limit = limit if e <= 0.0 else 0.0
+                bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
+                continue
             _, _, _, _, _, _, slip, climb, limit = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
-            old = bound[i, k]
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
             climbs = climb if properties.dilation[i] > 0.0 else 0.0  # crushing is part of the energy
             dilated[i, k] += share * (memory.dilated[i, k] + climbs - dilated[i, k])

@@ -20,6 +20,7 @@ from damagepred.kernels.equilibrium import (
     joint_forces,
     live_contact,
     plain_contact,
+    plain_frozen,
     settle,
 )
 from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance, wear_of
@@ -210,6 +211,20 @@ def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
     np.testing.assert_allclose(short[:, :2], live[:, :2], rtol=1e-9, atol=1e-3)
     np.testing.assert_allclose(short[:, 2:], live[:, [2, 4, 5]], rtol=1e-9, atol=1.0)
     np.testing.assert_array_equal(live[:, 3], 0.0)  # normal stress does not follow the shear
+
+
+@pytest.mark.parametrize("feature", ["plain", "residual"])
+def test_the_short_frozen_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
+    rng = np.random.default_rng([12, FEATURES.index(feature)])
+    joints = random_joints(rng, COUNT, feature)
+    cracked, opened = random_memory(rng, joints)
+    e, shear = random_place(rng, COUNT)
+    bound = rng.choice([0.0, 1.0, NO_LIMIT], COUNT) * rng.uniform(0.0, 2.0, COUNT) * K_S * np.abs(shear).mean()
+    for i in range(COUNT):
+        k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
+        sigma, tau, nn, sn, ss = plain_frozen(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
+        whole = frozen_contact(joints, i, cracked[i], opened[i], bound[i], e[i], shear[i])
+        assert whole == (sigma, tau, nn, 0.0, sn, ss)
 
 
 @pytest.mark.parametrize("feature", [f for f in FEATURES if f not in ("plain", "residual")])
