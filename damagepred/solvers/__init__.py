@@ -9,6 +9,8 @@ from damagepred.errors import SolverError
 from damagepred.scene import Solver
 from damagepred.solvers.increment import ContactState, Increment
 
+SMALL = 200
+"""Blocks up to which dead load alone takes less time than to look whether a wall is symmetric."""
 __all__ = ["ContactState", "Increment", "solve_path"]
 
 
@@ -29,9 +31,11 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     Increment
         First the state under dead load, then one each step; whoever takes them may stop at any.
     """
-    from damagepred.solvers.half import symmetric_half
+    half = None
+    if settings.symmetric_half and not (settings.method == "quasi_static" and _soon_done(model)):
+        from damagepred.solvers.half import symmetric_half
 
-    half = symmetric_half(model) if settings.symmetric_half else None
+        half = symmetric_half(model)
     if half is None:
         yield from _path(model, settings, increments)
         return
@@ -40,6 +44,19 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
             yield half.unfold(increment)
     except SolverError as error:
         raise half.explain(error) from None
+
+
+def _soon_done(model: Model) -> bool:
+    """Tell whether the quasi-static solver is done with the whole wall before it would have found out about its half.
+
+    So it is where dead load is all there is, a load that takes one step or two, and the wall is small.
+    """
+    supports = model.supports
+    still = model.jacks is None and not any(
+        values.any()
+        for values in (supports.prescribed_displacement, supports.live_load, model.ground.normal, model.ground.shear)
+    )
+    return still and model.live_edge_load is None and model.n_blocks <= SMALL
 
 
 def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:

@@ -509,3 +509,18 @@ def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
     assert (model.blocks.x[there], model.blocks.y[there]) == (part.blocks.x[here], part.blocks.y[here])
     assert caught.value.increment == of_half.value.increment
     assert str(caught.value) == str(of_half.value).replace(f"block {here} (", f"block {there} (")
+
+
+def test_a_small_wall_under_dead_load_alone_is_solved_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is done before it would be known to be symmetric; moved or pushed, a wall is looked at."""
+
+    def looked_at(model: object) -> None:
+        raise AssertionError("looked at")
+
+    monkeypatch.setattr("damagepred.solvers.half.symmetric_half", looked_at)
+    wall = Assembly()
+    wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))])
+    assert not next(iter(solve_path(wall.build(Solver()), Solver(), 1))).collapsed
+    wall.push_body(x=0.1)
+    with pytest.raises(AssertionError, match="looked at"):
+        next(iter(solve_path(wall.build(Solver()), Solver(), 1)))
