@@ -66,11 +66,11 @@ def adds_up_to(force, block, dof_x, dof_y, arm_x, arm_y, total):
 
 
 @kernel
-def stays_within(displacement, free, limit):
-    """Tell whether all displacements of what is free are smaller than a limit (m)."""
+def stays_within(displacement, free, arms, limit):
+    """Tell whether all displacements of what is free are smaller than a limit (m); turns are multiplied by an arm."""
     within = True
     for i in range(displacement.size):
-        within &= not free[i] or abs(displacement[i]) < limit  # not so for what is no number
+        within &= not free[i] or abs(displacement[i] * arms[i]) < limit  # not so for what is no number
     return within
 
 

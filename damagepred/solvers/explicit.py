@@ -64,6 +64,8 @@ PATIENT, LEAST_DAMPING = 10_000, 0.1
 Gridpoints ring as contacts stick and slip, and local damping takes a share of the forces of that ringing: where all
 of a wall goes slowly one way, what it takes opposes that way, as friction would. Walls near their limit then creep.
 """
+SAFE = 0.9
+"""Share of the largest stable time step up to which it is not suspected where a wall keeps on moving."""
 RAMP_STAGES = 100
 """Straight pieces of which a ramp is made."""
 FALL_FOUND = 1e-3
@@ -360,11 +362,13 @@ class Run:
                 if self.falls():
                     return largest, True
                 worst = block_of_dof(self.model, int(ratio.argmax()))
+                shaken = self.settings.time_step_safety > SAFE and largest > 1.0
                 short = "" if missing < DEFLECTION_FOUND else f", the deflection is {missing:.2g} m short"
                 raise ConvergenceError(
                     f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
                     f"{largest:.2g} block weights at {describe_block(self.model, worst)}, allowed is "
-                    f"{self.settings.tolerance_used:g}{short}. Raise solver.maximum_cycles or solver.tolerance.",
+                    f"{self.settings.tolerance_used:g}{short}. Raise solver.maximum_cycles or solver.tolerance"
+                    + (", or lower solver.time_step_safety." if shaken else "."),
                     increment=increment,
                     block=worst,
                 )

@@ -6,6 +6,7 @@ be small here as everywhere: a slender stack that would buckle under its weight 
 
 from __future__ import annotations
 
+from typing import NamedTuple
 from weakref import finalize
 
 import numpy as np
@@ -33,18 +34,38 @@ def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArr
         Share of the full movement.
     """
     moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
-    ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
-    supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
-    jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
-    # half the largest block that can move beyond twice what ground and supports have moved
-    moves = model.moves if model.moves.any() else ~model.moves
-    size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
-    allowed = 0.5 * size + 2.0 * progress * max(ground, supports, jacks)
-    allowed += 2.0 * _settlement(model)
+    allowed = Leeway.of(model).at(progress)
     far = np.hypot(moved[:, 0], moved[:, 1])
     if not (far > allowed).any():
         return np.zeros(model.n_blocks, dtype=np.bool_)
     return np.asarray(far > allowed + 2.0 * elastic_reach(model, progress))
+
+
+class Leeway(NamedTuple):
+    """How far blocks may go from home (m) before they have come loose, what is elastic left aside.
+
+    Attributes
+    ----------
+    always, with_progress : float
+        At a standing movement, and what the full movement adds (m).
+    """
+
+    always: float
+    with_progress: float
+
+    @classmethod
+    def of(cls, model: Model) -> Leeway:
+        """Return it for a wall: half the largest block that can move beyond twice what ground and supports move."""
+        ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
+        supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
+        jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
+        moves = model.moves if model.moves.any() else ~model.moves
+        size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
+        return cls(0.5 * size + 2.0 * _settlement(model), 2.0 * max(ground, supports, jacks))
+
+    def at(self, progress: float) -> float:
+        """Return it at a share of the movement."""
+        return self.always + progress * self.with_progress
 
 
 def _settlement(model: Model) -> float:

@@ -189,8 +189,8 @@ def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     jumps: list[float] = []
     original = Path.jump
 
-    def jump(self: Path, state: State, left: float) -> tuple[State, float]:
-        found, worst = original(self, state, left)
+    def jump(self: Path, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
+        found, worst = original(self, state, left, patience)
         jumps.append(worst)
         return found, worst
 
@@ -244,7 +244,7 @@ def test_a_path_on_which_the_wall_must_jump_goes_on(monkeypatch: pytest.MonkeyPa
     scene, model = random_wall(law, 1)
     original, hidden = Equilibrium.find, []
 
-    def find(self: Equilibrium, state: State, start: np.ndarray | None = None) -> float:
+    def find(self: Equilibrium, state: State, start: np.ndarray | None = None, near: bool = False) -> float:
         if 0.2 < state.progress <= 0.4 and len(hidden) < 8:
             hidden.append(state.progress)
             return 1.0
@@ -269,16 +269,16 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
     def hides(state: State) -> bool:
         return state.progress > 0.2 and len(hidden) < 4
 
-    def no_find(self: Equilibrium, state: State, start: np.ndarray | None = None) -> float:
-        return 1.0 if hides(state) else find(self, state, start)
+    def no_find(self: Equilibrium, state: State, start: np.ndarray | None = None, near: bool = False) -> float:
+        return 1.0 if hides(state) else find(self, state, start, near)
 
     def not_directly(self: Equilibrium, state: State) -> tuple[float, np.ndarray]:
         if not hides(state):
             return directly(self, state)
         return max(self.unbalanced(state, state.displacement)[1], 2e-6), state.displacement
 
-    def then_shows(self: Path, state: State, left: float) -> tuple[State, float]:
-        found = jump(self, state, left)
+    def then_shows(self: Path, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
+        found = jump(self, state, left, patience)
         hidden.add(state.progress)
         return found
 
@@ -302,7 +302,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
 def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, model = random_wall("paper", 1)
     monkeypatch.setattr(relaxation, "AT_MOST", 5_000)
-    monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None: 1.0)
+    monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None, near=False: 1.0)
     monkeypatch.setattr(Equilibrium, "directly", lambda self, state: (1.01 * AT_REST, state.displacement))
     with pytest.raises(ConvergenceError, match="no equilibrium found"):
         list(quasi_static_path(model, WHOLE, scene.movement.increments))
@@ -365,11 +365,11 @@ def test_a_block_that_nothing_holds_is_a_collapse_at_once() -> None:
 def test_an_increment_without_equilibrium_names_itself_and_a_block(monkeypatch: pytest.MonkeyPatch, half: bool) -> None:
     original = Equilibrium.find
 
-    def find(self: Equilibrium, state: State, start: np.ndarray | None = None) -> float:
+    def find(self: Equilibrium, state: State, start: np.ndarray | None = None, near: bool = False) -> float:
         return 1.0 if state.progress > 0.3 else original(self, state, start)
 
     monkeypatch.setattr(Equilibrium, "find", find)
-    monkeypatch.setattr(Path, "jump", lambda self, state, left: (state, 0.5))
+    monkeypatch.setattr(Path, "jump", lambda self, state, left, patience=1.0: (state, 0.5))
     model = wall_model(small_scene())
     settings, steps = Solver(method="quasi_static", symmetric_half=half), []
     with pytest.raises(ConvergenceError, match=r"increment 2: no equilibrium .* block \d+ \(x = ") as caught:

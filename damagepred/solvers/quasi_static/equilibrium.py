@@ -18,6 +18,7 @@ from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.balance import bring_on, out_of_balance, stays_within
 from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
 from damagepred.kernels.footing import section_forces
+from damagepred.solvers.loose import Leeway, elastic_reach
 from damagepred.solvers.quasi_static.equations import LevelEquations
 from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
 from damagepred.solvers.quasi_static.solids import Solids
@@ -40,6 +41,8 @@ CLOSE, SOME = 30.0, 6
 """Unbalanced force (block weights) from which limits are taken that were not yet in equilibrium; attempts they get."""
 IN_VAIN = 8
 """Minima sought, one after the other, that come no nearer to balance, before it is given up."""
+LOST = 10.0
+"""Times as far as blocks go that have come loose: from there on a wall is not followed any more."""
 ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
 """Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 
@@ -115,7 +118,8 @@ class Equilibrium:
         # what acts inside deformable blocks is moved to their rims
         self.solids = None if model.mesh is None else Solids(model, self.dead_load, self.live_load)
         self.weight = model.mean_block_weight
-        self.per_weight = 1.0 / (dof_arms(model) * self.weight)
+        self.arms = dof_arms(model)
+        self.per_weight = 1.0 / (self.arms * self.weight)
         self.newton = 0
         self.condensed = False
         shape = model.interfaces.contact_area.shape
@@ -132,18 +136,23 @@ class Equilibrium:
         self.tangent = self.stiffness.copy()
         self.equations = LevelEquations(model, self.held, self.stiffness.copy(), self.solids)
         self.rate = np.zeros(self.dead_load.size)
-        supports = model.supports
-        self._moved = self._interfaces_of(self._blocks_of(supports.prescribed_displacement != 0.0))
+        supports, ground = model.supports, model.ground
+        moves = supports.prescribed_displacement != 0.0
+        # what goes on inside deformable blocks may follow the load
+        self._stands_still = self.solids is None and not (moves.any() or ground.normal.any() or ground.shear.any())
+        self._moved = everything[:0] if self._stands_still else self._interfaces_of(self._blocks_of(moves))
         # what is condensed takes supports as standing still
-        displaced = self._blocks_of((supports.prescribed_displacement != 0.0) | (supports.start != 0.0))
-        beside = self._interfaces_of(displaced, ground=False)
-        self._nearest = int(self.equations.interface_level[beside].max(initial=0))
+        displaced = self._blocks_of(moves | (supports.start != 0.0))
+        self._nearest = 0
+        if displaced.size:
+            beside = self._interfaces_of(displaced, ground=False)
+            self._nearest = int(self.equations.interface_level[beside].max(initial=0))
         self._note_tangent(rest, rest.displacement)
         self.free = np.ones(self.dead_load.size, dtype=np.bool_)
         self.free[self.held] = False
         if self.solids is not None:
             self.free[self.solids.inside] = False
-        self.lost_at = 10.0 * float(np.ptp(model.blocks.vertices, axis=0).max())
+        self.leeway, self._begun_at = Leeway.of(model), float(np.abs(supports.start).max(initial=0.0))
 
     def _blocks_of(self, prescribed: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return the blocks of some of the degrees of freedom that are prescribed."""
@@ -241,7 +250,14 @@ class Equilibrium:
 
     def lost(self, state: State) -> bool:
         """Tell whether blocks have fallen so far that there is no equilibrium to be found."""
-        return not stays_within(state.displacement, self.free, self.lost_at)
+        return self._is_lost(state, state.displacement)
+
+    def _is_lost(self, state: State, displacement: FloatArray) -> bool:
+        far = self._begun_at + LOST * self.leeway.at(state.progress)
+        if stays_within(displacement, self.free, self.arms, far):
+            return False
+        far += 2.0 * elastic_reach(self.model, state.progress)
+        return not stays_within(displacement, self.free, self.arms, far)
 
     # -- what is looked at ------------------------------------------------------------------------------------------
 
@@ -253,7 +269,7 @@ class Equilibrium:
             self.free[:] = False
             self.free[self.equations.dofs_in_play] = True
 
-    def find(self, state: State, start: FloatArray | None = None) -> float:
+    def find(self, state: State, start: FloatArray | None = None, near: bool = False) -> float:
         """Move the blocks of a state to equilibrium; what is condensed is opened where it would slide.
 
         Parameters
@@ -262,6 +278,8 @@ class Equilibrium:
             Its displacement is that of the last equilibrium, and becomes that of this one.
         start : array (3 (n + 1),), optional
             Where to begin instead.
+        near : bool
+            Whether to look only for one that is near.
 
         Returns
         -------
@@ -269,7 +287,7 @@ class Equilibrium:
             Largest unbalanced force over the mean block weight.
         """
         while True:
-            worst = self._find_in_play(state, start)
+            worst = self._find_in_play(state, start, near)
             self.complete(state)
             if worst >= self.tolerance:
                 return worst
@@ -317,7 +335,7 @@ class Equilibrium:
         if self.solids is not None:
             self.solids.recover(moved, state.load, state.progress, state.plastic)
 
-    def _find_in_play(self, state: State, start: FloatArray | None) -> float:
+    def _find_in_play(self, state: State, start: FloatArray | None, near: bool) -> float:
         supports = self.model.supports
         begun = state.displacement.copy()
         begun[supports.prescribed] = supports.displacement(state.progress)
@@ -327,6 +345,8 @@ class Equilibrium:
         found, worst = self._newton(state, first, DIRECT)
         if worst < self.tolerance:
             state.displacement[:] = found
+            return worst
+        if near:
             return worst
         if worst < CLOSE:
             state.displacement[:] = found
@@ -385,13 +405,21 @@ class Equilibrium:
             if worst < least:
                 best, least, load = u, worst, state.jack
         state.jack = load
-        if not stays_within(best, self.free, self.lost_at):
+        if self._is_lost(state, best):
             least = np.inf
         return best, least
 
     def _note_tangent(self, state: State, displacement: FloatArray) -> None:
         """Keep how the path goes on: stiffness, and force per progress, joints sliding as they just did."""
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
+        self.rate = self.live_load.copy()
+        if not self._stands_still:
+            self.rate += self._joint_rate(state, displacement)
+        if self.jacks is not None and self.jacks.by_load:
+            self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
+
+    def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
+        """Return the force per progress that ground and supports bring on as they move."""
         supports = self.model.supports
         nudged = replace(state, progress=state.progress + NUDGE, displacement=displacement.copy())
         nudged.displacement[supports.prescribed] += NUDGE * supports.prescribed_displacement
@@ -400,9 +428,7 @@ class Equilibrium:
         before = self.force.copy()
         self.force[:] = 0.0
         self._joint_forces(self._moved, nudged, nudged.displacement, live=True)
-        self.rate = (self.force - before) / NUDGE + self.live_load
-        if self.jacks is not None and self.jacks.by_load:
-            self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
+        return (self.force - before) / NUDGE
 
     def _step(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
         """Return the step of displacements and of the load of the jacks for an unbalanced force and a gap (m)."""

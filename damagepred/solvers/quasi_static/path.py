@@ -53,6 +53,10 @@ CUTS = 4
 """Times a step is cut to where a bond should break by its linear load; after that it is halved."""
 FALL_FOUND = 1e-4
 """Progress between a wall that stands under a live load and one that falls, at most."""
+LESS_PATIENCE = 0.25
+"""Share of the cycles that a wall is left to come to rest, which is known to fall under a little more load."""
+LESS_DOUBT = 4.0
+"""Where there was an equilibrium farther off than near, one is sought there over a way that is so many times longer."""
 NOTHING, CLOSE = 1e-7, 1e-7
 """Share of all dead load that counts as no load; progress between two points that count as one."""
 SHORTEST = 1e-5
@@ -209,43 +213,58 @@ class Path:
         goal = (load, progress)
         shortest = SHORTEST * distance(state, goal)
         beyond: Point | None = None  # the nearest point at which a bond is known to be overloaded
-        fallen: State | None = None
         falls: Point | None = None  # the nearest point at which the wall is known to fall
+        fallen, fell_by = state, np.inf  # how it does there
+        doubted: Point | None = None  # the nearest point at which no equilibrium was found near the last one
+        pains = max(
+            FALL_FOUND, distance(state, goal) / 2**HALVINGS
+        )  # way to it from which on one is sought farther off
         halvings = cuts = 0
         misses = 0  # times the tangent saw a bond break too soon
         far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
         while True:
-            target = far or beyond or (goal if falls is None else between(state, falls, 0.5))
+            if falls is not None and distance(state, falls) <= FALL_FOUND:
+                self.standing, self.state = state.progress, fallen
+                return fell_by
+            target = far or next_target(state, beyond or goal, doubted or falls, pains if doubted else 0.0)
             ahead, share = self.foresee(state, target)
             if far is None and share < 1.0:
                 share = min(share * 2.0**misses, 1.0)
                 target = between(state, target, share)
                 ahead = state.displacement + share * (ahead - state.displacement)
             trial = state.at(*target)
-            worst, jumped = self.equilibrium.find(trial, ahead), False
-            lost = self.equilibrium.lost(trial)
-            # zones that yield may run away, and the blocks with them hardly move: that tells nothing yet
-            if fallen is None and lost and come_loose(self.model, trial.displacement, target[1]).any():
-                fallen = trial
-            if worst >= self.tolerance and halvings < HALVINGS and falls is None:
+            # in small steps, equilibria under a growing load are near: where none is, the wall mostly falls
+            worst, jumped = self.equilibrium.find(trial, ahead, near=self._sharply), False
+            only_near = self._sharply and distance(state, target) > pains
+            if worst >= self.tolerance and only_near:
+                doubted, far = target, None
+                continue
+            if worst >= self.tolerance and halvings < HALVINGS and not self._sharply:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
-            if worst >= self.tolerance and (fallen is None or (falls is not None and not lost)):
-                trial, worst = self.jump(state.at(*target), state.progress)
-                jumped = True
+            if worst >= self.tolerance or self.equilibrium.lost(trial):
+                astray, jumped = trial, True
+                trial, worst = self.jump(state.at(*target), state.progress, 1.0 if falls is None else LESS_PATIENCE)
+                if self._sharply and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
+                    astray = state.at(*target)
+                    far_off = self.equilibrium.find(astray, ahead)
+                    if far_off < self.tolerance and not self.equilibrium.lost(astray):
+                        trial, worst, jumped = astray, far_off, False
+                loose = [s for s in (trial, astray) if come_loose(self.model, s.displacement, target[1]).any()]
             if worst >= self.tolerance or self.equilibrium.lost(trial):
                 self.standing = state.progress
-                self.state = trial if fallen is None else replace(fallen, load=target[0], progress=target[1])
-                if not self._sharply or distance(state, target) <= FALL_FOUND:
-                    return worst
-                if falls is None and not come_loose(self.model, self.state.displacement, target[1]).any():
+                if loose or falls is None:
+                    fallen = loose[0] if loose else trial
+                fallen = replace(fallen, load=target[0], progress=target[1])
+                self.state, fell_by = fallen, worst
+                if not self._sharply or distance(state, target) <= FALL_FOUND or (falls is None and not loose):
                     return worst
                 # whatever the reason: nearer to the last equilibrium there may be another
-                fallen, falls, far = self.state, target, between(state, target, 0.5)
+                falls, doubted, far, pains = target, None, None, FALL_FOUND
                 continue
-            if falls is None:
-                fallen = None
+            if target == doubted:
+                doubted, pains = None, LESS_DOUBT * pains
             loaded, heaviest = self.bond_loads(trial)
             if heaviest <= 1.0 + OVERLOAD:
                 self.remember(trial, gave_way=jumped)
@@ -293,7 +312,7 @@ class Path:
         share = float(np.min((1.0 + 0.1 * NEAR - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
-    def jump(self, state: State, left: float) -> tuple[State, float]:
+    def jump(self, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
         """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio.
 
         Friction does not derive from an energy: there are loads under which two joints push each other to and fro by
@@ -307,10 +326,12 @@ class Path:
             Load and movement to rest at; the blocks still are where they were in the last equilibrium.
         left : float
             Share of the movement of that.
+        patience : float
+            Share of the cycles that it is given, unless it is slowing down.
         """
         equilibrium, worst = self.equilibrium, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
-        for resting in come_to_rest(self.model, state, left):
+        for resting in come_to_rest(self.model, state, left, patience):
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
             if equilibrium.solids is not None:
@@ -478,6 +499,25 @@ class Kept(NamedTuple):
     balance: WorkBalance
     events: int
     carried: float
+
+
+def next_target(state: State, goal: Point, ceiling: Point | None, pains: float) -> Point:
+    """Return the point to go to next.
+
+    Parameters
+    ----------
+    state : State
+        The last equilibrium.
+    goal : (float, float)
+        Load and movement to come to.
+    ceiling : (float, float), optional
+        Where the wall falls, or no equilibrium was found.
+    pains : float
+        Way to the ceiling from which on it is tried itself.
+    """
+    if ceiling is None or distance(state, goal) < distance(state, ceiling):
+        return goal
+    return ceiling if distance(state, ceiling) <= pains else between(state, ceiling, 0.5)
 
 
 def distance(state: State, far: Point) -> float:

@@ -25,9 +25,18 @@ CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
 """After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
 ALONG = 3000
 """Cycles in which the movement goes on from the last equilibrium."""
+LOOKS, SLOWED = 4, 0.8
+"""Looks, in which its cycles double, and share of its speed before them below which a wall is slowing down."""
+SHAKEN, EASED, LEAST = 4000, 0.8, 0.1
+"""Cycles after which damping is eased, the share of it that is left each time the wall is looked at, and its least.
+
+Joints that stick and slide by turns shake what moves, and local damping, a share of the forces that shake, brakes it as
+by a friction that is not there: a wall well beyond what it carries would creep down at a steady pace. By then the jolt
+of the load has died away, which is what strong damping is for.
+"""
 
 
-def come_to_rest(model: Model, start: State, left: float) -> Iterator[State]:
+def come_to_rest(model: Model, start: State, left: float, patience: float = 1.0) -> Iterator[State]:
     """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
 
     The movement goes on slowly: ground that was in its new place at once would press
@@ -41,6 +50,8 @@ def come_to_rest(model: Model, start: State, left: float) -> Iterator[State]:
         Load and movement to go to; where the blocks are, and the memory of the last equilibrium.
     left : float
         Share of the movement of that.
+    patience : float
+        Share of the cycles that it is given, unless it is slowing down.
 
     Yields
     ------
@@ -58,9 +69,13 @@ def come_to_rest(model: Model, start: State, left: float) -> Iterator[State]:
     if start.progress != left:
         run.advance(ALONG, start.progress, load)
         run.halt()
-    cycles = CYCLES
-    while run.cycles < AT_MOST:
+    cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
+    while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
+        if run.cycles > begun + SHAKEN:
+            run.damping = max(EASED * run.damping, LEAST)
+        before = run.motion.displacement.copy()
         run.cycle(cycles)
+        speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(LONGER * cycles)
         memory = memory_of(run.joints)
         opening = fields_of(run.model, memory, run.motion.displacement, start.progress).opening

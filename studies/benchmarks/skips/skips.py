@@ -125,7 +125,7 @@ def frozen_first() -> Iterator[None]:
     """Let every equilibrium be sought with frozen friction limits."""
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 
-    def find(self: Any, state: Any, start: Any) -> float:
+    def find(self: Any, state: Any, start: Any, near: bool) -> float:
         supports = self.model.supports
         state.displacement[supports.prescribed] = supports.displacement(state.progress)
         if self.jacks is not None:

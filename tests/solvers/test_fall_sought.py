@@ -1,0 +1,106 @@
+"""Where a wall falls is found, and soon: on the way to a load or a movement that it may not bear."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly, Model
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import Joint, Solver
+from damagepred.solvers import solve_path
+from damagepred.solvers.explicit import Run
+from damagepred.solvers.quasi_static import relaxation
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+from damagepred.solvers.quasi_static.path import FALL_FOUND, Path
+
+DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
+
+
+def pushed(units: int, courses: int, share: float) -> Model:
+    """Return a dry wall in running bond on a plate, pushed along x by a share of its weight."""
+    wall, length = Assembly(joint=DRY), 0.24 * units
+    wall.support(wall.add_block(rectangle(-0.12, -0.075, length + 0.12, 0.0)))
+    for course in range(courses):
+        inner = 0.24 * (np.arange(units) + 0.5) if course % 2 == 0 else 0.24 * np.arange(1, units)
+        for left, right in itertools.pairwise([0.0, *inner, length]):
+            wall.add_block(rectangle(left, 0.075 * course, right, 0.075 * (course + 1)))
+    wall.push_body(x=share)
+    return wall.build(Solver())
+
+
+def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that may be called so often."""
+    left = itertools.count(calls, -1)
+
+    def counted(*arguments: Any, **named: Any) -> Any:
+        assert next(left) > 0, "too often"
+        return function(*arguments, **named)
+
+    return counted
+
+
+def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction remembers the way: in smaller steps a wall may stand right up to where it fell in a larger one."""
+    path = Path(pushed(2, 2, 0.1), Solver())
+    path.advance(1.0, 0.0)
+    jump, find, fell = path.jump, within(200, Equilibrium.find), []
+
+    def fall_once(state: Any, patience: float = 1.0) -> Any:
+        if fell:
+            return jump(state, patience)
+        fell.append(state.progress)
+        state.displacement[::3] += 1.0
+        return state, np.inf
+
+    def not_before(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
+        worst = find(self, state, *arguments, **named)
+        return worst if fell or state.progress < 0.5 else 1.0
+
+    monkeypatch.setattr(path, "jump", fall_once)
+    monkeypatch.setattr(Equilibrium, "find", not_before)
+    assert path.advance(1.0, 1.0) == np.inf
+    assert fell[0] - FALL_FOUND <= path.standing <= fell[0]
+    assert path.state.progress == fell[0]
+
+
+def test_few_equilibria_are_sought_far_off_until_the_fall_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pushed by more and more, a wall of few courses slides at mu; beyond it, hardly anything need be tried hard."""
+    monkeypatch.setattr(Equilibrium, "_by_frozen_limits", within(6, Equilibrium._by_frozen_limits))
+    last = list(solve_path(pushed(3, 4, 1.5), Solver(), 1))[-1]
+    assert last.collapsed
+    assert 1.5 * last.standing_progress == pytest.approx(0.75, abs=2e-4)
+
+
+def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten slender courses stick and slide by turns as they come down."""
+    cycles = []
+
+    class Counted(Run):
+        def cycle(self, count: int) -> None:
+            cycles.append(count)
+            super().cycle(count)
+
+    monkeypatch.setattr(relaxation, "Run", Counted)
+    path = Path(pushed(2, 10, 1.5), Solver())
+    path.advance(1.0, 0.0)
+    path.advance(1.0, 0.1)
+    _, worst = path.jump(path.state.at(1.0, 0.45))
+    assert worst == np.inf
+    assert sum(cycles) < 60_000
+
+
+def test_what_rides_on_a_support_may_go_farther_than_ten_walls() -> None:
+    """Blocks that a support carries along are not lost, however far it goes."""
+    wall = Assembly(joint=DRY)
+    support = wall.add_block(rectangle(0.0, 0.0, 0.1, 0.1))
+    wall.add_block(rectangle(0.0, 0.1, 0.1, 0.2))
+    wall.support(support)
+    wall.move(support, y=5.0)
+    last = list(solve_path(wall.build(Solver()), Solver(), 2))[-1]
+    assert not last.collapsed
+    np.testing.assert_allclose(last.displacement[:, 1], 5.0, rtol=1e-6)
