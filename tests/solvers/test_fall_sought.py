@@ -50,9 +50,9 @@ def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypat
     path.advance(1.0, 0.0)
     jump, find, fell = path.jump, within(200, Equilibrium.find), []
 
-    def fall_once(state: Any, patience: float = 1.0) -> Any:
+    def fall_once(state: Any, left: float, patience: float = 1.0) -> Any:
         if fell:
-            return jump(state, patience)
+            return jump(state, left, patience)
         fell.append(state.progress)
         state.displacement[::3] += 1.0
         return state, np.inf
@@ -89,7 +89,7 @@ def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch:
     path = Path(pushed(2, 10, 1.5), Solver())
     path.advance(1.0, 0.0)
     path.advance(1.0, 0.1)
-    _, worst = path.jump(path.state.at(1.0, 0.45))
+    _, worst = path.jump(path.state.at(1.0, 0.45), path.state.progress)
     assert worst == np.inf
     assert sum(cycles) < 60_000
 
