@@ -82,8 +82,9 @@ def test_the_committed_data() -> None:
         for solver in ("quasi_static", "explicit"):
             if (size, solver, "default") in falls.index:
                 ours = falls.loc[(size, solver, "default"), "low"]
-                assert ours < 1.005 * bound
-                assert ours == pytest.approx(iterated, rel=0.03)
+                assert 0.97 * iterated < ours < 1.005 * bound
+                # without dilation a wall may rest, brought there gently, under more than what fells one that shakes
+                assert solver == "quasi_static" or ours < 1.03 * iterated
     page = (ROOM / "README.md").read_text(encoding="utf-8")
     assert tables.text(runs) in page
 
