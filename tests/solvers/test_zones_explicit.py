@@ -205,3 +205,16 @@ def test_a_wall_may_be_deformable_in_one_part_only() -> None:
     rigid = list(solve_path(wall_model(dataclasses.replace(scene, wall=small, dpc=Dpc(course=2))), EXPLICIT, 2))
     # the rigid blocks' lumped elasticity stands for the same
     assert increments[-1].opening.max() == pytest.approx(rigid[-1].opening.max(), rel=0.1)
+
+
+def test_a_block_of_zones_that_nothing_holds_falls() -> None:
+    """Its stiffness is singular, but for rounding: the elastic solution must not be taken for one."""
+    made = Assembly()
+    first = made.add_block(rectangle(0.0, 0.0, 0.24, 0.075), zone_size=0.075)
+    made.add_block(rectangle(0.0, 0.076, 0.24, 0.151), zone_size=0.075)
+    made.rest_on_ground([first])
+    settings = Solver(method="explicit")
+    model = made.build(settings)
+    assert elastic_displacement(model) is None
+    (last,) = solve_path(model, settings, 1)
+    assert last.collapsed
