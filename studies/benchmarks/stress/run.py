@@ -64,7 +64,10 @@ def tables() -> str:
     wide = wide.reset_index().rename(columns={"share": "share of the limit"})
     parts += ["### Time steps", "Error where it is right, over the largest displacement.", markdown(wide)]
     parts += ["Asked for by the user:", "\n".join(f"- {words}" for words in refused_words())]
-    parts += ["### A wall that cracks, far away and at other time steps", markdown(pd.read_csv(CRACKS).astype(object).fillna(""))]
+    parts += [
+        "### A wall that cracks, far away and at other time steps",
+        markdown(pd.read_csv(CRACKS).astype(object).fillna("")),
+    ]
     return "\n\n".join(parts)
 
 

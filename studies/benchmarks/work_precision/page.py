@@ -197,11 +197,18 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
     return lines
 
 
+TOLD = 0.25
+"""Own error of a reference up to which it says something about a preset."""
+
+
 def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
-    """Return the errors of the presets against the finest model, and their times over those of the default."""
+    """Return the errors of the presets against the finest model, and their times over those of the default.
+
+    What the finest models do not agree on themselves, to ``TOLD``, tells nothing about a preset and is left out.
+    """
     known, rows = scenes(), []
     for method in ("quasi_static", "explicit"):
-        told = lines[lines["model"].notna()]
+        told = lines[lines["model"].notna() & (lines["model_floor"] <= TOLD)]
         own = told[told["axis"] == "preset, explicit"]
         if method == "quasi_static":
             parts = [told[(told["axis"] == a) & (told["value"] == v)].assign(value=p) for p, (a, v) in PRESET.items()]
