@@ -29,8 +29,8 @@ MODELS = [
 SEQUENCES = {
     "zone size, Lobatto 7 and 3": [("zones", "60 mm"), ("zones", "40 mm"), (FINEST, "30 mm, Lobatto 7")],
     "increments": [("increments", "40"), ("increments", "80"), (SOLID, "160 increments"), (SOLID, "320 increments")],
-    "explicit ramp": [("explicit ramp", "300"), ("explicit ramp", "1000"), ("explicit", "default"),
-                      ("explicit ramp", "10000")],
+    "explicit ramp": [("explicit ramp", "300"), ("explicit ramp", "1000"), ("explicit ramp", "3000"),
+                      ("explicit", "default")],
     "explicit tolerance": [("explicit tolerance", "0.1"), ("explicit tolerance", "0.01"), ("explicit", "default"),
                            ("explicit tolerance", "0.0001")],
     "midpoint contacts": [("contacts", "midpoint 2"), ("contacts", "midpoint 3"), ("contacts", "midpoint 5"),
