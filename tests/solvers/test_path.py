@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
 import damagepred
 from damagepred.assembly import Assembly, Model, wall_model
@@ -12,8 +13,9 @@ from damagepred.errors import ConvergenceError
 from damagepred.path import QUALITY, model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.quasi_static import relaxation
+from damagepred.solvers.quasi_static import equations, relaxation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.inverting import invert
 from damagepred.solvers.quasi_static.path import AT_REST, NEAR, OVERLOAD, Path, quasi_static_path
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.test_half import mirrored
@@ -469,3 +471,18 @@ def test_larger_symmetric_walls_crack_symmetrically(kind: str, length: float) ->
     for step in solve_path(model, WHOLE, 6):
         image = mirrored(model, step)
         np.testing.assert_array_equal(step.state == ContactState.CRACKED, image.state == ContactState.CRACKED)
+
+
+def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With more of them sums are rounded otherwise, and a sample replayed alone is not the one of its study."""
+    threads: set[int] = set()
+
+    def counted(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
+        libraries = ThreadpoolController().select(user_api="blas").info()
+        threads.update(library["num_threads"] for library in libraries)
+        return invert(matrix, symmetric, inverse)
+
+    monkeypatch.setattr(equations, "invert", counted)
+    with threadpool_limits(2, user_api="blas"):
+        list(quasi_static_path(wall_model(small_scene()), WHOLE, 2))
+    assert threads == {1}

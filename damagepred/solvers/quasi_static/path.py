@@ -553,7 +553,8 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although nothing has come loose.
     """
-    path = Path(while_loading(model), settings)
+    with one_blas_thread():  # from the first factorisation on: more threads would round otherwise
+        path = Path(while_loading(model), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
         before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
