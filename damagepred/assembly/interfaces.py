@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from damagepred.assembly.geometry import SharedEdges
 from damagepred.assembly.mesh import Mesh
-from damagepred.assembly.model import Blocks, Ground, Interfaces, Joints, Kind
+from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints, Kind
 from damagepred.assembly.quadrature import quadrature
 from damagepred.scene import Solver
 
@@ -167,16 +167,43 @@ Profile = Callable[[FloatArray], FloatArray]
 """Of the ground: x (m) -> displacement (m)."""
 
 
-def ground_movement(geometry: Geometry, profile: Profile | None, along: Profile | None = None) -> Ground:
-    """Return the displacement of the ground at its contacts.
+Growth = Callable[[FloatArray, float], FloatArray]
+"""Of the ground: x (m), load factor -> displacement (m)."""
+
+
+def ground_movement(geometry: Geometry, profile: Profile | None, along: Profile | None = None) -> GroundMovement:
+    """Return the movement of a ground whose displacement is in proportion to the load factor.
 
     Parameters
     ----------
     geometry : Geometry
-        Where they are.
+        With the contacts on the ground.
     profile, along : callable or None
-        x (m) -> displacement upwards, and along the wall (m).
+        x (m) -> displacement at load factor 1, upwards, and along the wall (m).
     """
+    return GroundMovement(_ground(geometry, profile, along))
+
+
+def growing_ground(geometry: Geometry, profile: Growth, along: Growth | None = None) -> GroundMovement:
+    """Return the movement of a ground whose form changes as the movement grows.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        With the contacts on the ground.
+    profile, along : callable or None
+        x (m), load factor -> displacement, upwards, and along the wall (m); 0 at load factor 0.
+    """
+
+    def state(factor: float) -> Ground:
+        drift = None if along is None else lambda x: along(x, factor)
+        return _ground(geometry, lambda x: profile(x, factor), drift)
+
+    return GroundMovement.growing(state)
+
+
+def _ground(geometry: Geometry, profile: Profile | None, along: Profile | None) -> Ground:
+    """Return the displacement of the ground at its contacts in one state."""
     still = np.zeros_like(geometry.ground_x)
     rise = still if profile is None else profile(geometry.ground_x)
     drift = still if along is None else along(geometry.ground_x)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -161,7 +162,7 @@ class JointProperties(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """Displacement of the ground at full movement under the contacts with it, the last g interfaces.
+    """Displacement of the ground in one state, under the contacts with it, the last g interfaces.
 
     Attributes
     ----------
@@ -171,6 +172,74 @@ class Ground(NamedTuple):
 
     normal: FloatArray
     shear: FloatArray
+
+    def largest(self) -> float:
+        """Return the largest displacement (m)."""
+        return float(np.hypot(self.normal, self.shear).max(initial=0.0))
+
+
+SAMPLED_STATES = 8
+"""States that stand for all of a growing movement where all are to be looked at."""
+STATES_KEPT = 32
+"""States of a growing ground that are kept: the solvers ask for the same few again and again."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundMovement:
+    """Displacement of the ground as a function of the load factor; it begins at 0 at load factor 0.
+
+    Attributes
+    ----------
+    full : Ground
+        State at load factor 1.
+    state : callable or None
+        Load factor -> state, where the form of the ground changes as the movement grows; None where every state is
+        ``full`` times the load factor.
+    """
+
+    full: Ground
+    state: Callable[[float], Ground] | None = None
+
+    @classmethod
+    def growing(cls, state: Callable[[float], Ground]) -> GroundMovement:
+        """Return the movement through states that are given at each load factor."""
+        known = lru_cache(maxsize=STATES_KEPT)(state)
+        return cls(known(1.0), known)
+
+    @property
+    def proportional(self) -> bool:
+        """Whether every state is the full one times the load factor."""
+        return self.state is None
+
+    @property
+    def moves(self) -> bool:
+        """Whether the ground moves at all."""
+        return not self.proportional or bool(self.full.normal.any() or self.full.shear.any())
+
+    def at(self, load_factor: float) -> Ground:
+        """Return the state at a load factor."""
+        if self.state is None:
+            return Ground(load_factor * self.full.normal, load_factor * self.full.shear)
+        return self.state(load_factor)
+
+    def states(self) -> tuple[Ground, ...]:
+        """Return states that stand for all of the movement: the full one, and others where the form changes."""
+        if self.proportional:
+            return (self.full,)
+        return tuple(self.at(float(factor)) for factor in np.linspace(1.0, 0.0, SAMPLED_STATES, endpoint=False))
+
+    def largest_rate(self) -> float:
+        """Return the largest displacement over its load factor (m)."""
+        if self.proportional:
+            return self.full.largest()
+        factors = np.linspace(1.0, 0.0, SAMPLED_STATES, endpoint=False)
+        return max(state.largest() / factor for state, factor in zip(self.states(), factors.tolist(), strict=True))
+
+    def map(self, change: Callable[[Ground], Ground]) -> GroundMovement:
+        """Return the movement with each state changed."""
+        if self.state is None:
+            return GroundMovement(change(self.full))
+        return GroundMovement.growing(lambda factor: change(self.at(factor)))
 
 
 class Supports(NamedTuple):
@@ -323,7 +392,7 @@ class Model:
     blocks: Blocks
     interfaces: Interfaces
     properties: JointProperties
-    ground: Ground
+    ground: GroundMovement
     supports: Supports
     jambs: Jambs
     joints: Joints

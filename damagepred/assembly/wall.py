@@ -27,7 +27,7 @@ from damagepred.assembly.footing import (
 )
 from damagepred.assembly.interfaces import Geometry, ground_movement
 from damagepred.assembly.mesh import default_zone_size
-from damagepred.assembly.model import Ground, Jambs, Kind, Model, Supports
+from damagepred.assembly.model import Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
@@ -254,7 +254,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         blocks=blocks,
         interfaces=interfaces,
         properties=properties,
-        ground=Ground(*(np.zeros_like(geometry.ground_x) for _ in range(2))),
+        ground=ground_movement(geometry, None),
         supports=Supports.none(load.ravel()),
         jambs=jambs,
         joints=geometry.joints,

@@ -83,13 +83,14 @@ def contact_forces(tile, ground, special, softening, progress):
     tile : record
         See ``damagepred.kernels.tiles``.
     ground : record or None
-        Full movement of the ground under the tile, None if it does not touch the ground.
+        Movement of the ground under the tile as a straight line in the load factor, None if the tile does not touch
+        the ground.
     special : bool or None
         None if no joint dilates, breaks or wears by slip or has a cap: what they need is then left out when compiling.
     softening : bool or None
         None if no bond softens.
     progress : float
-        Share of the full movement reached.
+        Load factor of the movement.
     """
     for i in range(LANES):
         n_x, n_y = tile.normal_x[i], tile.normal_y[i]
@@ -117,8 +118,8 @@ def contact_forces(tile, ground, special, softening, progress):
             u_n = opening + at * (turn_b - turn_a)
             u_s = shear
             if ground is not None:
-                u_n -= progress * ground.normal[k, i]
-                u_s -= progress * ground.shear[k, i]
+                u_n -= ground.normal_start[k, i] + progress * ground.normal[k, i]
+                u_s -= ground.shear_start[k, i] + progress * ground.shear[k, i]
             dilated, opened = 0.0, 0.0
             if special is not None:
                 dilated = tile.dilated[k, i]
@@ -149,17 +150,15 @@ def contact_forces(tile, ground, special, softening, progress):
 
 
 @kernel
-def contact_fields(interfaces, properties, ground, state, displacement, progress, opening, shear, sigma, tau):
+def contact_fields(interfaces, properties, ground, state, displacement, opening, shear, sigma, tau):
     """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts; no memory moves.
 
     Parameters
     ----------
     interfaces, properties, ground, state : NamedTuple of arrays
-        See ``damagepred.assembly.model`` and ``damagepred.solvers.state``.
+        See ``damagepred.assembly.model`` and ``damagepred.solvers.state``; the ground in its present state.
     displacement : array (3 (n + 1),)
         x, y (m), rotation of each block, the ground last.
-    progress : float
-        Share of the full movement reached.
     opening, shear, sigma, tau : array (m, q)
         Filled.
     """
@@ -188,8 +187,8 @@ def contact_fields(interfaces, properties, ground, state, displacement, progress
             u_n = middle + interfaces.contact_offset[i, k] * turn
             u_s = along
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             opening[i, k] = u_n
             shear[i, k] = u_s
             sigma[i, k], tau[i, k], _, _, _, _ = joint_law(

@@ -33,7 +33,7 @@ def run_steps(
     special, softening : bool or None
         None if no joint needs more than the plain law; if no bond softens.
     imposed : NamedTuple of arrays
-        ``point`` (i,), ``normal`` and ``shear`` (i,): how the ground moves under points at full movement (m).
+        ``point`` (i,), ``normal`` and ``shear`` (i,): movement of the ground under points per load factor (m).
     pushed : bool
         Whether there are live loads.
     drive : array (steps + 1, 3)

@@ -312,7 +312,7 @@ def frozen_contact(properties, i, cracked, opened, bound, e, shear):
 
 @kernel
 def joint_forces(
-    active, interfaces, properties, ground, memory, frozen, live, displacement, progress, force, stiffness
+    active, interfaces, properties, ground, memory, frozen, live, displacement, force, stiffness
 ):  # fmt: skip
     """Add the forces of joints on the blocks to ``force``, and note the stiffness of each interface.
 
@@ -321,15 +321,13 @@ def joint_forces(
     active : array of int
         Interfaces to look at; so for all functions here.
     interfaces, properties, ground, memory : NamedTuple of arrays
-        Model and memory of its joints.
+        Model, displacement of the ground in the present state, and memory of the joints.
     frozen : tuple of array (m, q)
         Largest shear stress (Pa), dilation (m) and largest opening (m) of each contact where they are frozen.
     live : bool
         Whether the live law holds.
     displacement, force : array (3 (n + 1),)
         Of the blocks and the ground.
-    progress : float
-        Share of the full movement.
     stiffness : array (m, 9)
         Filled: slopes of normal force, shear force and moment of an interface with opening and shear at its middle and
         relative rotation, row by row (N/m, N, N m).
@@ -346,8 +344,8 @@ def joint_forces(
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
             u_n, u_s = opening + at * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             d_ns = 0.0
             if plain and live:
                 cracked = memory.cracked[i, k]
@@ -386,7 +384,7 @@ def joint_forces(
 
 
 @kernel
-def freeze(active, interfaces, properties, ground, memory, displacement, progress, frozen, share):
+def freeze(active, interfaces, properties, ground, memory, displacement, frozen, share):
     """Bring frozen shear limits, dilations and openings to what the live law says at a displacement.
 
     Parameters
@@ -402,8 +400,8 @@ def freeze(active, interfaces, properties, ground, memory, displacement, progres
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             cracked, e, old = memory.cracked[i, k], u_n - memory.dilated[i, k], bound[i, k]
             if plain:
                 limit = properties.cohesion[i] - k_n * e * properties.friction[i]
@@ -426,7 +424,7 @@ def freeze(active, interfaces, properties, ground, memory, displacement, progres
 
 
 @kernel
-def settle(active, interfaces, properties, ground, memory, displacement, progress, unopened):
+def settle(active, interfaces, properties, ground, memory, displacement, unopened):
     """Let joints remember an equilibrium: how far they slid, climbed, opened and were crushed.
 
     Parameters
@@ -447,8 +445,8 @@ def settle(active, interfaces, properties, ground, memory, displacement, progres
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
             if plain:
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
@@ -506,7 +504,7 @@ def softening_work(opened, strength, k_n, critical):
 
 
 @kernel
-def bond_loads(active, interfaces, properties, ground, memory, displacement, progress, no_strength, load):
+def bond_loads(active, interfaces, properties, ground, memory, displacement, no_strength, load):
     """Fill how far each bond is loaded, 1 at its strength, negative where pressed, 0 where there is none.
 
     Parameters
@@ -535,8 +533,8 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
                 continue
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             sigma = k_n * (u_n - memory.dilated[i, k])
             if properties.dilation[i] > 0.0:  # what slides on the way climbs, and is pulled less
                 sigma, _, _, _, _, _, _, _, _ = live_contact(
@@ -555,7 +553,7 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, pro
 
 
 @kernel
-def farthest_sliding(listed, level, interfaces, properties, ground, memory, displacement, progress):
+def farthest_sliding(listed, level, interfaces, properties, ground, memory, displacement):
     """Return the farthest level at which a joint slides, is crushed, or closes its gap; -1 if none does.
 
     Of those whose bond still holds.
@@ -577,8 +575,8 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             sigma = properties.normal_stiffness[i] * (u_n - memory.dilated[i, k])
             if sigma > properties.tensile_strength[i]:
                 slides = False  # it breaks before, and is dealt with then
@@ -593,7 +591,7 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
 
 
 @kernel
-def contact_stresses(interfaces, properties, ground, memory, displacement, progress, opening, sigma, tau):
+def contact_stresses(interfaces, properties, ground, memory, displacement, opening, sigma, tau):
     """Fill opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q), by the live law."""
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
@@ -602,8 +600,8 @@ def contact_stresses(interfaces, properties, ground, memory, displacement, progr
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = middle + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             opening[i, k] = u_n
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
             if plain:
@@ -617,12 +615,17 @@ def contact_stresses(interfaces, properties, ground, memory, displacement, progr
 
 
 @kernel
-def energy(listed, interfaces, properties, ground, memory, displacement, progress):
-    """Return what the joints store (J), what softening has taken (J), and the work of the ground per progress (J).
+def energy(listed, interfaces, properties, ground, memory, displacement, on_ground):
+    """Return what the joints store (J) and what softening has taken (J), and fill the forces on the ground.
 
     Memory must be that of the equilibrium at the displacement; only listed interfaces count.
+
+    Parameters
+    ----------
+    on_ground : NamedTuple of arrays (g, q)
+        Normal and shear force that do work on the displacement of the ground, contact by contact (N); filled.
     """
-    stored, softened, power = 0.0, 0.0, 0.0
+    stored, softened = 0.0, 0.0
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in listed:
         opening, shear, turn = relative(interfaces, displacement, i)
@@ -633,8 +636,8 @@ def energy(listed, interfaces, properties, ground, memory, displacement, progres
             area = interfaces.contact_area[i, k]
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
-                u_n -= progress * ground.normal[i - first_ground, k]
-                u_s -= progress * ground.shear[i - first_ground, k]
+                u_n -= ground.normal[i - first_ground, k]
+                u_s -= ground.shear[i - first_ground, k]
             cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
             if plain:
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
@@ -647,5 +650,6 @@ def energy(listed, interfaces, properties, ground, memory, displacement, progres
             if cracked and critical > 0.0 and properties.critical_slip[i] == 0.0:
                 softened += area * softening_work(max(memory.opened[i, k], strength / k_n), strength, k_n, critical)
             if i >= first_ground:
-                power -= area * (sigma * ground.normal[i - first_ground, k] + tau * ground.shear[i - first_ground, k])
-    return stored, softened, power
+                on_ground.normal[i - first_ground, k] = -area * sigma
+                on_ground.shear[i - first_ground, k] = -area * tau
+    return stored, softened

@@ -48,6 +48,19 @@ def tile_type(points):
 
 
 def ground_type(points):
-    """Return the record type that tells how the ground moves under a tile, at full movement (m)."""
+    """Return the record type of the movement of the ground under a tile, a straight line in the load factor.
+
+    Parameters
+    ----------
+    points : int
+        Contacts of an interface, q.
+
+    Returns
+    -------
+    dtype
+        ``normal``, ``shear``: displacement per load factor (m); ``normal_start``, ``shear_start``: the line's
+        displacement at load factor 0 (m), 0 where the ground moves in proportion to the load factor.
+    """
     contact = (points, LANES)
-    return np.dtype([("normal", "f8", contact), ("shear", "f8", contact)])
+    names = ("normal", "shear", "normal_start", "shear_start")
+    return np.dtype([(name, "f8", contact) for name in names])

@@ -90,6 +90,9 @@ class Dynamics:
         What shakes the ground and all that is held.
     movement_time : float or None
         Time over which the movement of the ground and of moved blocks is applied, gently (s). None: it is not.
+    ground_pieces : int
+        Where the form of the ground changes as its movement grows, the number of equal parts of the load factor in
+        each of which every point of the ground moves in a straight line between its exact states.
     damping : {"none", "viscous", "rayleigh", "local"}
         ``viscous``: proportional to mass, against the motion relative to the base. ``rayleigh``: proportional to mass
         and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for coming to rest.
@@ -116,6 +119,7 @@ class Dynamics:
     outputs: Count = Field(default=100, ge=1)
     base: tuple[BaseMotion, ...] = ()
     movement_time: Duration | None = Field(default=None, gt=0)
+    ground_pieces: Count = Field(default=100, ge=1)
     damping: Literal["none", "viscous", "rayleigh", "local"] = "none"
     damping_ratio: Pure = Field(default=0.05, ge=0, lt=1)
     frequency: Frequency = Field(default=10.0, gt=0)

@@ -66,6 +66,9 @@ class Solver:
     ramp_cycles : int
         Cycles over which the explicit solver applies one increment's movement before the wall is left to settle;
         applied faster, it cracks joints that a slow movement leaves whole.
+    ramp_pieces : int
+        Straight pieces of which such a ramp is made. Where the form of the ground changes as its movement grows, every
+        point of the ground moves in a straight line between its exact states at their ends.
     maximum_cycles : int
         Cycles after which the explicit solver gives up an increment that has not settled.
     time_step_safety : float
@@ -94,6 +97,7 @@ class Solver:
     condense: bool = True
     damping: Pure = Field(default=0.8, ge=0, lt=1)
     ramp_cycles: Count = Field(default=10_000, ge=1)
+    ramp_pieces: Count = Field(default=100, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     symmetric_half: bool = True

@@ -52,10 +52,8 @@ def _soon_done(model: Model) -> bool:
     So it is where dead load is all there is, a load that takes one step or two, and the wall is small.
     """
     supports = model.supports
-    still = model.jacks is None and not any(
-        values.any()
-        for values in (supports.prescribed_displacement, supports.live_load, model.ground.normal, model.ground.shear)
-    )
+    still = model.jacks is None and not model.ground.moves
+    still = still and not (supports.prescribed_displacement.any() or supports.live_load.any())
     return still and model.live_edge_load is None and model.n_blocks <= SMALL
 
 

@@ -26,6 +26,7 @@ from damagepred.solvers.increment import Increment
 from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import (
     memory_of,
+    move_ground,
     needs_all_of_the_law,
     needs_softening,
     pack,
@@ -66,8 +67,6 @@ of a wall goes slowly one way, what it takes opposes that way, as friction would
 """
 SAFE = 0.9
 """Share of the largest stable time step up to which it is not suspected where a wall keeps on moving."""
-RAMP_STAGES = 100
-"""Straight pieces of which a ramp is made."""
 FALL_FOUND = 1e-3
 """Progress between a wall that stands under a live load and one that falls, at most."""
 SETTLE_EVERY = 8
@@ -276,7 +275,7 @@ class Run:
         A sudden start sends a jolt through the wall that cracks joints which a slow movement leaves whole.
         """
         progress_from, load_from = self.progress, self.load_share
-        stages = min(cycles, RAMP_STAGES)
+        stages = min(cycles, self.settings.ramp_pieces)
         for stage in range(stages):
             count = cycles * (stage + 1) // stages - cycles * stage // stages
             reached = gentle((stage + 1) / stages)
@@ -298,6 +297,8 @@ class Run:
         self.motion.velocity[:] = 0.0
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
+        if not self.model.ground.proportional:
+            move_ground(self.joints, self.model.ground, progress, progress + count * step)
         run_cycles(
             self.joints, self.special, self.softening, self.zones and self.zones.packed, self.sections,
             self.pump and self.pump.line, self.motion, self.damping, load_share, progress, step, count,

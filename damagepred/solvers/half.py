@@ -201,7 +201,7 @@ def symmetric_half(model: Model) -> Half | None:
         blocks=fold.blocks,
         interfaces=fold.interfaces,
         properties=_joints_of_half(model.properties, fold),
-        ground=_ground_of_half(model.ground, fold),
+        ground=model.ground.map(lambda ground: _ground_of_half(ground, fold)),
         supports=_supports_of_half(model, fold),
         jambs=NO_JAMBS,
         joints=model.joints,
@@ -300,7 +300,6 @@ def _same_actions(model: Model, mirror: Mirror) -> bool:
     later = _per_block(model, model.supports.after_load)
     load, image = model.supports.load.reshape(-1, 3), mirror.block
     live = model.supports.live_load.reshape(-1, 3)
-    normal, shear = model.ground
     along_footing = [v for v in (model.deflection, None if model.jacks is None else model.jacks.push) if v is not None]
     return bool(
         np.array_equal(model.density[image], model.density)
@@ -309,8 +308,8 @@ def _same_actions(model: Model, mirror: Mirror) -> bool:
         and _agree(MIRRORED * load[image], load)
         and _agree(MIRRORED * live[image], live)
         and np.array_equal(later[image], later)
-        and _agree(mirror.of_contacts(normal), normal)
-        and _agree(-mirror.of_contacts(shear), shear)
+        and all(_agree(mirror.of_contacts(ground.normal), ground.normal) for ground in model.ground.states())
+        and all(_agree(-mirror.of_contacts(ground.shear), ground.shear) for ground in model.ground.states())
         and all(_agree(MIRRORED * v.reshape(-1, 3)[image], v.reshape(-1, 3)[:-1]) for v in along_footing)
     )
 

@@ -56,7 +56,7 @@ class Leeway(NamedTuple):
     @classmethod
     def of(cls, model: Model) -> Leeway:
         """Return it for a wall: half the largest block that can move beyond twice what ground and supports move."""
-        ground = float(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0))
+        ground = model.ground.largest_rate()
         supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
         jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
         moves = model.moves if model.moves.any() else ~model.moves
@@ -70,7 +70,7 @@ class Leeway(NamedTuple):
 
 def _settlement(model: Model) -> float:
     """Return how far all of the dead load presses a wall into soft ground (m)."""
-    on_ground = model.ground.normal.shape[0]
+    on_ground = model.ground.full.normal.shape[0]
     if not on_ground:
         return 0.0
     area = model.interfaces.contact_area[-on_ground:].sum(axis=1)

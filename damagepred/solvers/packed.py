@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
-from damagepred.assembly.model import Interfaces, JointProperties
+from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.joint import bond_slope, slip_compliance
 from damagepred.kernels.tiles import LANES, ground_type, tile_type
@@ -28,7 +28,7 @@ class PackedJoints(NamedTuple):
     tiles : array of record (t,)
         See ``damagepred.kernels.tiles``.
     ground : array of record (g,)
-        How the ground moves under the last g tiles.
+        Movement of the ground under the last g tiles, a straight line in the load factor; see ``move_ground``.
     contributions : array of float
         The tiles' own memory seen as plain numbers.
     first : array of unsigned int (bodies + 1,), position : array of unsigned int (2 m,)
@@ -95,7 +95,7 @@ def pack(model: Model) -> PackedJoints:
     """
     face, law = model.interfaces, model.properties
     count, points = face.contact_area.shape
-    on_ground = model.ground.normal.shape[0]
+    on_ground = model.ground.full.normal.shape[0]
     inner_tiles, ground_tiles = -(-(count - on_ground) // LANES), -(-on_ground // LANES)
     lane = np.arange(count)
     lane[count - on_ground :] += inner_tiles * LANES - (count - on_ground)
@@ -126,12 +126,36 @@ def pack(model: Model) -> PackedJoints:
     strongest = law.compressive_strength
     put(tiles["cap"], lane, np.column_stack((strongest, strongest / law.normal_stiffness, 1.0 / law.cap_shear)))
     put(tiles["wear"], lane, law.wear)
-    for name in ("normal", "shear"):
-        put(ground[name], np.arange(on_ground), getattr(model.ground, name))
     packed = PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
+    move_ground(packed, model.ground, 0.0, 1.0)
     if law.gap.any():
         remember(packed, JointMemory.fresh(model))
     return packed
+
+
+def move_ground(joints: PackedJoints, movement: GroundMovement, start: float, end: float) -> None:
+    """Let the ground under the tiles move in a straight line between its states at two load factors.
+
+    Parameters
+    ----------
+    joints : PackedJoints
+        Tiles on the ground.
+    movement : GroundMovement
+        States of the ground.
+    start, end : float
+        Load factors; where they are equal, the ground stays.
+    """
+    here = np.arange(movement.full.normal.shape[0])
+    for name in Ground._fields:
+        if movement.proportional:
+            rate = getattr(movement.full, name)
+            first = np.zeros_like(rate)
+        else:
+            before, after = (getattr(movement.at(factor), name) for factor in (start, end))
+            rate = (after - before) / (end - start) if end != start else np.zeros_like(before)
+            first = before - start * rate
+        put(joints.ground[name], here, rate)
+        put(joints.ground[f"{name}_start"], here, first)
 
 
 def needs_all_of_the_law(model: Model) -> bool:

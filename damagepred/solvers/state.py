@@ -76,7 +76,7 @@ def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progr
         Share of the full movement.
     """
     fields = ContactFields(*(np.empty(model.interfaces.contact_area.shape) for _ in range(4)))
-    contact_fields(model.interfaces, model.properties, model.ground, memory, displacement, progress, *fields)
+    contact_fields(model.interfaces, model.properties, model.ground.at(progress), memory, displacement, *fields)
     return fields
 
 

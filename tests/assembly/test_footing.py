@@ -185,10 +185,10 @@ def test_the_ground_moves_as_the_mound_says():
     scene = Scene(wall=WALL, movement=GROUND, mound=Mound(shape="mitchell", surface_movement=0.03, exponent=3.0))
     model = wall_model(scene)
     face = model.interfaces
-    ground = len(model.ground.normal)
+    ground = len(model.ground.full.normal)
     assert (face.kind[-ground:] == Kind.SOIL).all()
     x = face.x[-ground:, None] + face.normal_y[-ground:, None] * face.contact_offset[-ground:]
-    moved = -model.ground.normal  # what the joint does not open
+    moved = -model.ground.full.normal  # what the joint does not open
     np.testing.assert_allclose(np.abs(moved), 0.7 * 0.03 * np.abs(2 * x / 4.8 - 1) ** 3, atol=1e-12)
 
 

@@ -51,11 +51,10 @@ def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
     listed, elsewhere = path.equilibrium.stored_beyond(path.state)
     everything = np.arange(len(model.interfaces.kind))
     assert 0 < len(listed) < 0.5 * len(everything)
+    still, on_ground, state = model.ground.at(0.4), model.ground.at(0.0), path.state
     by_joint = [
-        energy(
-            chosen, model.interfaces, model.properties, model.ground, path.state.memory, path.state.displacement, 0.4
-        )[0]
+        energy(chosen, model.interfaces, model.properties, still, state.memory, state.displacement, on_ground)[0]
         for chosen in (everything, listed)
-    ]  # fmt: skip
+    ]
     assert elsewhere > 0.2 * by_joint[0]  # else it would hardly matter
     assert elsewhere == pytest.approx(by_joint[0] - by_joint[1], rel=1e-6)

@@ -317,9 +317,9 @@ def test_the_half_is_half_the_wall(name: str) -> None:
     assert (np.sort(part.supports.prescribed) == np.sort(np.ravel(3 * np.flatnonzero(across)[:, None] + [0, 2]))).all()
     # the ground comes last, and is block a
     with_ground = face.block_a == n
-    assert (np.flatnonzero(with_ground) == np.arange(len(face.x))[-len(part.ground.normal) :]).all()
+    assert (np.flatnonzero(with_ground) == np.arange(len(face.x))[-len(part.ground.full.normal) :]).all()
     assert face.block_b.max() < n
-    assert len(part.ground.normal) == len(part.ground.shear) == with_ground.sum()
+    assert len(part.ground.full.normal) == len(part.ground.full.shear) == with_ground.sum()
     axis = with_ground & (face.kind == Kind.HEAD_JOINT)
     inner = whole.interfaces.kind != Kind.FOOTING_INTERFACE
     # a joint on the axis is there whole, and the bed joints that the axis cuts are there in half
@@ -404,7 +404,7 @@ def lopsided_ground() -> Model:
 
 def sheared_ground() -> Model:
     model = model_of()
-    return replace(model, ground=model.ground._replace(shear=np.full_like(model.ground.shear, 1e-3)))
+    return replace(model, ground=model.ground.map(lambda state: state._replace(shear=np.full_like(state.shear, 1e-3))))
 
 
 def shifted_block() -> Model:

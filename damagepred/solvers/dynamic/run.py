@@ -48,7 +48,7 @@ diverged. Steps as long as they may be make some where blocks bounce without dam
 
 
 class Imposed(NamedTuple):
-    """How the ground moves under points at full movement: arrays (i,), numbers of the points, and m."""
+    """Movement of the ground under points per load factor: arrays (i,), numbers of the points, and m."""
 
     point: IntArray
     normal: FloatArray
@@ -200,10 +200,14 @@ class DynamicRun:
         zones = 0 if self.grid is None else len(self.grid.zones)
         stretch = max(1, STRETCH // (len(self.scene.points) + zones))
         done = 0
+        imposed, line_ends = self.imposed, 0
         while done < count:
+            if done == line_ends:
+                imposed, line_ends = self._next_line(drive[:, 2], done)
             reached = run_steps(
-                self.scene, self.near, self.motion, self.grid, self.special, self.softening, self.imposed, self.pushed,
-                drive, done, min(count, done + stretch), self.damping, self.time_step, self.seen, self.far, self.counts,
+                self.scene, self.near, self.motion, self.grid, self.special, self.softening, imposed, self.pushed,
+                drive, done, min(line_ends, done + stretch), self.damping, self.time_step, self.seen, self.far,
+                self.counts,
             )  # fmt: skip
             self.steps += reached - done
             done = reached
@@ -214,6 +218,31 @@ class DynamicRun:
         self.output += 1
         if self.audit.out_of_bounds(ABSURD, MADE):
             self._diverged(self.time)
+
+    def _next_line(self, progress: FloatArray, first: int) -> tuple[Imposed, int]:
+        """Return the movement of the ground from a step on, and the step up to which it is a straight line.
+
+        Parameters
+        ----------
+        progress : array (steps + 1,)
+            Load factor at each step up to the next output.
+        first : int
+            The step.
+        """
+        last, ground = len(progress) - 1, self.model.ground
+        if ground.proportional or progress[last] == progress[first]:
+            return self.imposed, last
+        before = float(progress[first])
+        end = int(np.searchsorted(progress, before + 1.0 / self.dynamics.ground_pieces, side="right"))
+        end = min(max(end, first + 1), last)
+        after = float(progress[end])
+        if after == before:
+            return self.imposed, end
+        lines = (
+            np.repeat((there - here)[:, None, :], 2, axis=1).ravel() / (after - before)
+            for here, there in zip(ground.at(before), ground.at(after), strict=True)
+        )
+        return Imposed(self.imposed.point, *lines), end
 
     def _moved(self) -> float:
         """Return how far a point may have moved since it was last looked for what is near (m); as ``farthest``."""
@@ -283,9 +312,10 @@ class DynamicRun:
         at_home = points["status"] == HOME
         opening, shear = self._home_gaps()
         progress = float(self.progress(np.array([self.time]))[0])
-        first = m - len(model.ground.normal)
-        opening[first:] -= progress * model.ground.normal[:, None, :]
-        shear[first:] -= progress * model.ground.shear[:, None, :]
+        ground = model.ground.at(progress)
+        first = m - len(ground.normal)
+        opening[first:] -= ground.normal[:, None, :]
+        shear[first:] -= ground.shear[:, None, :]
         slip = np.where(at_home, points["slip"], shear).mean(axis=1)
         cracked = ((points["cracked"] != 0) | ~at_home).any(axis=1)
         slipped = np.where(slip != 0.0, ContactState.SLIPPING, ContactState.INTACT)
@@ -354,9 +384,10 @@ def gently(share: FloatArray) -> FloatArray:
 def _imposed(model: Model) -> Imposed:
     """Return the points whose ground moves by itself."""
     m, q = model.interfaces.contact_area.shape
-    first = m - len(model.ground.normal)
-    normal, shear = (np.repeat(values[:, None, :], 2, axis=1).ravel() for values in model.ground)
-    moves = (normal != 0) | (shear != 0)
+    ground = model.ground.full
+    first = m - len(ground.normal)
+    normal, shear = (np.repeat(values[:, None, :], 2, axis=1).ravel() for values in ground)
+    moves = (normal != 0) | (shear != 0) | (not model.ground.proportional)
     return Imposed((2 * first * q + np.arange(len(normal)))[moves], normal[moves], shear[moves])
 
 

@@ -136,10 +136,10 @@ class Equilibrium:
         self.tangent = self.stiffness.copy()
         self.equations = LevelEquations(model, self.held, self.stiffness.copy(), self.solids)
         self.rate = np.zeros(self.dead_load.size)
-        supports, ground = model.supports, model.ground
+        supports = model.supports
         moves = supports.prescribed_displacement != 0.0
         # what goes on inside deformable blocks may follow the load
-        self._stands_still = self.solids is None and not (moves.any() or ground.normal.any() or ground.shear.any())
+        self._stands_still = self.solids is None and not (moves.any() or model.ground.moves)
         self._moved = everything[:0] if self._stands_still else self._interfaces_of(self._blocks_of(moves))
         # what is condensed takes supports as standing still
         displaced = self._blocks_of(moves | (supports.start != 0.0))
@@ -179,8 +179,8 @@ class Equilibrium:
                 self.stiffness,
             )  # fmt: skip
         joint_forces(
-            active, model.interfaces, model.properties, model.ground, state.memory, self._frozen, live, displacement,
-            state.progress, self.force, self.stiffness,
+            active, model.interfaces, model.properties, model.ground.at(state.progress), state.memory, self._frozen,
+            live, displacement, self.force, self.stiffness,
         )  # fmt: skip
         if solids is not None:
             solids.hand_on(self.force)
@@ -302,8 +302,8 @@ class Equilibrium:
             return -1
         model, equations = self.model, self.equations
         farthest = farthest_sliding(
-            equations.beyond, equations.interface_level, model.interfaces, model.properties, model.ground,
-            state.memory, state.displacement, state.progress,
+            equations.beyond, equations.interface_level, model.interfaces, model.properties,
+            model.ground.at(state.progress), state.memory, state.displacement,
         )  # fmt: skip
         return int(farthest)
 
@@ -474,8 +474,8 @@ class Equilibrium:
     def _freeze(self, state: State, share: float) -> None:
         model = self.model
         freeze(
-            self.equations.active, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
-            state.progress, self._frozen, share,
+            self.equations.active, model.interfaces, model.properties, model.ground.at(state.progress), state.memory,
+            state.displacement, self._frozen, share,
         )  # fmt: skip
 
     def _minimise(self, state: State, tolerance: float) -> float:

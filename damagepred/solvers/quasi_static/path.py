@@ -151,8 +151,8 @@ class Path:
         """
         model = self.model
         most = bond_loads(
-            self._everything if listed is None else listed, model.interfaces, model.properties, model.ground,
-            state.memory, state.displacement, state.progress, self._no_strength, self._load,
+            self._everything if listed is None else listed, model.interfaces, model.properties,
+            model.ground.at(state.progress), state.memory, state.displacement, self._no_strength, self._load,
         )  # fmt: skip
         return self._load, most
 
@@ -185,8 +185,8 @@ class Path:
         if gave_way:
             self.note_broken(state)
         friction, crushing, torn = settle(
-            self.equilibrium.equations.active, model.interfaces, model.properties, model.ground, state.memory,
-            state.displacement, state.progress, self.unopened,
+            self.equilibrium.equations.active, model.interfaces, model.properties,
+            model.ground.at(state.progress), state.memory, state.displacement, self.unopened,
         )  # fmt: skip
         if model.sections is not None:
             settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
@@ -394,7 +394,7 @@ class Path:
         model = self.model
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
         contact_stresses(
-            model.interfaces, model.properties, model.ground, state.memory, state.displacement, state.progress,
+            model.interfaces, model.properties, model.ground.at(state.progress), state.memory, state.displacement,
             opening, sigma, tau,
         )  # fmt: skip
         if model.sections is not None:

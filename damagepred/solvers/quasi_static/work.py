@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
+from damagepred.assembly.model import Ground
 from damagepred.kernels.balance import beyond_law
 from damagepred.kernels.equilibrium import energy
 from damagepred.solvers.footing import section_energy, section_response_of
@@ -63,7 +64,9 @@ class WorkBalance:
         """Note where the path begins."""
         self.go_on(model)
         self._keep(state)
-        self._power = self._torn = self._cracked = 0.0
+        self._reaction = self._torn = self._cracked = 0.0
+        self._ground = model.ground.at(state.progress)
+        self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
         self._sections: FloatArray | None = None
 
     def go_on(self, model: Model) -> None:
@@ -104,10 +107,11 @@ class WorkBalance:
             Interfaces to look at, and what all others store; see ``Equilibrium.stored_beyond``.
         """
         model, (listed, elsewhere) = self._model, beyond
-        stored, softened, power = energy(
-            listed, model.interfaces, model.properties, model.ground, state.memory, state.displacement,
-            state.progress,
-        )  # fmt: skip
+        ground = model.ground.at(state.progress)
+        on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
+        stored, softened = energy(
+            listed, model.interfaces, model.properties, ground, state.memory, state.displacement, on_ground
+        )
         stored += elsewhere
         if solids is not None:
             stored += solids.stored(state.displacement, state.plastic)
@@ -118,7 +122,6 @@ class WorkBalance:
             self._cracked += cracked
             self._sections = response
         softened += self._cracked
-        power += reaction
         self._torn += torn
         softened += self._torn
         moved = state.displacement - self._displacement
@@ -126,7 +129,8 @@ class WorkBalance:
         before = (state.load, state.progress) if gave_way else (self._load, self._progress)
         dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
         live = 0.5 * (state.progress + before[1]) * float(self._loads[1] @ moved)
-        work = dead + live + 0.5 * (power + self._power) * (state.progress - self._progress)
+        work = dead + live + 0.5 * (reaction + self._reaction) * (state.progress - self._progress)
+        work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
         if model.jacks is not None:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
@@ -140,7 +144,15 @@ class WorkBalance:
         else:  # what gives way can only lose energy
             self.energy_error += abs(missing)
         self._keep(state)
-        self._power = power
+        self._reaction, self._ground, self._on_ground = reaction, ground, on_ground
+
+
+def _trapezoidal(ground: tuple[Ground, Ground], force: tuple[Ground, Ground]) -> float:
+    """Return the work (J) of forces (N) on the ground between two states (m), by the trapezoidal rule."""
+    (from_n, from_s), (to_n, to_s) = ground
+    (before_n, before_s), (after_n, after_s) = force
+    along_normal = (before_n + after_n) * (to_n - from_n)
+    return 0.5 * float(along_normal.sum() + ((before_s + after_s) * (to_s - from_s)).sum())
 
 
 def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray) -> float:

@@ -52,7 +52,7 @@ def energy_made(found: Found) -> str:
     if found.run is not None:
         return _made_in_time(found)
     for step in found.path:
-        if step.number == 0 and not found.model.ground.normal.any():
+        if step.number == 0 and not found.model.ground.moves:
             given = np.abs(found.model.supports.load * step.displacement.ravel()).sum()
             held = stored(found.model, step)
             if held > (1.0 + MADE) * given and found.model.mesh is None and not step.collapsed:

@@ -58,7 +58,7 @@ def sets_off(result: Found) -> bool:
     What falls may have come to rest again by the end: then it is a tenth of a block away.
     """
     model, size = result.model, float(np.sqrt(result.model.blocks.area.max(where=result.model.moves, initial=0.0)))
-    ground = max(np.hypot(model.ground.normal, model.ground.shear).max(initial=0.0),
+    ground = max(model.ground.full.largest(),
                  np.abs(model.supports.prescribed_displacement).max(initial=0.0))  # fmt: skip
     half, end = (
         np.abs(step.displacement[model.moves, :2]).max(initial=0.0)

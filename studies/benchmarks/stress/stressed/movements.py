@@ -35,7 +35,7 @@ def in_proportion(found: Found) -> Check | None:
 
 def for_full_movement(model: Model) -> FloatArray:
     """Return how far moving ground takes the blocks of an elastic wall, (n, 3) (m, rad), by one direct solution."""
-    face, law, ground = model.interfaces, model.properties, model.ground
+    face, law, ground = model.interfaces, model.properties, model.ground.full
     here = slice(len(face.x) - len(ground.normal), None)
     # joints whose ground goes by as much as they would close are pulled open
     pull = -law.normal_stiffness[here, None] * ground.normal * face.contact_area[here]
