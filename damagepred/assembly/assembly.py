@@ -13,6 +13,7 @@ from damagepred.assembly.interfaces import (
     Geometry,
     bodies_of,
     ground_movement,
+    growing_ground,
     in_order,
     joined,
     number_joints,
@@ -112,6 +113,7 @@ class Assembly:
         self._ground: list[Grounded] = []
         self._bearings: list[Grounded] = []
         self._ground_profile: Callable[[FloatArray], FloatArray] | None = None
+        self._ground_growth: Callable[[FloatArray, float], FloatArray] | None = None
         self._load: dict[int, FloatArray] = {}
         self._push: dict[int, FloatArray] = {}
         self._push_body = np.zeros(2)
@@ -194,6 +196,7 @@ class Assembly:
         displacement: Callable[[FloatArray], FloatArray] | None = None,
         joint: Joint | None = None,
         kind: Kind = Kind.FOOTING_INTERFACE,
+        growth: Callable[[FloatArray, float], FloatArray] | None = None,
     ) -> None:
         """Let the underside of blocks rest on a ground whose every point moves vertically as prescribed.
 
@@ -207,11 +210,22 @@ class Assembly:
             Joint between them and the ground.
         kind : Kind
             What the interfaces are.
+        growth : callable, optional
+            Instead of ``displacement``, where the form of the ground changes as its movement grows: x (m), load factor
+            from 0 to 1 -> vertical displacement there and then (m, upwards), 0 at load factor 0. A trough that widens
+            as a tunnel is driven on is one.
+
+        Raises
+        ------
+        InputError
+            If both are given.
         """
+        if displacement is not None and growth is not None:
+            raise InputError("rest_on_ground: takes displacement or growth, not both.")
         material = _numbered(self._joint_materials, joint)
         listed = dict.fromkeys(self._check(b) for b in blocks)
         self._ground = [Grounded(block, None, material, kind) for block in listed]
-        self._ground_profile = displacement
+        self._ground_profile, self._ground_growth = displacement, growth
 
     def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING) -> None:
         """Let a block bear on the ground in one point of its underside, on a knife edge.
@@ -488,12 +502,13 @@ class Assembly:
         extent = float(np.ptp(blocks.vertices[:, 0]))
         length = extent if span is None else span
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
-        profile = self._ground_profile
+        growth = self._ground_growth
+        profile = self._ground_profile if growth is None else lambda x: growth(x, 1.0)
         return Model(
             blocks=blocks,
             interfaces=geometry.interfaces,
             properties=properties,
-            ground=ground_movement(geometry, profile),
+            ground=ground_movement(geometry, profile) if growth is None else growing_ground(geometry, growth),
             supports=held_too(
                 Supports(
                     prescribed=np.array(prescribed, dtype=np.int64),

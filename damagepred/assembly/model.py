@@ -214,7 +214,7 @@ class GroundMovement:
     @property
     def moves(self) -> bool:
         """Whether the ground moves at all."""
-        return not self.proportional or bool(self.full.normal.any() or self.full.shear.any())
+        return any(state.normal.any() or state.shear.any() for state in self.states())
 
     def at(self, load_factor: float) -> Ground:
         """Return the state at a load factor."""

@@ -25,7 +25,7 @@ from damagepred.assembly.footing import (
     support_joint,
     upward,
 )
-from damagepred.assembly.interfaces import Geometry, ground_movement
+from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
@@ -274,9 +274,14 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     if scene.movement.shape == "mound":
         return _on_ground(scene, model, geometry, footing)
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
+    movement = scene.movement
+    if movement.proportional:
+        ground = ground_movement(geometry, lambda x: movement.profile(x, length))
+    else:
+        ground = growing_ground(geometry, lambda x, factor: movement.profile(x, length, factor))
     return replace(
         model,
-        ground=ground_movement(geometry, lambda x: scene.movement.profile(x, length)),
+        ground=ground,
         supports=held_too(model.supports, holds, geometry.mesh),
     )
 
@@ -297,13 +302,19 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
 def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
     """Return the model with its footing on soil whose surface moves."""
     length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
+    if mound.proportional(length, kind):
+        ground = ground_movement(
+            geometry, lambda x: mound.profile(x, length, kind), lambda x: mound.horizontal(x, length, kind)
+        )
+    else:
+        ground = growing_ground(
+            geometry,
+            lambda x, factor: mound.at(factor).profile(x, length, kind),
+            lambda x, factor: mound.at(factor).horizontal(x, length, kind),
+        )
     return replace(
         model,
-        ground=ground_movement(
-            geometry,
-            lambda x: mound.profile(x, length, kind),
-            lambda x: mound.horizontal(x, length, kind),
-        ),
+        ground=ground,
         deflection=deflection_of(upward(geometry, footing, model.size, top=True), 0.0, length),
         surface_movement=mound.surface_movement,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,10 @@ class Mound:
 
     ``walsh`` and ``mitchell`` are the mounds of reactive clay: in doming the edges shrink and go down by y_m and the
     middle stays, in dishing the edges swell and go up by y_m. The other shapes go down in dishing and up in doming.
+
+    The movement runs through the mounds of growing ``surface_movement``: each state on the way is the mound of its own
+    movement, and what joints have been through is kept. The edge distance of walsh follows the movement reached so
+    far; all other forms, ``table`` included, keep their fractions.
 
     Attributes
     ----------
@@ -114,6 +119,17 @@ class Mound:
         usual = 0.7 if kind == "doming" else 0.5
         return (usual if self.movement_ratio is None else self.movement_ratio) * self.surface_movement
 
+    def at(self, load_factor: float) -> Mound:
+        """Return the mound of a part of the surface movement: a site whose movement grows passes through these."""
+        return replace(self, surface_movement=load_factor * self.surface_movement)
+
+    def proportional(self, length: float, kind: Kind) -> bool:
+        """Whether the mounds of smaller surface movements have the same form under a wall of ``length`` (m).
+
+        A Walsh mound has not, as its edge distance grows with the movement until something else limits it.
+        """
+        return self.shape != "walsh" or self.at(0.0).edge(length, kind) == self.edge(length, kind)
+
     def profile(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
         """Vertical displacement (m, upwards) of the free surface at full movement.
 
@@ -133,6 +149,8 @@ class Mound:
         """
         x = np.asarray(x, dtype=np.float64)
         size = self.largest(kind) if kind == "doming" else -self.largest(kind)
+        if size == 0.0:  # a Walsh mound may have no edge then
+            return np.zeros_like(x)
         if self.shape == "walsh":
             return -size * walsh(x, length, self.edge(length, kind))
         if self.shape == "mitchell":

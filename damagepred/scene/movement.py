@@ -31,7 +31,8 @@ class Movement:
         Number of equal increments.
     shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound"}
         Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points;
-        ``parabola``: uniform small curvature; ``arc``: circle through ends and centre; ``table``: as given.
+        ``parabola``: uniform small curvature; ``arc``: circle through ends and centre, flatter on the way (under
+        a deformable footing the final circle scaled, a difference of (deflection / length)^2); ``table``: as given.
         With the others the footing is a beam that finds its own form: ``jacks``: on the supports and jacks of
         ``[rig]``; ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says.
     table : sequence of (position, fraction)
@@ -73,8 +74,13 @@ class Movement:
         """+1 for doming (up), -1 for dishing (down)."""
         return 1.0 if self.kind == "doming" else -1.0
 
-    def profile(self, position: FloatArray, length: float) -> FloatArray:
-        """Vertical displacement (m, upwards) of the footing at full movement.
+    @property
+    def proportional(self) -> bool:
+        """Whether smaller movements have the same form; flatter arcs have not quite, by (deflection / length)^2."""
+        return self.shape != "arc"
+
+    def profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
+        """Vertical displacement (m, upwards) of the footing.
 
         Parameters
         ----------
@@ -82,11 +88,13 @@ class Movement:
             Distance x from the left end of the wall (m), any shape.
         length : float
             Length of the wall (m).
+        load_factor : float
+            Deflection reached over ``central_deflection``.
 
         Returns
         -------
         array of float
-            Same shape; 0 at both ends, +/- ``central_deflection`` in the middle.
+            Same shape; 0 at both ends, +/- ``load_factor`` times ``central_deflection`` in the middle.
 
         Raises
         ------
@@ -99,15 +107,16 @@ class Movement:
                 "take 'three_loads', 'parabola', 'arc' or 'table' for a prescribed one."
             )
         xi = np.asarray(position, dtype=np.float64) / length
-        return self.sign * self.central_deflection * self._form(xi, length)
+        deflection = load_factor * self.central_deflection
+        return self.sign * deflection * self._form(xi, deflection / length)
 
-    def _form(self, xi: FloatArray, length: float) -> FloatArray:
+    def _form(self, xi: FloatArray, ratio: float) -> FloatArray:
         if self.shape == "three_loads":
             return three_loads(xi)
         if self.shape == "parabola":
             return 4.0 * xi * (1.0 - xi)
         if self.shape == "arc":
-            return arc(xi, self.central_deflection / length)
+            return arc(xi, ratio)
         return through_points(self.table, xi) / through_points(self.table, np.array([0.5]))
 
 

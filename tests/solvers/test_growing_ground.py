@@ -1,0 +1,147 @@
+"""A movement read in between: the state at a smaller movement of a path is the state that movement would have made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.assembly.wall import wall_model
+from damagepred.scene import Dpc, Dynamics, Joint, Mound, Movement, Scene, Solver, Wall
+from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.dynamic import DynamicRun
+
+WALL = Wall(length=3.6, height=0.9, block_length=0.24, block_height=0.09)
+CONSTANT: Mapping[str, Mound] = {
+    "mitchell": Mound(shape="mitchell", surface_movement=0.06, suction_depth=2.5),
+    "tree": Mound(shape="tree", surface_movement=0.03, reach=4.0),
+    "pipe": Mound(shape="pipe", surface_movement=0.03, reach=1.0),
+    "tunnel": Mound(shape="tunnel", surface_movement=0.03, tunnel_depth=4.0, position=1.0),
+    "table": Mound(shape="table", surface_movement=0.03, table=((0.0, 0.0), (0.3, 0.8), (1.0, 0.2))),
+}
+MOUNDS = {
+    ("walsh", "doming"): Mound(surface_movement=0.06, suction_depth=2.0),
+    ("walsh", "dishing"): Mound(surface_movement=0.03, dishing_edge_base=0.1, dishing_movement_divisor=40.0),
+    **{(name, kind): mound for name, mound in CONSTANT.items() for kind in ("doming", "dishing")},
+}
+UNBROKEN = Joint(tensile_strength=1e9, cohesion=1e9)
+WAYS = {
+    "quasi_static": Solver(),
+    "whole": Solver(symmetric_half=False),
+    "explicit": Solver(method="explicit", tolerance=1e-4, ramp_cycles=2000),
+    "explicit whole": Solver(method="explicit", tolerance=1e-4, ramp_cycles=2000, symmetric_half=False),
+}
+
+
+def on_mound(mound: Mound, kind: str, solver: Solver, share: float = 1.0) -> Scene:
+    return Scene(
+        wall=WALL,
+        dpc=Dpc(course=2),
+        joint=Joint(tensile_strength=2e5, cohesion=3e5),
+        movement=Movement(kind=kind, shape="mound"),
+        mound=replace(mound, surface_movement=share * mound.surface_movement),
+        solver=solver,
+    )
+
+
+def states(scene: Scene, increments: int) -> list[Increment]:
+    return list(solve_path(wall_model(scene), scene.solver, increments))
+
+
+def assert_same(one: Increment, other: Increment, tolerance: float) -> None:
+    moved = float(np.abs(other.displacement).max())
+    assert moved > 1e-4
+    np.testing.assert_allclose(one.displacement, other.displacement, rtol=0, atol=tolerance * moved)
+    np.testing.assert_allclose(one.opening, other.opening, rtol=0, atol=tolerance * moved)
+    assert (one.state == other.state).mean() > 0.999
+
+
+@pytest.mark.parametrize("way", ["quasi_static", "whole"])
+@pytest.mark.parametrize(("shape", "kind"), MOUNDS)
+def test_a_path_read_in_between_is_the_path_to_the_smaller_surface_movement(shape: str, kind: str, way: str) -> None:
+    scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
+    path = states(scene, 4)
+    for reached in (1, 2, 3):
+        smaller = states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], reached / 4), reached)
+        assert_same(path[reached], smaller[-1], 1e-6)
+
+
+@pytest.mark.parametrize("way", ["explicit", "explicit whole"])
+@pytest.mark.parametrize(("shape", "kind"), [("walsh", "doming"), ("walsh", "dishing"), ("pipe", "doming")])
+def test_so_it_is_with_the_explicit_solver(shape: str, kind: str, way: str) -> None:
+    scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
+    path, smaller = states(scene, 2), states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], 0.5), 1)
+    assert_same(path[1], smaller[-1], 1e-6)
+
+
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+def test_a_flatter_arc_is_passed_on_the_way_to_an_arc(method: str) -> None:
+    """The circle of half the deflection is not the half of the circle: by 4e-4 of it here."""
+    wall = replace(WALL, height=0.36)
+    solver = Solver(method=method, tolerance=1e-6, ramp_cycles=2000)
+    scenes = [
+        Scene(wall=wall, joint=UNBROKEN, movement=Movement(central_deflection=d, shape="arc"), solver=solver)
+        for d in (0.2, 0.1)
+    ]
+    path, smaller = states(scenes[0], 2), states(scenes[1], 1)
+    assert_same(path[1], smaller[-1], 1e-6)
+    assert np.abs(2 * path[1].displacement - path[2].displacement).max() > 1e-4
+
+
+def trough(x: np.ndarray, factor: float) -> np.ndarray:
+    """Settlement over a tunnel that is driven on: the trough moves along the wall, and widens."""
+    return -0.004 * factor * np.exp(-0.5 * ((x - 0.8 - 0.8 * factor) / (0.3 + 0.5 * factor)) ** 2)
+
+
+def on_trough(factor: float) -> Assembly:
+    wall = Assembly(joint=Joint(tensile_strength=2e5, cohesion=3e5))
+    for course in range(4):
+        for i in range(10):
+            wall.add_block(rectangle(0.24 * i, 0.1 * course, 0.24 * (i + 1), 0.1 * (course + 1)), course=course)
+    wall.rest_on_ground(range(10), growth=lambda x, part: trough(x, part * factor))
+    return wall
+
+
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+def test_parameters_of_a_trough_may_change_along_the_path(method: str) -> None:
+    solver = Solver(method=method, tolerance=1e-6 if method == "quasi_static" else 1e-4, ramp_cycles=2000)
+    path = list(solve_path(on_trough(1.0).build(solver), solver, 2))
+    half = list(solve_path(on_trough(0.5).build(solver), solver, 1))[-1]
+    assert_same(path[1], half, 1e-6)
+    # what a bed joint on the ground opens is what its brick has moved less what the trough has there
+    model, last = on_trough(1.0).build(solver), path[2]
+    face, lowest = model.interfaces, slice(len(model.interfaces.x) - 10, None)
+    up = face.normal_y[lowest, None]
+    x = face.x[lowest, None] + face.contact_offset[lowest] * up
+    middles = 0.24 * np.arange(10)[:, None] + 0.12
+    above = last.displacement[:10, 1, None] + last.displacement[:10, 2, None] * (x - middles)
+    np.testing.assert_allclose(last.opening[lowest], np.abs(up) * (above - trough(x, 1.0)), atol=1e-9)
+
+
+def test_the_explicit_solver_s_straight_lines_are_short_enough() -> None:
+    """Between exact states the ground moves in straight lines: ten times as many change nothing that matters."""
+    solver = replace(WAYS["explicit whole"], ramp_pieces=100)
+    ends = [
+        states(on_mound(MOUNDS["walsh", "doming"], "doming", replace(solver, ramp_pieces=pieces)), 1)[-1]
+        for pieces in (100, 1000)
+    ]
+    assert_same(ends[0], ends[1], 1e-2)
+
+
+def test_a_run_in_time_moves_the_ground_through_the_same_states() -> None:
+    """A wall that follows the ground slowly, well damped, ends where the static one does, ground included."""
+    wall = Wall(length=2.4, height=0.18, block_length=0.24, block_height=0.09)
+    mound = Mound(surface_movement=0.004, suction_depth=2.0, doming_movement_divisor=2.0)
+    scene = Scene(
+        wall=wall, joint=UNBROKEN, mound=mound, movement=Movement(kind="doming", shape="mound"), solver=Solver()
+    )
+    model = wall_model(scene)
+    dynamics = Dynamics(duration=1.5, movement_time=1.0, outputs=6, damping="local", new_contacts=False)
+    *_, last = DynamicRun(model, scene.solver, dynamics)
+    static = states(scene, 4)[-1]
+    moved = np.abs(static.displacement).max()
+    np.testing.assert_allclose(last.displacement, static.displacement, rtol=0, atol=1e-3 * moved)
