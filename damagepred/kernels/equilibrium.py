@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.kernels.contact import draw_together, relative
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.joint import capped, wear_of
+from damagepred.kernels.joint import capped, mixed, wear_of
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
@@ -45,7 +45,8 @@ def normal_law(e, cracked, opened, k_n, strength, left, critical, live):
         Opening less dilation (m).
     cracked, opened
         Whether the bond is broken; how far open it was (m), of which a softening joint remembers the largest, and a
-        brittle one only whether it has parted (infinity) or still touches (0).
+        brittle one only whether it has parted (infinity) or still touches (0). Infinity also where slip has broken
+        a softening bond.
     k_n, strength, left, critical : float
         Stiffness (Pa/m), tensile strength and residual tensile strength (Pa), opening at which a softening bond is
         gone (m), 0 for a brittle one.
@@ -80,13 +81,13 @@ def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
         return 0.0, 0.0
     if not cracked:
         limit, falls = properties.cohesion[i] - sigma * properties.friction[i], properties.friction[i] * slope
-        if properties.brittle_shear[i]:
-            limit, falls = NO_LIMIT, 0.0  # it breaks there, and does not slide
     else:
         cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
         more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
         cohesion, friction = cohesion + bond * more_cohesion, friction + bond * more_friction
         limit, falls = cohesion - sigma * friction, friction * slope - softens * (more_cohesion - sigma * more_friction)
+    if properties.brittle_shear[i] and bond > 0.0:
+        limit, falls = NO_LIMIT, 0.0  # it breaks there, and does not slide
     strongest = properties.compressive_strength[i]
     if strongest < np.inf:
         ellipse = capped(NO_LIMIT, sigma, strongest, 1.0 / properties.cap_shear[i])
@@ -503,9 +504,58 @@ def softening_work(opened, strength, k_n, critical):
     return 0.5 * (strength * first + (strength + holds) * (reached - first) - holds * reached)
 
 
+@law
+def softened_bond_load(properties, i, opened, e, tau, no_strength):
+    """Return how far a softened bond is loaded that the first slip breaks: 1 where |tau| is at its limit.
+
+    Beyond, the stress above the limit over the intact cohesion is added. The limit itself falls to nothing as the bond
+    opens, so a ratio to it would not tell where on the way it was reached.
+
+    Parameters
+    ----------
+    opened, e : float
+        kappa of the last equilibrium, and opening less dilation (m).
+    tau, no_strength : float
+        Shear stress, and stress that breaks a bond without strength (Pa).
+    """
+    strength, strongest = properties.tensile_strength[i], properties.compressive_strength[i]
+    sigma, _, bond, _ = normal_law(
+        e, True, opened, properties.normal_stiffness[i], strength, 0.0, properties.critical_opening[i], True
+    )
+    limit = mixed(bond, properties.cohesion[i], properties.residual_cohesion[i])
+    limit -= sigma * mixed(bond, properties.friction[i], properties.residual_friction[i])
+    carried = capped(abs(tau), sigma, strongest, 1.0 / properties.cap_shear[i])
+    return 1.0 + (carried - max(limit, 0.0)) / max(properties.cohesion[i], no_strength)
+
+
+@kernel
+def break_by_slip(broken, interfaces, properties, memory):
+    """Take from softening bonds all that they have left; return the work that softening has taken of them so far (J).
+
+    Parameters
+    ----------
+    broken : array of bool (m, q)
+        Bonds that slip breaks.
+    """
+    taken = 0.0
+    for i in range(broken.shape[0]):
+        strength, k_n = properties.tensile_strength[i], properties.normal_stiffness[i]
+        for k in range(broken.shape[1]):
+            if broken[i, k]:
+                if memory.cracked[i, k]:
+                    kappa = max(memory.opened[i, k], strength / k_n)
+                    work = softening_work(kappa, strength, k_n, properties.critical_opening[i])
+                    taken += interfaces.contact_area[i, k] * work
+                memory.cracked[i, k] = True
+                memory.opened[i, k] = np.inf
+    return taken
+
+
 @kernel
 def bond_loads(active, interfaces, properties, ground, memory, displacement, no_strength, load):
     """Fill how far each bond is loaded, 1 at its strength, negative where pressed, 0 where there is none.
+
+    A bond that softens breaks once in tension, and then, if its shear is brittle, once more where it would slide.
 
     Parameters
     ----------
@@ -524,17 +574,21 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, no_
         opening, shear, turn = relative(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         strength = max(properties.tensile_strength[i], no_strength)
-        left = properties.residual_tensile_strength[i]
+        left, critical = properties.residual_tensile_strength[i], properties.critical_opening[i]
         for k in range(interfaces.contact_area.shape[1]):
             load[i, k] = 0.0
-            if memory.cracked[i, k] and (
-                left == 0.0 or memory.opened[i, k] > 0.0 or properties.critical_opening[i] > 0.0
-            ):
+            softened = memory.cracked[i, k] and properties.brittle_shear[i] and memory.opened[i, k] < critical
+            if memory.cracked[i, k] and not softened and (left == 0.0 or memory.opened[i, k] > 0.0 or critical > 0.0):
                 continue
             u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
+            if softened:
+                e = u_n - memory.dilated[i, k]
+                load[i, k] = softened_bond_load(properties, i, memory.opened[i, k], e, k_s * u_s, no_strength)
+                heaviest = max(heaviest, load[i, k])
+                continue
             sigma = k_n * (u_n - memory.dilated[i, k])
             if properties.dilation[i] > 0.0:  # what slides on the way climbs, and is pulled less
                 sigma, _, _, _, _, _, _, _, _ = live_contact(
@@ -618,7 +672,8 @@ def contact_stresses(interfaces, properties, ground, memory, displacement, openi
 def energy(listed, interfaces, properties, ground, memory, displacement, on_ground):
     """Return what the joints store (J) and what softening has taken (J), and fill the forces on the ground.
 
-    Memory must be that of the equilibrium at the displacement; only listed interfaces count.
+    Memory must be that of the equilibrium at the displacement; only listed interfaces count. Of bonds that wear by
+    slip, and of those that slip has broken, ``settle`` and ``break_by_slip`` tell what softening has taken.
 
     Parameters
     ----------
@@ -647,7 +702,7 @@ def energy(listed, interfaces, properties, ground, memory, displacement, on_grou
                 sigma, tau, _, _, _, _, _, _, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
             stored += 0.5 * area * sigma * e
             stored += 0.5 * area * tau * tau / k_s
-            if cracked and critical > 0.0 and properties.critical_slip[i] == 0.0:
+            if cracked and properties.critical_slip[i] == 0.0 and critical > 0.0 and memory.opened[i, k] < np.inf:
                 softened += area * softening_work(max(memory.opened[i, k], strength / k_n), strength, k_n, critical)
             if i >= first_ground:
                 on_ground.normal[i - first_ground, k] = -area * sigma

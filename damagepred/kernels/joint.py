@@ -34,6 +34,8 @@ from damagepred.kernels.jit import law
 
 THINNEST = 1e-100
 """Keeps what divides by an opening from dividing by nothing (m)."""
+APEX = 1e-6
+"""Share of the cohesion below which no shear stress breaks a softening bond: at the apex of the cone rounding would."""
 NO_LIMIT = 1e300
 """Stress that no joint reaches (Pa)."""
 
@@ -108,7 +110,7 @@ def joint_law(
         pull = pull if cracked & (w_c > 0.0) else k_n
         sigma = (k_n if u < 0.0 else pull) * u
         held = mixed(bond, cohesion, weakened[1]) - sigma * mixed(bond, friction, weakened[2])
-        sheared = brittle_shear & (size > held)
+        sheared = brittle_shear & (size > held) & ((size > APEX * cohesion) | (w_c == 0.0))
         if cap is not None:
             sheared = sheared & (capped(NO_LIMIT, sigma, strongest, cap_compliance) >= held)
         cracked = cracked | sheared

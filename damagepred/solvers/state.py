@@ -25,7 +25,8 @@ class JointMemory(NamedTuple):
         Whether tensile strength was passed, or the bond broken by slip.
     opened : array (m, q)
         In joints that soften, the largest opening less dilation (m) that a cracked contact has reached; at least
-        the critical one where slip has broken the bond. 0 while intact, and in joints whose bond breaks at once.
+        the critical one, infinite in the quasi-static solver, where slip has broken the bond. 0 while intact, and in
+        joints whose bond breaks at once; of these the quasi-static solver marks by infinity which have parted.
     """
 
     slip: FloatArray

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
-from damagepred.kernels.equilibrium import bond_loads, contact_stresses, settle
+from damagepred.kernels.equilibrium import bond_loads, break_by_slip, contact_stresses, settle
 from damagepred.kernels.footing import settle_sections
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
@@ -102,6 +102,7 @@ class Path:
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
         self._climbs_at = ((law.dilation > 0) & plain)[:, None]
+        self._slip_breaks_at = (law.brittle_shear & (law.critical_opening > 0))[:, None]
         self._lets_go = bool(self._lets_go_at.any())
         self._everything = np.arange(len(model.interfaces.kind))
         self.state = self._begin(settings.condense)
@@ -157,20 +158,25 @@ class Path:
         return self._load, most
 
     def break_bonds(self, state: State, load: FloatArray) -> BoolArray:
-        """Break the most loaded bond, and those that are loaded alike; tell which lost also what a crack had left."""
+        """Break the most loaded bond, and those that are loaded alike; tell which lost also what a crack had left.
+
+        A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it where its shear
+        is brittle; where tension and shear reach their limits together, tension comes first.
+        """
         broken = load >= load.max() * (1.0 - TOGETHER)
         if self.equilibrium.condensed:
             levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
             self.equilibrium.open_up_to(int(levels.max()))
         again = broken & state.memory.cracked
-        state.memory.opened[again] = np.inf
-        if self._climbs_at.any():
+        if self._climbs_at.any() or self._slip_breaks_at.any():
             _, sigma, _ = self.stresses(state)
             state.memory.opened[broken & self._climbs_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
+            model = self.model
+            in_tension = sigma >= load * (1.0 - TOGETHER) * model.properties.tensile_strength[:, None]
+            sheared = broken & self._slip_breaks_at & ~(in_tension & ~state.memory.cracked)
+            self.balance.softened(break_by_slip(sheared, model.interfaces, model.properties, state.memory))
+        state.memory.opened[again] = np.inf
         state.memory.cracked[broken] = True
-        law = self.model.properties
-        sheared = broken & (law.brittle_shear & (law.critical_opening > 0))[:, None]
-        state.memory.opened[sheared] = np.inf
         self.note_broken(state)
         self.events += 1
         return again

@@ -73,6 +73,10 @@ class WorkBalance:
         """Go on with a model of the same wall that is held otherwise."""
         self._model, self._loads = model, (dead_load(model), live_load(model))
 
+    def softened(self, work: float) -> None:
+        """Count the work (J) that softening took of bonds whose rest slip has broken; the rest is set free."""
+        self._torn += work
+
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
         self._jack = state.jack
