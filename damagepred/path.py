@@ -24,6 +24,7 @@ from damagepred.damage import (
     kept_rules,
 )
 from damagepred.errors import SolverError
+from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
 from damagepred.solvers.footing import section_forces, section_interfaces, support_loads
@@ -104,6 +105,7 @@ def joint_map(model: Model) -> JointMap:
     )
 
 
+@each_with_one_blas_thread
 def follow(
     model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
 ) -> Iterator[Step]:
@@ -137,6 +139,7 @@ def follow(
         yield Step(increment, verdict)
 
 
+@one_blas_thread()
 def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
     """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it.
 
@@ -156,6 +159,7 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, incre
     return assembled(build, scene.solver, increments or scene.movement.increments)
 
 
+@one_blas_thread()
 def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
     """Build a model; with ``blocks = "auto"`` find out first which blocks are to be deformable."""
     if settings.blocks != "auto":
@@ -165,6 +169,7 @@ def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings:
     return build(settings, needs_zones(build, settings, increments))
 
 
+@one_blas_thread()
 def solve(
     scene: Scene | Assembly,
     *,
@@ -279,6 +284,7 @@ def _support_force(increment: Increment) -> FloatArray:
     return np.full_like(increment.displacement, np.nan) if force is None else force
 
 
+@one_blas_thread()
 def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
 

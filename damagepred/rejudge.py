@@ -27,6 +27,7 @@ from damagepred.damage import (
 )
 from damagepred.damage.table import TABLES
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Damage
 
 FloatArray = NDArray[np.float64]
@@ -55,6 +56,7 @@ class Rules(NamedTuple):
     settings: Damage
 
 
+@one_blas_thread()
 def judge_again(
     ds: xr.Dataset,
     *,

@@ -14,6 +14,7 @@ from damagepred.damage.bricks import links_of
 from damagepred.damage.growth import PARTS
 from damagepred.damage.tracing import ORIENTATIONS, Links
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,6 +55,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
 """What ``cracks`` and ``crack_profile`` return, besides the increments."""
 
 
+@one_blas_thread()
 def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     """Return the cracks of a wall as objects, followed through the increments.
 
@@ -84,6 +86,7 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     return WallCracks(ds, hairline).dataset()
 
 
+@one_blas_thread()
 def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIRLINE) -> xr.Dataset:
     """Return where the cracks of one increment run, and their widths along them, piece by piece.
 

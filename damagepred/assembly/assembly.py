@@ -37,6 +37,7 @@ from damagepred.assembly.properties import (
     lump_block_elasticity,
 )
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import BlockMaterial, Joint, Solver
 
 FloatArray = NDArray[np.float64]
@@ -452,6 +453,7 @@ class Assembly:
             sizes[block] = size
         return sizes
 
+    @one_blas_thread()
     def build(
         self,
         solver: Solver | None = None,

@@ -31,6 +31,7 @@ from damagepred.assembly.model import Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import (
     BlockMaterial,
     ControlJoint,
@@ -143,6 +144,7 @@ def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: boo
     return size or default_zone_size(corners, solver.method)
 
 
+@one_blas_thread()
 def wall_geometry(scene: Scene) -> Geometry:
     """Return blocks, interfaces and joints of a scene's wall.
 
@@ -173,6 +175,7 @@ def _meshing(solver: Solver, zoned: bool) -> Solver:
     return replace(usual, **{name: getattr(solver, name) for name in names})
 
 
+@one_blas_thread()
 def wall_model(
     scene: Scene, fields: Mapping[str, FloatArray] | None = None, deformable: frozenset[int] | None = None
 ) -> Model:

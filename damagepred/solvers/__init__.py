@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from damagepred.assembly import Model
 from damagepred.errors import SolverError
+from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.increment import ContactState, Increment
 
@@ -14,6 +15,7 @@ SMALL = 200
 __all__ = ["ContactState", "Increment", "solve_path"]
 
 
+@each_with_one_blas_thread
 def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     """Follow the movement with the solver that the settings name.
 

@@ -17,6 +17,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.kernels.cycle import run_cycles
+from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.falling import goes_on, lasting_bonds
@@ -551,6 +552,7 @@ def describe_block(model: Model, block: int) -> str:
     return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
 
 
+@each_with_one_blas_thread
 def explicit_path(
     model: Model, settings: Solver, increments: int, *, elastic_start: bool = True
 ) -> Iterator[Increment]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, SolverError
+from damagepred.one_thread import one_blas_thread
 from damagepred.path import follow, model_of
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
@@ -107,6 +108,7 @@ NOTHING_KNOWN = Margin(-1.0, np.inf)
 """Of a wall whose path could not even begin."""
 
 
+@one_blas_thread()
 def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -> Margin:
     """Solve one wall and return how far it is from a category.
 

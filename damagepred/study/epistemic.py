@@ -12,6 +12,7 @@ import xarray as xr
 
 from damagepred.archive.folder import open_study
 from damagepred.errors import InputError, nearest
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene.reading import build, plain
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import Study
@@ -40,6 +41,7 @@ class Alternative(NamedTuple):
     effective_samples: float
 
 
+@one_blas_thread()
 def alternatives(
     path: str | Path,
     category: int,

@@ -14,6 +14,7 @@ from scipy import special
 from damagepred.archive.parts import Columns
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
 from damagepred.errors import InputError, nearest
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.study.sample import Solved, solve_sample
 from damagepred.study.settings import StudySettings
@@ -75,6 +76,7 @@ class StudyFunction:
         self.inputs = self._design.wall
         self.units = tuple(Scene.unit_of(place) for place in self.inputs)
 
+    @one_blas_thread()
     def __call__(self, x: ArrayLike, numbers: int | ArrayLike = 0) -> xr.Dataset:
         """Solve one wall, or several.
 
@@ -130,6 +132,7 @@ class StudyFunction:
         status = np.array([s.outcome.status for s in solved], dtype=np.int8)
         return ds.assign(status=("sample", status, dict(VARIABLES["status"].attributes())))
 
+    @one_blas_thread()
     def from_unit(self, points: ArrayLike) -> FloatArray:
         """Return vectors for points of the unit cube, distributed and correlated as the study says.
 
@@ -149,6 +152,7 @@ class StudyFunction:
         columns = [from_normal(self._design.marginals[p], normal[:, k]) for k, p in enumerate(self.inputs)]
         return np.column_stack(columns) if columns else np.empty((len(normal), 0))
 
+    @one_blas_thread()
     def sobol(
         self, output: str, size: int, *, seed: int = 0, confidence: float = 0.9, resamples: int = 500
     ) -> xr.Dataset:

@@ -11,6 +11,7 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import read_part
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.path import Step, solve
 from damagepred.study.sample import sampled_wall
 from damagepred.study.study import Study
@@ -19,6 +20,7 @@ _PATH = ("sample", "increment")
 """Leading dimensions of what tells of the path, all of which is compared."""
 
 
+@one_blas_thread()
 def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None = None) -> tuple[xr.Dataset, str]:
     """Solve one sample again.
 

@@ -19,6 +19,7 @@ from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
+from damagepred.one_thread import one_blas_thread
 from damagepred.path import Step, follow, model_of, path_values, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
@@ -61,6 +62,7 @@ Batch = Sequence[tuple[int, Mapping[str, float]]]
 """Samples that one task solves, one number after the other, each with its values for the whole wall."""
 
 
+@one_blas_thread()
 def sampled_wall(
     settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]
 ) -> tuple[Scene, dict[str, FloatArray]]:
@@ -213,6 +215,7 @@ class Solved(NamedTuple):
     columns: Columns | None
 
 
+@one_blas_thread()
 def solve_sample(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> Solved:
     """Solve and judge one sample; whatever goes wrong with it is its own affair."""
     began = time.perf_counter()

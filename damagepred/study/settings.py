@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field
 
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
@@ -359,6 +360,7 @@ class StudySettings:
             return math.inf
         return stop or damage_table(self.scene.damage).highest
 
+    @one_blas_thread()
     def design(self) -> Design:
         """Return the distributions made ready to draw from."""
         pairs = {frozenset((a, b)): value for a, b, value in self._pairs()}

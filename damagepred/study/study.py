@@ -23,6 +23,7 @@ from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.assembly import wall_geometry
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, StudyError
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
 from damagepred.study.sample import joint_places, sampled_wall
@@ -367,6 +368,7 @@ class Study:
     def _write_design(self, folder: StudyFolder, samples: int) -> None:
         write_dataset(self.design_dataset(samples), folder.design_file)
 
+    @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:
         """Return every input of the first samples.
 

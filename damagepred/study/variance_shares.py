@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS
 from damagepred.errors import InputError, nearest
+from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.fragility import movement_measure, read_capacities
@@ -117,6 +118,7 @@ def output_of(ds: xr.Dataset, category: int | None = None, output: str | None = 
     return Output(value, ran, f"{output.replace('_', ' ')} at the end of the movement", 0.0)
 
 
+@one_blas_thread()
 def study_sensitivity(
     ds: xr.Dataset,
     *,

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.marginals import Marginal, breaks, from_normal
 
 FloatArray = NDArray[np.float64]
@@ -20,6 +21,7 @@ _REACH = 12.0
 """Standard normals beyond do not count."""
 
 
+@one_blas_thread()
 def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) -> float:
     """Return the correlation of the standard normals that gives two variables their stated correlation.
 

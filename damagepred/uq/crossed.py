@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor
 from damagepred.uq.samplers import Stream, generator
 
@@ -22,6 +23,7 @@ GROUPS = ("wall", "joints")
 """What the rows and columns of a table are."""
 
 
+@one_blas_thread()
 def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int = 1000, seed: int = 0) -> xr.Dataset:
     """Return the shares of variance of what holds for a wall and of what varies from joint to joint.
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.correlation import cholesky
 from damagepred.uq.fields import course_noise, innovation_factor, lag_correlation
 from damagepred.uq.importance import Drawn, Proposal, draw
@@ -111,6 +112,7 @@ class Design:
     joint_quantiles: Mapping[str, JointQuantile] = field(default_factory=dict)
 
     @classmethod
+    @one_blas_thread()
     def make(
         cls,
         variables: Mapping[str, Variable],
@@ -178,6 +180,7 @@ class Design:
             joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]), None, quantiles,
         )  # fmt: skip
 
+    @one_blas_thread()
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
         """Return the values that hold for a whole wall: place -> array (samples,).
 
@@ -191,6 +194,7 @@ class Design:
             return {place: rows[place] for place in self.wall}
         return self._from_normal(self.draw(samples).normal)
 
+    @one_blas_thread()
     def wall_values_from(self, independent: FloatArray) -> dict[str, FloatArray]:
         """Return the values that hold for a whole wall, from independent standard normals (samples, variables)."""
         return self._from_normal(independent @ self.wall_factor.T)
@@ -198,12 +202,14 @@ class Design:
     def _from_normal(self, normal: FloatArray) -> dict[str, FloatArray]:
         return {place: from_normal(self.marginals[place], normal[:, k]) for k, place in enumerate(self.wall)}
 
+    @one_blas_thread()
     def weights(self, samples: int) -> FloatArray | None:
         """Return the weight of each sample, array (samples,), or None where all are drawn as stated."""
         if WEIGHT in self.sampler.columns:
             return _rows(self.sampler, samples)[WEIGHT]
         return self.draw(samples).weight if self.sampler.proposals else None
 
+    @one_blas_thread()
     def draw(self, samples: int) -> Drawn:
         """Return the standard normals under the values of the walls, and the walls' weights."""
         from scipy.special import ndtri
@@ -216,6 +222,7 @@ class Design:
             unit[:, size] if mixed else None,
         )  # fmt: skip
 
+    @one_blas_thread()
     def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
         """Return the values that vary from joint to joint in one sample: place -> array (joints,).
 
@@ -233,6 +240,7 @@ class Design:
         joints = len(places.sequence) if isinstance(places, JointPlaces) else len(places)
         return self.joint_values_from(random.standard_normal((len(self.joint), joints)), places)
 
+    @one_blas_thread()
     def joint_values_from(self, independent: FloatArray, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
         """Return the values that vary from joint to joint, from independent standard normals.
 

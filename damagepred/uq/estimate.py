@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.one_thread import one_blas_thread
+
 FloatArray = NDArray[np.float64]
 
 ENOUGH_REPLICATES = 4
@@ -89,6 +91,7 @@ def wilson(share: float, count: float, factor: float) -> tuple[float, float]:
     return max(float(middle - half), 0.0), min(float(middle + half), 1.0)
 
 
+@one_blas_thread()
 def mean(
     values: FloatArray,
     *,
@@ -118,6 +121,7 @@ def mean(
     )
 
 
+@one_blas_thread()
 def probability(
     hit: NDArray[np.bool_] | FloatArray,
     *,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import (
     ENOUGH_REPLICATES,
     Estimate,
@@ -124,6 +125,7 @@ def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_fail
     )
 
 
+@one_blas_thread()
 def exceedance(
     ds: xr.Dataset, category: int, at: float, *, confidence: float = 0.9, intensity: str | None = None
 ) -> Exceedance:
@@ -231,6 +233,7 @@ def shares(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:
     return np.where(upper <= at * (1 + 1e-12), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
 
 
+@one_blas_thread()
 def median_movement(
     ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
 ) -> Estimate:

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor
 from damagepred.uq.ranks import ranks
 from damagepred.uq.samplers import Stream, generator
@@ -29,6 +30,7 @@ MOST = 20_000
 """Walls resampled for the errors; of more, the error is taken from so many and scaled by the root of the number."""
 
 
+@one_blas_thread()
 def rank_correlation(
     inputs: Mapping[str, FloatArray],
     output: FloatArray,
@@ -79,6 +81,7 @@ def rank_correlation(
     return xr.Dataset(columns, {"variable": names}, {"confidence": confidence, "walls": len(y)})
 
 
+@one_blas_thread()
 def first_order(
     inputs: Mapping[str, FloatArray],
     output: FloatArray,

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.design import Design
 
 FloatArray = NDArray[np.float64]
 
 
+@one_blas_thread()
 def density_ratio(stated: Design, other: Design, values: Mapping[str, FloatArray]) -> FloatArray:
     """Return, for each wall, the density of other distributions over that of the stated ones, array (samples,).
 

@@ -21,6 +21,7 @@ from pydantic import Field
 from scipy import optimize, special
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.uq.estimate import Estimate
@@ -111,6 +112,7 @@ def looks(first: int, most: int) -> list[int]:
     return found
 
 
+@one_blas_thread()
 def each_confidence(at: list[int], confidence: float, replicated: bool) -> float:
     """Return the confidence of each look's interval, so that all hold at once with the confidence wanted.
 

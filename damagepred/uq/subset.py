@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, wilson
 from damagepred.uq.samplers import Stream, generator
 
@@ -89,6 +90,7 @@ class SubsetEstimate(NamedTuple):
     failed: int = 0
 
 
+@one_blas_thread()
 def subset_simulation(
     limit_state: LimitState,
     dimensions: int,

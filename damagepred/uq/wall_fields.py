@@ -102,6 +102,7 @@ class WallFields:
         self._correlation: FloatArray = factor @ factor.T
         self._made: tuple[str, list[_OneKind]] = ("", [])
 
+    @one_blas_thread()
     def draw(self, independent: FloatArray, places: JointPlaces) -> FloatArray:
         """Return correlated standard normals.
 
@@ -121,13 +122,12 @@ class WallFields:
         InputError
             If no values can be correlated as the fields say.
         """
-        with one_blas_thread():  # threads would add up in another order, and change the last digits
-            found = np.empty_like(independent)
-            for kind in self._kinds(places):
-                for k, triangle in enumerate(kind.triangles):
-                    found[k, kind.joints] = linalg.blas.dtrmv(triangle, independent[k, kind.joints], lower=1)
-                found[:, kind.joints] = kind.mixing @ found[:, kind.joints]
-            return found
+        found = np.empty_like(independent)
+        for kind in self._kinds(places):
+            for k, triangle in enumerate(kind.triangles):
+                found[k, kind.joints] = linalg.blas.dtrmv(triangle, independent[k, kind.joints], lower=1)
+            found[:, kind.joints] = kind.mixing @ found[:, kind.joints]
+        return found
 
     def _kinds(self, places: JointPlaces) -> list[_OneKind]:
         """Return what is needed to draw on these places, kind by kind; the last places are kept."""
@@ -228,14 +228,13 @@ def _cholesky(matrix: FloatArray, most: float) -> FloatArray:
     LinAlgError
         If no matrix so near it is found by its eigenvalues.
     """
-    with one_blas_thread():
-        try:
-            return np.asfortranarray(linalg.cholesky(matrix, lower=True))
-        except linalg.LinAlgError:
-            value, vector = linalg.eigh(matrix)
-            mended = (vector * np.maximum(value, 1e-9)) @ vector.T
-            scale = 1.0 / np.sqrt(np.diag(mended))
-            mended *= np.outer(scale, scale)
-            if np.abs(mended - matrix).max() > most:
-                raise
-            return np.asfortranarray(linalg.cholesky(mended, lower=True))
+    try:
+        return np.asfortranarray(linalg.cholesky(matrix, lower=True))
+    except linalg.LinAlgError:
+        value, vector = linalg.eigh(matrix)
+        mended = (vector * np.maximum(value, 1e-9)) @ vector.T
+        scale = 1.0 / np.sqrt(np.diag(mended))
+        mended *= np.outer(scale, scale)
+        if np.abs(mended - matrix).max() > most:
+            raise
+        return np.asfortranarray(linalg.cholesky(mended, lower=True))

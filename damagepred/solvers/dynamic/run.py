@@ -13,6 +13,7 @@ from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamic_cycle import first_forces, run_steps
 from damagepred.kernels.large_contact import HOME, TALLIES
 from damagepred.kernels.large_motion import WORKS
+from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamic.audit import Audit, Counts
@@ -82,6 +83,7 @@ class DynamicRun:
         If the model cannot be run in time.
     """
 
+    @one_blas_thread()
     def __init__(self, model: Model, settings: Solver, dynamics: Dynamics) -> None:
         _refuse(model, settings, dynamics)
         self.model, self.dynamics = model, dynamics
@@ -192,6 +194,7 @@ class DynamicRun:
             if self.dynamics.stop_at_rest and slow >= AT_REST:
                 return
 
+    @one_blas_thread()
     def advance(self) -> None:
         """Run to the next output."""
         count = self.steps_each

@@ -22,7 +22,7 @@ from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium import bond_loads, break_by_slip, contact_stresses, settle
 from damagepred.kernels.footing import settle_sections
-from damagepred.one_thread import one_blas_thread
+from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.explicit import describe_block
@@ -536,6 +536,7 @@ def between(state: State, far: Point, share: float) -> Point:
     return state.load + share * (far[0] - state.load), state.progress + share * (far[1] - state.progress)
 
 
+@each_with_one_blas_thread
 def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     """Follow the movement increment by increment.
 
@@ -559,15 +560,13 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although nothing has come loose.
     """
-    with one_blas_thread():  # from the first factorisation on: more threads would round otherwise
-        path = Path(while_loading(model), settings)
+    path = Path(while_loading(model), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
         before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
-        with one_blas_thread():
-            worst = path.advance(1.0, number / increments)
-            if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
-                worst, ended = path.end_where_nothing_is_carried(kept, worst), True
+        worst = path.advance(1.0, number / increments)
+        if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
+            worst, ended = path.end_where_nothing_is_carried(kept, worst), True
         if number == 0 and stops and worst < path.tolerance:
             ended = path.carried() <= 0.0  # nothing is, not even in the level state
         state = path.state
@@ -591,8 +590,6 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         if collapsed:
             return
         if number == 0:
-            with one_blas_thread():
-                path.control_load()
+            path.control_load()
         if number == 0 and model.supports.after_load.any():
-            with one_blas_thread():
-                path.hold(held_after_load(model, state.displacement))
+            path.hold(held_after_load(model, state.displacement))

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.capacities import (
     COLLAPSED,
@@ -60,6 +61,7 @@ class _Asked(NamedTuple):
     grid: FloatArray
 
 
+@one_blas_thread()
 def fit_fragility(
     ds: xr.Dataset,
     *,

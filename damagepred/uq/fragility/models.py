@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.capacities import Cells, tally
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons
@@ -25,6 +26,7 @@ from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons
 FloatArray = NDArray[np.float64]
 
 
+@one_blas_thread()
 def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> Fit:
     """Fit a lognormal capacity to intervals by maximum likelihood.
 
@@ -46,6 +48,7 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     return fit_cells(tally(low[None, kept], high[None, kept], weight[kept]))[0]
 
 
+@one_blas_thread()
 def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = None) -> CommonFit:
     """Fit lognormal capacities of one dispersion to the intervals of several categories.
 
@@ -65,6 +68,7 @@ def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = Non
     return _together(fit_cells(tally(low, high, _weight(count, low.shape[1])), common=True))
 
 
+@one_blas_thread()
 def fit_ordinal(
     movement: ArrayLike, category: ArrayLike, categories: Sequence[int], count: ArrayLike | None = None
 ) -> CommonFit:

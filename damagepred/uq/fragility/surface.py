@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.errors import InputError, nearest
+from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.capacities import Cells, read_capacities, tally
 from damagepred.uq.fragility.estimators import Composite
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
@@ -35,6 +36,7 @@ FloatArray = NDArray[np.float64]
 Scale = Literal["log", "linear"]
 
 
+@one_blas_thread()
 def fit_surface(
     ds: xr.Dataset,
     category: int,

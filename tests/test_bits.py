@@ -1,0 +1,54 @@
+"""Results are the same to the last bit, whatever threads BLAS has and whatever is imported first.
+
+A small job of every kind (``bits_job.py``) runs in processes of its own.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.bits_job import lines_with_matrices
+from tests.conftest import ROOT
+
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def run(out: Path, *options: str, **variables: str) -> dict[str, Any]:
+    """Run the job with no thread variable but those given."""
+    environment = {name: value for name, value in os.environ.items() if name not in THREADS} | variables
+    subprocess.run([sys.executable, ROOT / "tests" / "bits_job.py", out, *options], check=True, env=environment)
+    return json.loads(out.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return run(tmp_path_factory.mktemp("plain") / "bits.json", "--watch")
+
+
+def test_every_product_and_factorisation_is_made_with_one_thread(plain: dict[str, Any]) -> None:
+    assert plain["free"] == []
+    # most lines of the package that there are
+    assert len(plain["held"]) > 0.7 * sum(len(lines) for lines in lines_with_matrices().values())
+
+
+@pytest.mark.parametrize(
+    ("options", "variables"),
+    [
+        ((), {"OPENBLAS_NUM_THREADS": "1"}),
+        (("--first", "numpy,scipy.linalg,numba"), {"OPENBLAS_NUM_THREADS": "4", "OMP_NUM_THREADS": "4"}),
+        (("--first", "xarray,matplotlib.pyplot", "--beside"), {}),
+    ],
+    ids=["one thread", "four threads, numpy first", "beside other threads, xarray first"],
+)
+def test_threads_and_imports_change_no_bit(
+    options: tuple[str, ...], variables: dict[str, str], plain: dict[str, Any], tmp_path: Path
+) -> None:
+    found = run(tmp_path / "bits.json", *options, **variables)["digests"]
+    assert len(found) > 500
+    different = sorted(name for name, digest in plain["digests"].items() if found.get(name) != digest)
+    assert different == []
