@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 @cache
 def blas_libraries() -> tuple[LibController, ...]:
-    """Return the controllers of the BLAS libraries of numpy and scipy; both are loaded first, so that none is missed."""
+    """Return the controllers of the BLAS libraries; numpy and scipy are imported first, so that none is missed."""
     import scipy.linalg  # noqa: F401
 
     return tuple(ThreadpoolController().select(user_api="blas").lib_controllers)

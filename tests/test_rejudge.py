@@ -1,6 +1,5 @@
 """Archives judged again under other rules: what comes out is what solving again under these rules would give."""
 
-import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,6 +18,7 @@ from damagepred.scene import Damage, Joint, Movement, Opening, Scene, Wall
 from damagepred.study import Study, open_study
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
+from tests.regressions.measure import seconds
 
 MM = 1e-3
 OLD = Path(__file__).parent / "archive" / "version_1"
@@ -263,9 +263,7 @@ def large(samples: int, increments: int = 21) -> xr.Dataset:
 @pytest.mark.parametrize("samples", [20_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
 def test_many_walls_are_judged_in_seconds(samples: int):
     ds = large(samples)
-    began = time.perf_counter()
     judged = damagepred.judge_again(ds, table="bre251")
-    seconds = time.perf_counter() - began
     width, group = ds["crack_width_max"].values, ds["crack_group_width"].values[..., 0]
     expected = np.zeros(width.shape, dtype=np.int8)
     for limit in (0.1, 1, 5, 15, 25):
@@ -273,4 +271,4 @@ def test_many_walls_are_judged_in_seconds(samples: int):
     expected[(group >= 3 * MM) & (expected < 3)] = 3
     assert (judged["damage_category"].values == expected).mean() > 1 - 1e-6  # rounding at a limit
     assert sum(shares(judged).values()) == samples
-    assert seconds < 30e-6 * samples
+    assert seconds(lambda: damagepred.judge_again(ds, table="bre251")) < 30e-6 * samples  # of processor

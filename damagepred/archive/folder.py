@@ -29,7 +29,7 @@ import xarray as xr
 
 from damagepred.archive.files import read_dataset, write_dataset, write_whole
 from damagepred.archive.parts import Column, Columns, read_part
-from damagepred.archive.provenance import provenance
+from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import InputError, StudyError
@@ -364,6 +364,7 @@ class _Pieces:
         self.dims: dict[str, tuple[str, ...]] = {}
         self.attributes: dict[str, dict[str, Any]] = {}
         self.coordinates: dict[str, np.ndarray] = {}
+        self.environments: list[Environment] = []
 
     def put(self, part: Columns, take: np.ndarray | None = None) -> None:
         rows = part["sample"].values
@@ -371,6 +372,8 @@ class _Pieces:
         if take is not None:
             keep &= take
         for name, column in part.items():
+            if name == "environment":
+                column = self._renumbered(column)
             if column.dims == (name,) and name not in ("sample", "increment"):
                 self.coordinates[name] = column.values
             if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
@@ -381,6 +384,16 @@ class _Pieces:
                 self.dims[name] = column.dims
                 self.attributes[name] = dict(column.attributes)
             self.values[name][rows[keep]] = column.values[keep]
+
+    def _renumbered(self, column: Column) -> Column:
+        """Return the environments of a part's samples as rows of the table of all parts."""
+        rows = []
+        for one in from_table(column.attributes):
+            if one not in self.environments:
+                self.environments.append(one)
+            rows.append(self.environments.index(one))
+        values = np.array([*rows, -1], dtype=np.int64)[column.values.astype(np.int64)]  # -1: not known
+        return column._replace(values=values, attributes={})
 
     def mark_failed(self, sample: int) -> None:
         """Give a sample that never came to a result its status; one that did after all keeps it."""
@@ -397,6 +410,8 @@ class _Pieces:
         known = {"sample": np.arange(self.samples), **self.values}
         known |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}
         ds = dataset(known, {}, {"status": ("sample",), **self.dims})
+        if "environment" in self.values:
+            self.attributes["environment"] = as_table(self.environments)
         for name, attributes in self.attributes.items():
             ds[name].attrs.update(attributes)
         return ds

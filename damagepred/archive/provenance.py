@@ -1,13 +1,33 @@
-"""Where a result comes from."""
+"""Where a result comes from: program, machine and libraries, as far as the last bits of a result depend on them."""
 
 from __future__ import annotations
 
+import json
+import platform
 import subprocess
+from collections.abc import Mapping
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from damagepred.version import __version__
+from damagepred.one_thread import blas_libraries
+from damagepred.version import __version__, kernel_hash
+
+Environment = Mapping[str, str]
+
+KEYS = {
+    "machine": "machine",
+    "damagepred_version": "version",
+    "damagepred_commit": "commit",
+    "kernel_hash": "kernel hash",
+    "libraries": "libraries",
+    "blas": "BLAS core",
+}
+"""What is recorded of an environment, and its word in messages."""
+
+TABLE = "environments"
+"""Attribute of the variable ``environment``: the distinct environments of a file's samples, as a JSON list."""
 
 
 @lru_cache(maxsize=1)
@@ -26,10 +46,88 @@ def package_commit() -> str:
     return run.stdout.strip() or "unknown"
 
 
-def provenance() -> dict[str, Any]:
-    """Return the global attributes that say which program made a result."""
+@lru_cache(maxsize=1)
+def machine() -> str:
+    """Return the model of the processor, which decides what compilers and libraries make of a sum."""
+    model = ""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        model = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+    except OSError:  # not Linux
+        model = platform.processor()
+    return f"{model or 'unknown processor'}, {platform.machine()}, {platform.system()}"
+
+
+@lru_cache(maxsize=1)
+def blas() -> str:
+    """Return the BLAS libraries of numpy and scipy, each with the kind of core it has chosen its kernels for."""
+    found = sorted(
+        " ".join(filter(None, (lib.internal_api, lib.version, getattr(lib, "architecture", None))))
+        for lib in blas_libraries()
+    )
+    return ", ".join(found) or "unknown"
+
+
+@lru_cache(maxsize=1)
+def environment() -> dict[str, str]:
+    """Return what the bits of a result depend on besides its inputs."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return {
-        "source": f"damagepred {__version__}",
         "damagepred_version": __version__,
         "damagepred_commit": package_commit(),
+        "kernel_hash": kernel_hash(),
+        "machine": machine(),
+        "libraries": f"Python {platform.python_version()}, {libraries}",
+        "blas": blas(),
     }
+
+
+def provenance() -> dict[str, Any]:
+    """Return the global attributes that say which program made a result, and where."""
+    return {"source": f"damagepred {__version__}", **environment()}
+
+
+def as_table(environments: list[Environment]) -> dict[str, str]:
+    """Return distinct environments as an attribute of the variable ``environment``."""
+    return {TABLE: json.dumps([dict(one) for one in environments])}
+
+
+def from_table(attributes: Mapping[str, Any]) -> list[Environment]:
+    """Return the distinct environments that the attributes of the variable ``environment`` hold."""
+    return list(json.loads(attributes.get(TABLE, "[]")))
+
+
+def differences(recorded: Environment, now: Environment) -> list[str]:
+    """Return in words what of two environments differs.
+
+    Parameters
+    ----------
+    recorded, now : mapping of str to str
+        As ``environment`` returns them.
+    """
+    return [
+        f"{word} ({recorded.get(key, 'unknown')}, here {now.get(key, 'unknown')})"
+        for key, word in KEYS.items()
+        if recorded.get(key) != now.get(key)
+    ]
+
+
+def why_bits_differ(recorded: Environment | None, now: Environment) -> str:
+    """Return a sentence: what a difference between a recorded and a repeated result can come from.
+
+    Parameters
+    ----------
+    recorded : mapping of str to str, or None
+        Environment of the recorded result; None where the archive has none.
+    now : mapping of str to str
+        Environment of the repeated one.
+    """
+    if recorded is None:
+        return "The archive is of an older version, which did not record where this sample was solved."
+    if different := differences(recorded, now):
+        return f"It was solved with another {'; another '.join(different)}."
+    *first, last = KEYS.values()
+    same = f"The {', '.join(first)} and {last} are the same"
+    if now.get("damagepred_commit", "").endswith("+"):
+        return f"{same}, but the checkout has changes that are not committed, then or now."
+    return f"{same}: this is a defect of damagepred."

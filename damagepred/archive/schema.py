@@ -274,6 +274,11 @@ VARIABLES: dict[str, Variable] = {
         ("sample",), "1", "weight of the sample: density of the stated distributions over that it was drawn from"
     ),
     "run_time": Variable(("sample",), "s", "time spent on the sample"),
+    "environment": Variable(
+        ("sample",),
+        "1",
+        "machine, program and libraries that solved the sample: row of the table in the attribute environments",
+    ),
     "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 

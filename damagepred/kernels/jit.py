@@ -6,9 +6,7 @@ old machine code answers. The cache folder's name therefore holds a hash of all 
 
 from __future__ import annotations
 
-import hashlib
 import os
-import sys
 import tempfile
 import uuid
 from pathlib import Path
@@ -16,12 +14,7 @@ from pathlib import Path
 import numba
 from numba import config
 
-
-def _sources_hash() -> str:
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+from damagepred.version import kernel_hash
 
 
 def _writable(folder: Path) -> bool:
@@ -39,7 +32,7 @@ def _user_cache() -> Path:
 
 
 def _cache_folder() -> Path | None:
-    name = f"kernels-{_sources_hash()}"
+    name = f"kernels-{kernel_hash()}"
     asked = os.environ.get("NUMBA_CACHE_DIR")
     for base in ([Path(asked)] if asked else []) + [
         _user_cache(),

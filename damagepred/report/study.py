@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.provenance import package_commit
 from damagepred.errors import DamagepredError, InputError
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
@@ -245,7 +244,7 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
             parts.append(Text([f"The typical wall could not be solved again: {error}"]))
         else:
             parts.append(wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. "))
-            parts.append(Text([f"{said} {_solved_again(comparison, folder)}"]))
+            parts.append(Text([f"{said} {_solved_again(comparison)}"]))
             parts += crack_parts(wall)
     else:
         parts.append(Text([said]))
@@ -257,13 +256,11 @@ def _fit_words(one: xr.Dataset) -> tuple[str, str]:
     return str(one["fit_status"].item()), str(one["fit_note"].item())
 
 
-def _solved_again(comparison: str, folder: StudyFolder) -> str:
-    """Say whether the typical wall is the one of the study, and if not, why it may differ."""
+def _solved_again(comparison: str) -> str:
+    """Return whether the typical wall is the one of the study, and if not, why it differs."""
     if comparison.startswith("bit for bit"):
         return "Solved again for this report, the typical wall is bit for bit what the study holds."
-    ran, now = folder.manifest().get("damagepred_commit", "unknown"), package_commit()
-    why = f"the study was run by commit {ran}, this is {now}" if ran != now else "other machines may round otherwise"
-    return f"Solved again for this report, the typical wall is not bit for bit what the study holds: {why}."
+    return f"Solved again for this report, the typical wall {comparison}"
 
 
 def _no_paths() -> Text:

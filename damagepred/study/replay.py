@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import read_part
+from damagepred.archive.parts import Columns, read_part
+from damagepred.archive.provenance import Environment, environment, from_table, why_bits_differ
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.path import Step, solve
@@ -38,7 +39,8 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     dataset : xarray.Dataset
         As ``damagepred.solve`` returns it.
     comparison : str
-        Whether it is bit for bit what the archive holds.
+        Whether it is bit for bit what the archive holds; if not, what of machine, version, commit, kernel hash,
+        libraries and BLAS core differs.
 
     Raises
     ------
@@ -82,5 +84,13 @@ def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
         if reached and not np.array_equal(found, ds[name].values[-1], equal_nan=True)
     ]
     if differing:
-        return f"differs from the archive in {', '.join(differing)}: other machines and versions may round otherwise"
+        why = why_bits_differ(_environment_of(part, row), environment())
+        return f"differs from the archive in {', '.join(differing)}. {why}"
     return f"bit for bit what the archive holds for sample {sample}"
+
+
+def _environment_of(part: Columns, row: int) -> Environment | None:
+    """Return where a sample was solved; None where a part is of an older version and does not say."""
+    if (column := part.get("environment")) is None:
+        return None
+    return from_table(column.attributes)[int(column.values[row])]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
+from damagepred.archive.provenance import as_table, environment
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, VARIABLES, category_attributes
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
@@ -288,10 +289,12 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "status": np.array([status], dtype=np.int8),
         "run_time": np.array([seconds]),
         "apex_limited": np.array([model.apex_limited]),
+        "environment": np.array([0]),
     }
     columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
     table = damage_table(settings.scene.damage)
     for name, more in (
+        ("environment", as_table([environment()])),
         ("damage_category", category_attributes(table.category_names, f"{table.name}; {table.source}")),
         *kept_rules(settings.scene.damage).items(),
     ):

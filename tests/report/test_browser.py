@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import xarray as xr
 from damagepred.archive.files import write_dataset
 from damagepred.report import write_report
 from tests.made_up import made_up_study
+from tests.regressions.measure import seconds
 
 pytestmark = pytest.mark.slow
 
@@ -112,7 +112,6 @@ def test_links_of_the_contents_lead_somewhere(browser: Any, reports: list[Path])
 @pytest.mark.parametrize("walls", [1000, 3000])
 def test_thousands_of_walls_take_less_than_20_s_and_5_mb(walls: int, tmp_path: Path) -> None:
     folder = made_up_study(tmp_path / "house.dp", walls)
-    began = time.perf_counter()
-    file = write_report(folder)
-    assert time.perf_counter() - began < 20
+    file = tmp_path / "house.html"
+    assert seconds(lambda: write_report(folder, file)) < 20  # of processor
     assert file.stat().st_size < 5e6

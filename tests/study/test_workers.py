@@ -29,7 +29,7 @@ def troubled(folder: str, batch: Batch) -> list[Outcome]:
         if sample % 10 == 3:
             os._exit(9)
         if sample % 10 == 6:
-            time.sleep(60)
+            time.sleep(3600)  # longer than this test may take
         if sample % 10 == 8:
             raise RuntimeError("no memory for this one")
         found.append(Outcome(sample, 0, values["x"], os.environ["OPENBLAS_NUM_THREADS"]))
@@ -65,12 +65,10 @@ def never() -> int:
 
 def test_the_others_survive() -> None:
     pool = LocalPool("nowhere", workers=2, timeout=1.0, task=troubled, ready=at_once)
-    began = time.monotonic()
     try:
         results = list(run_all(pool, "nowhere", Batches(tasks(10), 10), never))
     finally:
         pool.kill()
-    assert time.monotonic() - began < 50
     lost = {r.sample: r for r in results if isinstance(r, Lost)}
     reasons = {3: "worker_died", 6: "timeout", 8: "error"}
     assert {sample: r.reason for sample, r in lost.items()} == reasons
@@ -174,15 +172,16 @@ def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:
 
 
 def test_asked_twice_it_returns_at_once() -> None:
-    gate = threading.Event()
+    gate, ended = threading.Event(), threading.Event()
 
     def stuck(folder: str, batch: Batch) -> list[Outcome]:
-        gate.wait(30)
+        gate.wait(300)
+        ended.set()
         return []
 
     engine, began = Threads(stuck), time.monotonic()
     assert list(run_all(engine, "", Batches(tasks(5), 5), lambda: 2 * (time.monotonic() - began > 0.3))) == []
-    assert time.monotonic() - began < 5
+    assert not ended.is_set()
     gate.set()
     engine.close()
 

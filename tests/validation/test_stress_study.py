@@ -157,7 +157,6 @@ def test_who_interrupts_it_does_not_wait_for_what_is_left(tmp_path: Path, monkey
     import os
     import signal
     import threading
-    import time
 
     from stressed import campaign
 
@@ -165,15 +164,14 @@ def test_who_interrupts_it_does_not_wait_for_what_is_left(tmp_path: Path, monkey
     monkeypatch.setattr(campaign, "one", _hangs_or_dies)
     jobs = [job for job in campaign.jobs(["near-mechanisms"]) if "0.9 of" in job[1]]
     usual = signal.signal(signal.SIGUSR1, signal.default_int_handler)
-    interrupt, began = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGUSR1)), time.perf_counter()
+    interrupt = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGUSR1))
     interrupt.start()
     try:
         with pytest.raises(KeyboardInterrupt):
-            campaign.run(jobs[:3], tmp_path / "rows.csv", limit=10.0)
+            campaign.run(jobs[:3], tmp_path / "rows.csv", limit=3600.0)
     finally:
         interrupt.cancel()
         signal.signal(signal.SIGUSR1, usual)
-    assert time.perf_counter() - began < 9.0
 
 
 def _hangs_or_dies(job: tuple[str, str, str]) -> None:
@@ -181,7 +179,7 @@ def _hangs_or_dies(job: tuple[str, str, str]) -> None:
     import time
 
     if "0.9 of" in job[1]:
-        time.sleep(60)
+        time.sleep(3600)  # longer than the test may take
     os._exit(3)
 
 
