@@ -9,10 +9,7 @@ One core; processor time, the fastest of many stretches. Compiling is not counte
 
 from __future__ import annotations
 
-import os
 import time
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from damagepred.assembly import wall_model
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Scene, Solver

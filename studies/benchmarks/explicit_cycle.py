@@ -9,11 +9,8 @@ timed apart.
 
 from __future__ import annotations
 
-import os
 import statistics
 import time
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from damagepred.assembly import wall_model
 from damagepred.scene import Dpc, Loads, Movement, Opening, Scene, Solver

@@ -10,10 +10,6 @@ Compiling is not counted.
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import statistics
 import time

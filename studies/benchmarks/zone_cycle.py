@@ -11,9 +11,6 @@ machine slows them. Compiling, or loading what was compiled before, is timed apa
 from __future__ import annotations
 
 import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import resource
 import statistics
 import time

@@ -7,10 +7,6 @@ Writes table.csv, the tables of the README pages, and the pictures. Each folder 
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 from dataclasses import replace
 from functools import partial

@@ -8,10 +8,6 @@ Prints the tables, writes them into the README, and writes sensitivity.csv.
 from __future__ import annotations
 
 import csv
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any

@@ -5,10 +5,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace

@@ -10,10 +10,6 @@ explicit solver gives is kept in ``results`` and not worked out again, unless th
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import csv
 import warnings

@@ -8,12 +8,9 @@ Prints the table of the README and draws its two pictures.
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import matplotlib
 

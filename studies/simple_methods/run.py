@@ -8,10 +8,6 @@ Solves every wall of settings.toml, writes its path into results/paths.csv, and 
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import signal
 import sys

@@ -7,10 +7,6 @@ prints the table of the README. ``--scene`` takes another scene file, ``--increm
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import time
 from dataclasses import replace

@@ -12,6 +12,7 @@ from scipy.linalg import lapack
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from damagepred.assembly import Model
+from damagepred.one_thread import one_blas_thread
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
 
 ENOUGH, REPEATS = 3.0, 25
@@ -22,6 +23,7 @@ PRECISE = 1e-6
 """Residual over the load, at most: it must be a factor of what it was meant to be."""
 
 
+@one_blas_thread()
 def factorise(model: Model) -> dict[str, Any]:
     """Return the time (s) of one factorisation, the unknowns in the narrower of two orders: courses, Cuthill-McKee."""
     free = np.setdiff1d(np.arange(3 * (model.n_blocks + 1)), held_dofs(model))

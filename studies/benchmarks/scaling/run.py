@@ -11,10 +11,6 @@ are taken over different times of day. Page and pictures are made from the data,
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import json
 import subprocess

@@ -10,10 +10,6 @@ stopped. A round takes some minutes. Page and picture are made from the data, by
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import sys
 import time

@@ -9,10 +9,6 @@ case and keeps nothing; ``--from-data`` makes the page from what is kept.
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import sys
 import tempfile

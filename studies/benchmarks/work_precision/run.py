@@ -11,10 +11,6 @@ the smallest wall in a few ways, in seconds, and prints their errors.
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import csv
 import multiprocessing

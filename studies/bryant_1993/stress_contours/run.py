@@ -10,10 +10,6 @@ and tables say how far the stresses have changed in between, and what it cost.
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import argparse
 import resource
 import sys
