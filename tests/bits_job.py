@@ -64,11 +64,11 @@ class Digests:
         self.found: dict[str, str] = {}
 
     def note(self, name, ds) -> None:
-        """Add each variable of a dataset but the time that it took."""
+        """Add each variable of a dataset but the time that it took, and where."""
         import numpy as np
 
         for variable, values in ds.variables.items():
-            if variable != "run_time":
+            if variable not in ("run_time", "environment"):  # a commit may come in between
                 array = np.ascontiguousarray(values.values)
                 content = array.tobytes() if array.dtype != object else repr(array.tolist()).encode()
                 self.found[f"{name}: {variable}"] = hashlib.sha256(content).hexdigest()[:16]
@@ -124,6 +124,7 @@ def _curves(folder: Path, found: Digests) -> None:
     import re
 
     import damagepred
+    from damagepred.archive.provenance import package_commit
     from damagepred.report.writing import write_report
     from damagepred.study.variance_shares import study_sensitivity
     from damagepred.uq.exceedance import exceedance
@@ -139,7 +140,7 @@ def _curves(folder: Path, found: Digests) -> None:
     found.note("judged again", damagepred.judge_again(ds, table="bre251"))
     found.found["exceedance"] = repr(exceedance(ds, 1, 4e-3))
     page = write_report(place, folder / "page.html", replay=False, bootstrap=100).read_text(encoding="utf-8")
-    text = re.sub(r"<svg.*?</svg>|<[^>]*>", " ", page, flags=re.S)
+    text = re.sub(r"<svg.*?</svg>|<[^>]*>", " ", page, flags=re.S).replace(package_commit(), "")
     found.found["report"] = hashlib.sha256(re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d\S*", "", text).encode()).hexdigest()[:16]
 
 
