@@ -114,6 +114,27 @@ def test_what_is_not_known_is_bounded(
         assert all(f.failed > 0 for f in found)
 
 
+def test_the_variation_is_that_of_the_formula_by_hand() -> None:
+    """Two levels of 20 samples with margins as written here; Au and Beck (2001), equations 27 to 30.
+
+    Level 1: 5 of 20 independent samples reach it: 1/4, variation^2 = (1 - 1/4) / (1/4 x 20) = 3/20.
+    Level 2: 5 chains of 4 samples reach it at 7 of 20: 7/20. Correlations within chains over 1, 2 and 3 steps are
+    31/91, -9/91 and -49/91 of the variance 91/400: gamma = 2 (3/4 x 31 - 2/4 x 9 - 1/4 x 49) / 91 = 1/7, and
+    variation^2 = (1 - 7/20) / (7/20 x 20) x (1 + 1/7) = 26/245.
+    """
+    chains = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 0]])
+    first = np.where(np.arange(20) % 4 == 0, 1.0, 10.0)
+    margins = np.concatenate((first, np.where(chains[:, 1:].T.ravel(), -1.0, 1.0)))
+    found = subset_simulation(lambda z, numbers: margins[numbers], 2, samples=20, level_share=0.25)
+    assert found.evaluations == len(margins)
+    assert [level.share for level in found.levels] == pytest.approx([1 / 4, 7 / 20], rel=1e-14)
+    assert [level.variation**2 for level in found.levels] == pytest.approx([3 / 20, 26 / 245], rel=1e-13)
+    assert found.probability == pytest.approx(7 / 80, rel=1e-14)
+    assert found.variation**2 == pytest.approx(3 / 20 + 26 / 245, rel=1e-13)
+    spread = 1.6448536269514722 * np.sqrt(np.log(1 + 3 / 20 + 26 / 245))  # of a lognormal, 90 %
+    assert (found.lower, found.upper) == pytest.approx((7 / 80 * np.exp(-spread), 7 / 80 * np.exp(spread)), rel=1e-12)
+
+
 def test_a_likely_event_needs_one_level() -> None:
     found = subset_simulation(linear(0.5), 3, samples=500)
     assert len(found.levels) == 1
