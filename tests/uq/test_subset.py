@@ -122,7 +122,7 @@ def test_the_variation_is_that_of_the_formula_by_hand() -> None:
     31/91, -9/91 and -49/91 of the variance 91/400: gamma = 2 (3/4 x 31 - 2/4 x 9 - 1/4 x 49) / 91 = 1/7, and
     variation^2 = (1 - 7/20) / (7/20 x 20) x (1 + 1/7) = 26/245.
     """
-    chains = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 0]])
+    chains = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1], [0, 0, 1, 0], [0, 0, 0, 0]])
     first = np.where(np.arange(20) % 4 == 0, 1.0, 10.0)
     margins = np.concatenate((first, np.where(chains[:, 1:].T.ravel(), -1.0, 1.0)))
     found = subset_simulation(lambda z, numbers: margins[numbers], 2, samples=20, level_share=0.25)
