@@ -7,6 +7,8 @@ from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
 
 TOLD_TO = 0.01
 """Share of a value that a reference knows it to; if it knows it worse, that is said."""
+DAMAGE = ("widest crack", "damage category")
+"""Quantities of which the error is told, or that it is not known."""
 
 
 def accuracy_lines(scene: Scene) -> list[str]:
@@ -22,13 +24,14 @@ def accuracy_lines(scene: Scene) -> list[str]:
     alike = [row for row in found if (row.dpc, row.opening) == (scene.dpc is not None, bool(scene.opening))]
     which = "walls like it" if alike else "other walls"
     alike = alike or found
-    walls = "; ".join(dict.fromkeys(row.wall for row in alike))
-    lines = [f'  accuracy = "{scene.solver.accuracy}"{_besides(scene)}; largest errors measured on {which} ({walls}):']
+    own_keys = _besides(scene)
+    lines = [f'  accuracy = "{scene.solver.accuracy}"{own_keys}; largest errors measured on {which} ({_walls(alike)}):']
     for accuracy in PRESETS:
-        own = [row for row in alike if row.accuracy == accuracy]
+        own, others = ([row for row in rows if row.accuracy == accuracy] for rows in (alike, found))
         lines.append(f"    {accuracy}: {_sets(accuracy, method)}")
         if own:
             lines.append(f"      {_errors(own)}")
+        lines += [f"      {_elsewhere(q, others)}" for q in DAMAGE if all(row.quantity != q for row in own)]
     return lines
 
 
@@ -48,16 +51,31 @@ def _value(value: object) -> str:
     return f'"{value}"' if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
+def _walls(rows: list[Measured]) -> str:
+    return "; ".join(dict.fromkeys(row.wall for row in rows))
+
+
 def _errors(rows: list[Measured]) -> str:
-    told = []
-    for quantity in dict.fromkeys(row.quantity for row in rows):
-        worst = max((row for row in rows if row.quantity == quantity), key=lambda row: row.error)
-        error = f"{worst.error:.0f}" if quantity == "damage category" else _percent(worst.error)
-        sure = f" (known to {_percent(worst.floor)})" if worst.floor > TOLD_TO else ""
-        told.append(f"{quantity} {error}{sure}")
+    told = [_worst(quantity, rows) for quantity in dict.fromkeys(row.quantity for row in rows)]
     times = sorted(row.times for row in rows)
     span = f"{times[0]:.2g}" + (f"-{times[-1]:.2g}" if times[-1] > 1.1 * times[0] else "")
     return f"{span} times the time of standard; {', '.join(told)}"
+
+
+def _worst(quantity: str, rows: list[Measured]) -> str:
+    """Return the largest error of a quantity, and how well it is known."""
+    worst = max((row for row in rows if row.quantity == quantity), key=lambda row: row.error)
+    error = f"{worst.error:.0f}" if quantity == "damage category" else _percent(worst.error)
+    sure = f" (known to {_percent(worst.floor)})" if worst.floor > TOLD_TO else ""
+    return f"{quantity} {error}{sure}"
+
+
+def _elsewhere(quantity: str, rows: list[Measured]) -> str:
+    """Return the error of a quantity on the walls that have it, where none like the one at hand tells it."""
+    have = [row for row in rows if row.quantity == quantity]
+    if not have:
+        return f"{quantity}: error not known, on no wall"
+    return f"{quantity}: error not known on walls like it; on other walls ({_walls(have)}) {_worst(quantity, have)}"
 
 
 def _percent(share: float) -> str:

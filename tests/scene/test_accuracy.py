@@ -1,5 +1,6 @@
 """Presets of accuracy: what they set, what is given besides, and what is told of them."""
 
+import re
 import tomllib
 from dataclasses import fields, replace
 
@@ -87,6 +88,35 @@ def test_what_is_told_is_what_was_measured():
 def test_walls_are_told_from_walls_with_openings():
     hole = Opening(x=2.0, y=0.9, width=0.9, height=1.2)
     assert accuracy_lines(Scene(dpc=Dpc())) != accuracy_lines(Scene(dpc=Dpc(), opening=(hole,)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("dpc", [True, False])
+@pytest.mark.parametrize("hole", [True, False])
+def test_the_error_of_damage_is_that_of_walls_that_crack(method: str, dpc: bool, hole: bool):
+    """A wall that has no crack tells nothing of crack widths: they are another wall's, or not known."""
+    opening = (Opening(x=2.0, y=0.9, width=0.9, height=1.2),) if hole else ()
+    scene = Scene(dpc=Dpc() if dpc else None, opening=opening, solver=Solver(method=method))
+    text = "\n".join(accuracy_lines(scene))
+    parts = dict(zip(PRESETS, re.split("|".join(f"    {p}: " for p in PRESETS), text)[1:]))
+    for accuracy, part in parts.items():
+        rows = [r for r in measured() if (r.accuracy, r.method) == (accuracy, method)]
+        for quantity in ("widest crack", "damage category"):
+            alike = [r for r in rows if (r.dpc, r.opening, r.quantity) == (dpc, hole, quantity)]
+            assert not any("strong" in r.wall for r in alike)
+            assert quantity in part
+            assert (f"{quantity}: error not known" in part) == (not alike)
+            assert "widest crack 0 %" not in part
+
+
+def test_no_error_is_told_that_no_wall_could_show():
+    """The wall of mortar that does not break has no crack, walls without a dpc no gap in it, and weight is weight."""
+    rows = measured()
+    assert rows
+    assert not [r for r in rows if r.wall == "window strong" and "crack" in r.quantity]
+    assert not [r for r in rows if r.wall in ("window strong", "stack") and r.quantity == "damage category"]
+    assert not [r for r in rows if "dpc" in r.quantity and "below" not in r.quantity and not r.dpc]
+    assert not [r for r in rows if r.quantity == "base reaction"]
 
 
 def test_keys_besides_the_preset_are_told():

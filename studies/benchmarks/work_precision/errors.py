@@ -74,6 +74,7 @@ def values_of(row: pd.Series, quantity: str) -> FloatArray:
 def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
     """Return by how much a path differs from a reference, as a share of its largest value; NaN where neither has it.
 
+    Neither has a quantity of which both stay below ``LEAST``: a wall without a crack tells nothing of crack widths.
     Of a crack that only one of them has the difference is all of it.
     """
     a, b = values_of(one, quantity), values_of(other, quantity)
@@ -82,6 +83,8 @@ def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
         return float("nan") if in_time else 1.0
     both = np.isfinite(a) & np.isfinite(b)
     if not both.any():
+        return float("nan")
+    if max(np.abs(a[both]).max(), np.abs(b[both]).max()) < LEAST[quantity]:
         return float("nan")
     scale = max(float(np.abs(b[both]).max()), LEAST[quantity])
     return float(np.abs(a - b)[both].max()) / scale
@@ -132,7 +135,10 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
                     if found is None or (name == "solution" and (row["axis"], row["value"]) in changes):
                         line |= {name: np.nan, f"{name}_floor": np.nan}
                         continue
-                    line |= {name: difference(row, found[1], quantity), f"{name}_floor": found[0].floor[quantity]}
+                    error, floor = difference(row, found[1], quantity), found[0].floor[quantity]
+                    # the references agree where none of them has the quantity
+                    floor = 0.0 if np.isfinite(error) and np.isnan(floor) else floor
+                    line |= {name: error, f"{name}_floor": floor}
                 lines.append(line)
     return pd.DataFrame(lines)
 

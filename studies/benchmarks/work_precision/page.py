@@ -199,16 +199,20 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
 
 TOLD = 0.25
 """Own error of a reference up to which it says something about a preset."""
+STATICALLY_DETERMINATE = ("base_reaction",)
+"""Quantities that follow from the weights alone: they tell nothing of a preset."""
 
 
 def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
     """Return the errors of the presets against the finest model, and their times over those of the default.
 
-    What the finest models do not agree on themselves, to ``TOLD``, tells nothing about a preset and is left out.
+    Left out is what tells nothing about a preset: quantities on which the finest models do not agree to ``TOLD``, which
+    a wall does not have (no crack, and so no width and no category), or which follow from the weights alone.
     """
     known, rows = scenes(), []
     for method in ("quasi_static", "explicit"):
         told = lines[lines["model"].notna() & (lines["model_floor"] <= TOLD)]
+        told = told[~told["quantity"].isin(STATICALLY_DETERMINATE)]
         own = told[told["axis"] == "preset, explicit"]
         if method == "quasi_static":
             parts = [told[(told["axis"] == a) & (told["value"] == v)].assign(value=p) for p, (a, v) in PRESET.items()]
