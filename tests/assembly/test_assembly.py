@@ -10,6 +10,7 @@ from damagepred.assembly import GRAVITY, Kind, wall_model
 from damagepred.assembly.bond import lay_bricks
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Movement, Scene, Solver, Wall
+from damagepred.solvers import solve_path
 
 UNIT = [(0, 0), (1, 0), (1, 1), (0, 1)]
 
@@ -294,3 +295,36 @@ def test_thickness_must_be_positive(thickness: float):
 def test_gravity_has_two_components():
     with pytest.raises(InputError, match="gravity"):
         Assembly(gravity=(0.0, 0.0, -9.81))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("thick_first", [True, False])
+@pytest.mark.parametrize("thick_below", [True, False])
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+def test_blocks_of_two_thicknesses_meet_in_the_thinner(thick_first: bool, thick_below: bool, method: str):
+    """Areas, weights and stresses of one block on another, and of one beside it, by hand, added in either order."""
+    thick, thin, density = 0.3, 0.1, 2000.0
+    below, above = (thick, thin) if thick_below else (thin, thick)
+    places = [(below, 0.0, 0.0), (above, 0.0, 1.0), (above, 1.0, 0.0)]
+    wall = Assembly(thickness=0.7, block=BlockMaterial(density=density), joint=Joint(normal_stiffness=1e9))
+    order = [0, 1, 2] if (below == thick) == thick_first else [1, 2, 0]
+    number = {
+        place: wall.add_block([(x + left, y + bottom) for x, y in UNIT], thickness=depth)
+        for place, (depth, left, bottom) in ((p, places[p]) for p in order)
+    }
+    wall.support(number[0])
+    wall.support(number[2])
+    model = wall.build(Solver(lump_block_elasticity=False))
+    face = model.interfaces
+    pairs = [{int(a), int(b)} for a, b in zip(face.block_a, face.block_b)]
+    area = dict(zip(map(frozenset, pairs), face.contact_area.sum(axis=1)))
+    assert area[frozenset((number[0], number[1]))] == pytest.approx(thin)
+    assert area[frozenset((number[0], number[2]))] == pytest.approx(thin)
+    weight = [density * GRAVITY * depth for depth, _, _ in places]
+    load = model.supports.load.reshape(-1, 3)
+    for place in range(3):
+        assert load[number[place]] == pytest.approx([0.0, -weight[place], 0.0])
+        assert model.block_law.thickness[number[place]] == places[place][0]
+    increment = list(solve_path(model, Solver(method=method, lump_block_elasticity=False, tolerance=1e-6), 1))[-1]
+    bed = pairs.index({number[0], number[1]})
+    np.testing.assert_allclose(increment.normal_stress[bed], -weight[1] / thin, rtol=1e-4)
+    np.testing.assert_allclose(increment.opening[bed], -weight[1] / (1e9 * thin), rtol=1e-4)
