@@ -306,6 +306,7 @@ def _run_in_time(ds: xr.Dataset) -> list[str]:
         f"{energy['elastic_energy']:.4g} J stored, {energy['friction_work']:.4g} J friction, "
         f"{energy['damping_work']:.4g} J damping, {energy['fracture_work']:.4g} J fracture, "
         f"{energy['released_energy']:.4g} J released; {energy['energy_error']:.2g} J do not balance",
+        *([f"impacts: {ds.attrs['impacts']}"] if "impacts" in ds.attrs else []),
     ]
 
 

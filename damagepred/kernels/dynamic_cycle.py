@@ -41,7 +41,7 @@ def run_steps(
     first, last : int
         Range of steps.
     damping : tuple of float
-        Local damping (1), mass-proportional (1/s), stiffness-proportional (s).
+        Local damping (1), mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s).
     time_step : float
         dt (s).
     seen : array (n + 1, 3)
@@ -56,7 +56,7 @@ def run_steps(
     int
         The step reached.
     """
-    local, mass_damping, stiffness_damping = damping
+    local, mass_damping, stiffness_damping, contact_damping = damping
     points = scenery.points
     sides, base = motion.velocity.shape[0], motion.velocity.shape[0] - 1
     k = first
@@ -81,7 +81,7 @@ def run_steps(
                     counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
         act(
             points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
-            softening, stiffness_damping / time_step, far > 0.0, counts.tallies,
+            softening, stiffness_damping / time_step, contact_damping / time_step, far > 0.0, counts.tallies,
         )  # fmt: skip
         if change != 0.0:
             for m in range(imposed.point.size):
@@ -112,7 +112,7 @@ def first_forces(scenery, near, motion, grid, special, softening, search, counts
     motion.force[:] = 0.0
     act(
         scenery.points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
-        softening, 0.0, search, counts.tallies,
+        softening, 0.0, 0.0, search, counts.tallies,
     )  # fmt: skip
     if grid is not None:
         grid.force[:] = 0.0

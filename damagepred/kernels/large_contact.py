@@ -265,7 +265,9 @@ def hand_on(force, a, b, x, y, moment_a, moment_b):
 
 
 @rule
-def act(points, edges, first_edge, near, laws, pose, force, special, softening, per_step, search, tallies):
+def act(
+    points, edges, first_edge, near, laws, pose, force, special, softening, per_step, pressed_per_step, search, tallies
+):
     """Let all points act on the bodies, and bring their memory up to date.
 
     A point that is pressed in one step and not in the next passes the kink of the law somewhere in between. A force
@@ -296,6 +298,8 @@ def act(points, edges, first_edge, near, laws, pose, force, special, softening, 
         None if no bond softens.
     per_step : float
         Stiffness-proportional damping over the time step (1).
+    pressed_per_step : float
+        The same of contacts without tensile strength, in addition.
     search : bool
         Whether points may meet what they did not face at first.
     tallies : array (TALLIES,)
@@ -374,8 +378,9 @@ def act(points, edges, first_edge, near, laws, pose, force, special, softening, 
 
         # damping by the rate of the elastic stress; it never pulls a joint that carries no tension
         pull_n, pull_s = sigma, tau
-        if per_step > 0.0:
-            drag_n, drag_s = per_step * (sigma - p.sigma), per_step * (tau - p.tau)
+        rate = per_step + (pressed_per_step if no_tension else 0.0)
+        if rate > 0.0:
+            drag_n, drag_s = rate * (sigma - p.sigma), rate * (tau - p.tau)
             if cracked != was_cracked or (no_tension and sigma == 0.0):
                 drag_n, drag_s = 0.0, 0.0
             elif cracked and sigma <= 0.0 and sigma + drag_n > 0.0:

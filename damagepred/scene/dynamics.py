@@ -102,6 +102,12 @@ class Dynamics:
         Where the ratio is meant (Hz).
     local_damping : float
         Share of the unbalanced force that opposes the motion.
+    contact_damping : float
+        Dashpots of contacts without tensile strength, while they are pressed: share of the critical damping of a block
+        that bounces on a joint, for the joint where that takes the strongest dashpot. They never pull. 0: impacts are
+        elastic, and a rocking block bounces for ever. 1: impacts are inelastic. A rigid block that rocks on its corners
+        (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its angular velocity
+        at each impact; more, if points along its base take part of the impulse.
     time_step_safety : float or None
         Fraction of the largest stable time step, which follows from the highest frequency and the damping. None: 0.5;
         0.25 where nothing damps joints without strength, as blocks that bounce on them gain energy with longer steps.
@@ -125,6 +131,7 @@ class Dynamics:
     frequency: Frequency = Field(default=10.0, gt=0)
     second_frequency: Frequency = Field(default=100.0, gt=0)
     local_damping: Pure = Field(default=0.8, ge=0, lt=1)
+    contact_damping: Pure = Field(default=0.0, ge=0, le=10)
     time_step_safety: Pure | None = Field(default=None, gt=0, le=1)
     start: Literal["equilibrium", "unstressed"] = "equilibrium"
     new_contacts: bool = True
@@ -143,7 +150,7 @@ class Dynamics:
         """Return the fraction of the largest stable time step to use; ``dry``: some joints have no strength."""
         if self.time_step_safety is not None:
             return self.time_step_safety
-        return 0.25 if dry and self.damping == "none" else 0.5
+        return 0.25 if dry and self.damping == "none" and self.contact_damping == 0.0 else 0.5
 
     @property
     def mass_damping(self) -> float:

@@ -1,11 +1,15 @@
 """Runs in physical time against closed forms: blocks that rock, bounce, slide and fly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import integrate, optimize
 
 import damagepred
 from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BaseMotion, Dynamics
 from tests.solvers.dynamic_scenes import (
     DENSITY,
@@ -30,6 +34,14 @@ HOUSNER = ClosedForm(
     "slender: T = (1/p) acosh[1/(1 - θ0/α)], p² = 3 g/(4 R)",
     source="Energy of a rigid block that turns about its corner; slender: Housner (1963).",
     note="Released at rest at θ0, until it is upright. Housner's form takes angles for sines.",
+)
+IMPACT = ClosedForm(
+    chapter=CHAPTER,
+    title="Rocking block: angular velocity kept at an impact",
+    formula="r = 1 - (3/2) sin² α,   tan α = b/h",
+    source="Angular momentum about the new corner (Housner 1963).",
+    note="Inelastic contacts at the two corners: contacts_per_interface = 2 and dynamics.contact_damping. r² is the "
+    "share of energy kept, from successive largest tilts. Points along the base would take part of the impulse.",
 )
 BOUNCE = ClosedForm(
     chapter=CHAPTER,
@@ -109,6 +121,75 @@ def test_a_rocking_block_is_upright_when_housner_says(verify: Verify, slendernes
         quantity="quarter period, slender block", unit="s", computed=found, exact=slender, tolerance=0.15 * alpha**2,
     )  # fmt: skip
     assert errors[2] < 0.5 * errors[0] or errors[0] < 1e-5, "it converges as the contact gets stiffer"
+
+
+def rocking(slenderness: float, radius: float, stiffness: float, contacts: int, **settings: object) -> xr.Dataset:
+    """Let a block rock to 0.4 of its angle from upright, from the middle of its base."""
+    alpha, first = np.arctan(slenderness), 0.4
+    b, h = radius * np.sin(alpha), radius * np.cos(alpha)
+    assembly = Assembly(thickness=THICKNESS, joint=dry(stiffness, friction=5.0))
+    assembly.add_block(rectangle(-8 * b, -0.4 * radius, 8 * b, 0.0))
+    assembly.add_block(rectangle(-b, 0.0, b, 2 * h))
+    assembly.support(0)
+    spin = np.sqrt(1.5 * G / radius * (np.cos(alpha * (1 - first)) - np.cos(alpha)))
+    assembly.set_velocity(1, x=-spin * h, y=spin * b, rotation=spin)
+    duration = 6.0 * np.arccosh(1 / (1 - first)) / np.sqrt(3 * G / (4 * radius))
+    solver = replace(STIFF, contacts_per_interface=contacts)
+    return run(assembly, duration, 400, solver, **settings)
+
+
+def kept(ds: xr.Dataset, slenderness: float) -> np.ndarray:
+    """Return the share of angular velocity kept at each impact, from successive largest tilts."""
+    alpha, tilt = np.arctan(slenderness), ds["block_rotation"].values[:, 1]
+    halves = np.split(np.abs(tilt), np.flatnonzero(np.diff(np.sign(tilt)) != 0) + 1)
+    largest = np.array([half.max() for half in halves if len(half) > 5])[:3]
+    energy = np.cos(alpha - largest) - np.cos(alpha)
+    return np.sqrt(energy[1:] / energy[:-1])
+
+
+@pytest.mark.parametrize(
+    ("slenderness", "radius", "stiffness", "settings"),
+    [
+        (0.15, 0.5, 1e10, {}), (0.3, 0.5, 1e10, {}), (0.3, 3.0, 1e10, {}), (0.3, 0.5, 1e11, {}), (0.45, 1.0, 1e10, {}),
+        (0.3, 0.5, 1e10, {"time_step_safety": 0.2}), (0.3, 0.5, 1e10, {"contact_damping": 2.0}),
+    ],
+)  # fmt: skip
+def test_a_rocking_block_loses_at_impacts_what_housner_says(
+    verify: Verify, slenderness: float, radius: float, stiffness: float, settings: dict[str, float]
+) -> None:
+    ds = rocking(slenderness, radius, stiffness, 2, **{"contact_damping": 1.0, **settings})
+    exact = 1.0 - 1.5 * np.sin(np.arctan(slenderness)) ** 2
+    told = "".join(f", {name} = {value:g}" for name, value in settings.items())
+    found = kept(ds, slenderness)
+    assert found.size == 2
+    for number, share in enumerate(found):
+        verify(
+            IMPACT, case=f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}",
+            solver="dynamic", quantity="r", computed=float(share), exact=exact, tolerance=0.015,
+        )  # fmt: skip
+    # what is lost is booked as damping, but for what bounces still and what rubs
+    lost = float(
+        ds["kinetic_energy"][0] - ds["kinetic_energy"][-1] + ds["external_work"][-1] - ds["elastic_energy"][-1]
+    )
+    assert float(ds["damping_work"][-1]) > 0.5 * lost > 0.0
+    assert abs(float(ds["energy_error"][-1])) < 1e-3 * float(ds["damping_work"][-1])
+    assert ds.attrs["impacts"].startswith("damped")
+
+
+def test_impacts_are_elastic_by_default_and_that_is_said() -> None:
+    ds = rocking(0.3, 0.5, 1e10, 2)
+    assert float(ds["damping_work"][-1]) == 0.0
+    assert ds.attrs["impacts"].startswith("elastic: no energy is lost where blocks strike")
+
+
+def test_damping_of_contacts_leaves_a_bonded_joint_alone() -> None:
+    """A bonded pair that vibrates is not damped by dashpots of contacts without strength."""
+    assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS)
+    for k in range(2):
+        assembly.add_block(rectangle(0.0, 0.1 * k, 0.24, 0.1 * (k + 1)))
+        assembly.set_velocity(k, y=1e-3 * (2 * k - 1))
+    ds = run(assembly, 5e-3, 20, contact_damping=1.0)
+    assert float(ds["damping_work"][-1]) == 0.0
 
 
 @pytest.mark.parametrize(("height", "stiffness"), [(1e-3, 1e9), (1e-2, 1e9), (1e-2, 1e10)])

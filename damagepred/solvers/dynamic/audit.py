@@ -89,7 +89,7 @@ class Audit:
         scene: Scenery,
         motion: Motion,
         grid: Grid | None,
-        damping: tuple[float, float, float],
+        damping: tuple[float, float, float, float],
         time_step: float,
         counts: Counts,
     ) -> None:
@@ -111,7 +111,7 @@ class Audit:
         return float(kinetic), float(damped)
 
     def _half_step(self, part: Motion | Grid, base: FloatArray) -> tuple[float, float]:
-        local, viscous, _ = self._damping
+        local, viscous, _, _ = self._damping
         before, inverse = part.velocity, part.inverse_mass
         mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
         force = (part.force[: len(before)] + part.load) * (inverse > 0)

@@ -23,7 +23,7 @@ from damagepred.solvers.dynamic.grid import Grid, Wholes, by_point, grid_of, put
 from damagepred.solvers.dynamic.motion import Motion, motion_of, put_bodies
 from damagepred.solvers.dynamic.near import Near, find_near, nothing_near, places
 from damagepred.solvers.dynamic.scenery import scenery
-from damagepred.solvers.dynamic.step import highest_frequency, time_step
+from damagepred.solvers.dynamic.step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import ContactState, Increment
 from damagepred.solvers.loose import come_loose
@@ -98,10 +98,12 @@ class DynamicRun:
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
-        self.steps_each = max(1, int(np.ceil(self.interval / time_step(highest, dynamics, dry) - 1e-9)))
+        contacts = contact_damping(model, dynamics)
+        longest = time_step(highest, dynamics, dry, contacts)
+        self.steps_each = max(1, int(np.ceil(self.interval / longest - 1e-9)))
         self.time_step = self.interval / self.steps_each
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
-        self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping)
+        self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
         # two laws are enough, the plain one and the whole: each takes a while to compile
         self.special = self.softening = True if needs_all_of_the_law(model) or needs_softening(model) else None
         self.imposed, self.pushed = _imposed(model), bool(live_load(model).any())
@@ -289,6 +291,7 @@ class DynamicRun:
             "highest_frequency_bound": self.frequency.touched,
             "begins_in_equilibrium": self.begins_in_equilibrium,
             "contact_points": len(self.scene.points),
+            "impacts": impacts(self.dynamics),
         }
 
     # -- reports ----------------------------------------------------------------------------------------------------
@@ -377,6 +380,15 @@ class DynamicRun:
             force = np.abs(part.force[: len(part.load)] + part.load)[part.inverse_mass > 0]
             worst = max(worst, float(force.max(initial=0.0)))
         return worst / self.model.mean_block_weight
+
+
+def impacts(dynamics: Dynamics) -> str:
+    """Return what becomes of the energy of impacts, in words."""
+    share = dynamics.contact_damping
+    if share > 0.0:
+        return f"damped: dynamics.contact_damping = {share:g} of critical"
+    more = "" if dynamics.damping == "none" else f", but for damping = '{dynamics.damping}'"
+    return f"elastic: no energy is lost where blocks strike (dynamics.contact_damping = 0){more}"
 
 
 def gently(share: FloatArray) -> FloatArray:

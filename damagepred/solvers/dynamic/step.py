@@ -168,7 +168,27 @@ def _stiffness_rows(
     )
 
 
-def time_step(frequency: float, settings: Dynamics, dry: bool = False) -> float:
+def contact_damping(model: Model, settings: Dynamics) -> float:
+    """Return the damping stress of pressed contacts over the rate of their elastic stress (s).
+
+    2 zeta / omega, with omega = sqrt(k_n A / m) the least frequency at which a block bounces on a joint; m is the mass
+    of the lighter of the two.
+    """
+    if settings.contact_damping == 0.0:
+        return 0.0
+    face = model.interfaces
+    mass = np.append(model.mass, np.inf)
+    held = model.supports.prescribed
+    mass[held[held % 3 == 1] // 3] = np.inf
+    lighter = np.minimum(mass[face.block_a], mass[face.block_b])
+    moves = np.isfinite(lighter)
+    if not moves.any():
+        return 0.0
+    stiffness = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
+    return float(2.0 * settings.contact_damping * np.sqrt((lighter[moves] / stiffness[moves]).max()))
+
+
+def time_step(frequency: float, settings: Dynamics, dry: bool = False, contacts: float = 0.0) -> float:
     """Return the time step to use (s).
 
     Central differences are stable up to 2 / omega. Damping proportional to stiffness, taken from the last half step,
@@ -183,10 +203,12 @@ def time_step(frequency: float, settings: Dynamics, dry: bool = False) -> float:
         Damping, and the share of the limit to use.
     dry : bool
         Whether some joints have no tensile strength: blocks may bounce on them.
+    contacts : float
+        Damping stress of pressed contacts over the rate of their elastic stress (s).
     """
     if frequency == 0.0:
         return settings.duration / settings.outputs
-    xi = 0.5 * settings.stiffness_damping * frequency
+    xi = 0.5 * (settings.stiffness_damping + contacts) * frequency
     limit = 2.0 / frequency / (np.sqrt(1.0 + xi * xi) + xi)
     if settings.damping == "local":
         limit /= np.sqrt(1.0 + settings.local_damping)
