@@ -175,7 +175,8 @@ def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float)
     if len(courses) < 2:
         return none, none
     level = np.array([y[row].mean() for row in courses])
-    askew = 0.2 * float(np.median(np.concatenate([np.diff(x[row]) for row in courses])))
+    apart = np.concatenate([np.diff(x[row]) for row in courses])
+    askew = 0.2 * float(np.median(apart)) if apart.size else np.inf  # one brick a course stands over the one below
     least = 0.5 * min(gauge, float(level[-1] - level[0]))
     lower, upper = [none], [none]
     for number, row in enumerate(courses):

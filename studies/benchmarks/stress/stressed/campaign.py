@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import TimeoutError as TooLate
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
@@ -19,6 +19,7 @@ from stressed.families import all_cases
 from stressed.judging import judge
 
 Job = tuple[str, str, str]
+J = TypeVar("J")
 COLUMNS = ("family", "case", "way", "verdict", "by", "off", "seconds", "message")
 
 
@@ -76,6 +77,49 @@ def run(wanted: list[Job], file: Path, limit: float, processes: int = 1) -> None
     if not todo:
         return
     warm_up()
+
+    def lost(job: Job, message: str) -> dict[str, Any]:
+        return dict(zip(COLUMNS, (*job, "FAILED", "", "nan", limit, message)))
+
+    def written(row: dict[str, Any]) -> dict[str, Any]:
+        if row["verdict"] in ("FAILED", "WRONG"):
+            print(f"{' | '.join(row[name] for name in COLUMNS[:3])}: {row['verdict']} {row['message']}", flush=True)
+        return row | {"off": f"{float(row['off']):.2g}", "seconds": f"{float(row['seconds']):.3g}"}
+
+    in_processes(todo, one, lost, written, file, COLUMNS, limit, processes)
+
+
+def in_processes(
+    todo: Sequence[J],
+    work: Callable[[J], dict[str, Any]],
+    lost: Callable[[J, str], dict[str, Any]],
+    written: Callable[[dict[str, Any]], dict[str, Any]],
+    file: Path,
+    columns: Sequence[str],
+    limit: float,
+    processes: int = 1,
+) -> None:
+    """Do jobs in processes that may hang or die, and add a row for each to a file as it is done.
+
+    Parameters
+    ----------
+    todo : sequence
+        Jobs.
+    work : callable
+        Job -> its row.
+    lost : callable
+        Job and what became of its process -> the row of one that hung or died.
+    written : callable
+        Row -> what is written of it.
+    file : Path
+        Where rows are added.
+    columns : sequence of str
+        Names of what a row holds.
+    limit : float
+        Seconds that a job may take by the clock.
+    processes : int
+        Side by side.
+    """
     begun, new = time.perf_counter(), not file.exists()
     with (
         file.open("a", newline="", encoding="utf-8") as stream,
@@ -83,22 +127,18 @@ def run(wanted: list[Job], file: Path, limit: float, processes: int = 1) -> None
         ExitStack() as at_once,
     ):
         at_once.callback(pool.stop)  # where it is interrupted: a pool that is left waits for all that was handed to it
-        writer = csv.DictWriter(stream, fieldnames=COLUMNS, lineterminator="\n")
+        writer = csv.DictWriter(stream, fieldnames=columns, lineterminator="\n")
         if new:
             writer.writeheader()
-        for number, (job, future) in enumerate([(j, pool.schedule(one, args=[j], timeout=limit)) for j in todo], 1):
-            lost = dict(zip(COLUMNS, (*job, "FAILED", "", "nan", limit, "")))
+        for number, (job, future) in enumerate([(j, pool.schedule(work, args=[j], timeout=limit)) for j in todo], 1):
             try:
                 row = future.result()
             except TooLate:
-                row = lost | {"message": f"took longer than {limit:g} s"}
+                row = lost(job, f"took longer than {limit:g} s")
             except ProcessExpired as error:
-                row = lost | {"message": f"the process died: {error}"}
-            row |= {"off": f"{float(row['off']):.2g}", "seconds": f"{float(row['seconds']):.3g}"}
-            writer.writerow(row)
+                row = lost(job, f"the process died: {error}")
+            writer.writerow(written(row))
             stream.flush()
-            if row["verdict"] in ("FAILED", "WRONG"):
-                print(f"{' | '.join(job)}: {row['verdict']} {row['message']}", flush=True)
             if number % 50 == 0 or number == len(todo):
                 spent = time.perf_counter() - begun
                 print(f"{number} of {len(todo)}, {spent:.0f} s", file=sys.stderr, flush=True)

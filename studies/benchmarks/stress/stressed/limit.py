@@ -8,15 +8,66 @@ there are no such forces, the wall falls.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linprog
-from scipy.sparse import coo_array, hstack
+from scipy.sparse import coo_array, csr_array, hstack
 
 from damagepred.assembly import Model
 from damagepred.solvers import ContactState, Increment
 
+FloatArray = NDArray[np.float64]
+
 ENOUGH = 1e-7
 """Forces that are missing, over the mean weight of a block, that rounding explains."""
+
+
+class Statics(NamedTuple):
+    """Blocks and interfaces with what these can carry; n blocks, m interfaces, SI, tension positive.
+
+    Attributes
+    ----------
+    block_a, block_b : array of int (m,)
+        Blocks that an interface joins, n is the ground; its normal points from a to b.
+    middle, normal : array (m, 2)
+        Of the interfaces (m, 1).
+    length : array (m,)
+        Of the interfaces (m).
+    tension, pressure, cohesion : array (m,)
+        Largest tension, pressure and bond in shear of each interface (N).
+    friction : array (m,)
+        Its friction.
+    centre : array (n, 2)
+        Centroids of the blocks (m).
+    gyration : array (n,)
+        Their radii of gyration (m).
+    load : array (n, 3)
+        On each block (N, N m).
+    free : array of bool (n, 3)
+        What is not held.
+    reactions : array (n, 3, k)
+        Of k loads whose size is not known, for 1 N of each.
+    weight : float
+        What forces are measured by (N).
+    """
+
+    block_a: NDArray[np.int64]
+    block_b: NDArray[np.int64]
+    middle: FloatArray
+    normal: FloatArray
+    length: FloatArray
+    tension: FloatArray
+    pressure: FloatArray
+    cohesion: FloatArray
+    friction: FloatArray
+    centre: FloatArray
+    gyration: FloatArray
+    load: FloatArray
+    free: NDArray[np.bool_]
+    reactions: FloatArray
+    weight: float
 
 
 def cannot_stand(model: Model, step: Increment) -> bool:
@@ -33,65 +84,80 @@ def cannot_stand(model: Model, step: Increment) -> bool:
     free = np.ones(3 * n, dtype=bool)
     free[model.supports.prescribed[model.supports.prescribed < free.size]] = False
     load = model.supports.load + step.progress * model.supports.live_load
-    m = len(face.kind)
     area = face.contact_area
     # tension is positive
     whole = (step.state != ContactState.CRACKED) & (law.gap[:, None] == 0.0)
-    half = 0.5 * face.length
 
     def carries(intact: np.ndarray, left: np.ndarray) -> np.ndarray:
         each = np.broadcast_to(np.where(whole, intact[:, None], left[:, None]), area.shape)
         return np.asarray((area * each).sum(axis=1))
 
-    tension = carries(law.tensile_strength, law.residual_tensile_strength)
-    cohesion = carries(law.cohesion, law.residual_cohesion)
-    friction = np.where(whole.any(axis=1), np.maximum(law.friction, law.residual_friction), law.residual_friction)
-    normal = np.column_stack((face.normal_x, face.normal_y))
-    tangent = np.column_stack((face.normal_y, -face.normal_x))
+    return out_of_reach(
+        Statics(
+            face.block_a, face.block_b,
+            np.column_stack((face.x, face.y)), np.column_stack((face.normal_x, face.normal_y)), face.length,
+            carries(law.tensile_strength, law.residual_tensile_strength), law.compressive_strength * area.sum(axis=1),
+            carries(law.cohesion, law.residual_cohesion),
+            np.where(whole.any(axis=1), np.maximum(law.friction, law.residual_friction), law.residual_friction),
+            np.column_stack((model.blocks.x, model.blocks.y)), np.sqrt(model.blocks.polar / model.blocks.area),
+            load.reshape(n, 3), free.reshape(n, 3), np.zeros((n, 3, 0)), model.mean_block_weight,
+        )
+    )  # fmt: skip
+
+
+def out_of_reach(wall: Statics) -> bool:
+    """Tell whether no forces that the interfaces can carry keep the blocks in equilibrium.
+
+    Parameters
+    ----------
+    wall : Statics
+        The wall.
+    """
+    n, m, weight = len(wall.centre), len(wall.length), wall.weight
+    tangent = np.column_stack((wall.normal[:, 1], -wall.normal[:, 0]))
     rows, columns, values = [], [], []
-    centre = np.column_stack((model.blocks.x, model.blocks.y))
-    for end, sign_end in enumerate((-1.0, 1.0)):
-        where = np.column_stack((face.x, face.y)) + sign_end * half[:, None] * tangent
-        for axis, direction in enumerate((normal, tangent)):
+    for end, sign_end in enumerate((-0.5, 0.5)):
+        where = wall.middle + sign_end * wall.length[:, None] * tangent
+        for axis, direction in enumerate((wall.normal, tangent)):
             column = 4 * np.arange(m) + 2 * end + axis
-            for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):  # tension pulls a along the normal
+            for block, sign in ((wall.block_a, 1.0), (wall.block_b, -1.0)):  # tension pulls a along the normal
                 inside = np.flatnonzero(block < n)
                 b = block[inside]
-                arm = where[inside] - centre[b]
+                arm = where[inside] - wall.centre[b]
                 force = sign * direction[inside]
                 turn = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
                 for k, value in enumerate((force[:, 0], force[:, 1], turn)):
                     rows.append(3 * b + k)
                     columns.append(column[inside])
                     values.append(value)
-    weight = model.mean_block_weight
-    arms = np.sqrt(model.blocks.polar / model.blocks.area)
     scale = np.ones(3 * n)
-    scale[2::3] /= arms
+    scale[2::3] /= wall.gyration
+    free = np.flatnonzero(wall.free.ravel())
     row, column, value = (np.concatenate(part) for part in (rows, columns, values))
-    forces = coo_array((value * scale[row], (row, column)), shape=(3 * n, 4 * m)).tocsr()[np.flatnonzero(free)]
+    forces = coo_array((value * scale[row], (row, column)), shape=(3 * n, 4 * m)).tocsr()[free]
+    unknown = csr_array((wall.reactions.reshape(3 * n, -1) * scale[:, None])[free])
     # what is missing, at least: a force either way on every degree of freedom
-    count = int(free.sum())
+    count, reactions = len(free), unknown.shape[1]
     missing = coo_array((np.ones(count), (np.arange(count), np.arange(count))), shape=(count, count))
-    equilibrium = hstack([forces, missing, -1.0 * missing])
+    equilibrium = hstack([forces, unknown, missing, -1.0 * missing])
     ends = np.arange(2 * m)
-    bond = np.repeat(cohesion, 2) / weight
-    mu = np.repeat(friction, 2)
+    bond = np.repeat(wall.cohesion, 2) / weight
+    mu = np.repeat(wall.friction, 2)
     cone = coo_array(
         (
             np.concatenate((np.ones(2 * m), mu, -np.ones(2 * m), mu)),
             (np.concatenate((ends, ends, ends + 2 * m, ends + 2 * m)),
              np.concatenate((2 * ends + 1, 2 * ends, 2 * ends + 1, 2 * ends))),
         ),
-        shape=(4 * m, 4 * m + 2 * count),
+        shape=(4 * m, 4 * m + reactions + 2 * count),
     )  # fmt: skip
-    most = np.repeat(tension, 2) / weight
-    least = -np.repeat(law.compressive_strength * area.sum(axis=1), 2) / weight
+    most = np.repeat(wall.tension, 2) / weight
+    least = -np.repeat(wall.pressure, 2) / weight
     bounds = [side for pair in zip(least, most, strict=True) for side in (pair, (None, None))]
-    bounds += [(0.0, None)] * (2 * count)
-    objective = np.concatenate((np.zeros(4 * m), np.ones(2 * count)))
+    bounds += [(None, None)] * reactions + [(0.0, None)] * (2 * count)
+    objective = np.concatenate((np.zeros(4 * m + reactions), np.ones(2 * count)))
     result = linprog(
         objective, A_ub=cone, b_ub=np.concatenate((bond, bond)), A_eq=equilibrium,
-        b_eq=-(load * scale)[free] / weight, bounds=bounds, method="highs",
+        b_eq=-(wall.load.ravel() * scale)[free] / weight, bounds=bounds, method="highs",
     )  # fmt: skip
     return bool(result.status == 0 and result.fun > ENOUGH)

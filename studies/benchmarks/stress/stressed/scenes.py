@@ -13,7 +13,7 @@ from stressed.joints import moved
 SEED = 2026
 
 
-def tables(number: int, most: int = 60) -> dict[str, Any]:
+def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) -> dict[str, Any]:
     """Return the tables of a scene.
 
     Parameters
@@ -22,8 +22,10 @@ def tables(number: int, most: int = 60) -> dict[str, Any]:
         Everything follows from it.
     most : int
         Blocks, about.
+    rng : numpy.random.Generator, optional
+        In place of that of the number.
     """
-    rng = np.random.default_rng([SEED, number])
+    rng = np.random.default_rng([SEED, number]) if rng is None else rng
 
     def log(low: float, high: float) -> float:
         return float(10.0 ** rng.uniform(np.log10(low), np.log10(high)))

@@ -1,0 +1,186 @@
+"""Solve and check scenes one by one, each in a process with a limit of time; what is done is kept."""
+
+from __future__ import annotations
+
+import csv
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from stressed.campaign import in_processes
+
+import damagepred
+from audited.checks import Violation, check
+from audited.collapse import lifted_off, must_collapse
+from audited.scenes import scene_of
+from audited.wall import ArchivedWall
+from damagepred.errors import DamagepredError
+from damagepred.scene import Scene
+
+METHODS = ("quasi_static", "explicit")
+COLUMNS = (
+    "seed", "scene", "solver", "outcome", "progress", "collapse_progress", "must_collapse", "category", "crack_width",
+    "band_width", "unbalanced", "energy_error", "silent", "stated", "seconds", "seconds_of_checks", "blocks",
+    "increments", "refused", "features", "words",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What the explicit solver may spend, so that thousands of scenes are affordable.
+
+    Attributes
+    ----------
+    ramp_cycles, maximum_cycles : int
+        Of ``[solver]``.
+    """
+
+    ramp_cycles: int = 1000
+    maximum_cycles: int = 20_000
+
+
+class Job(NamedTuple):
+    """One scene by one solver.
+
+    Attributes
+    ----------
+    seed, scene : int
+        From which the scene follows.
+    solver : str
+        One of ``METHODS``.
+    """
+
+    seed: int
+    scene: int
+    solver: str
+
+
+def jobs(seed: int, count: int, methods: Sequence[str] = METHODS) -> list[Job]:
+    """Return what there is to do, scene by scene."""
+    return [Job(seed, number, method) for number in range(count) for method in methods]
+
+
+def prepared(scene: Scene, method: str, budget: Budget | None = None) -> Scene:
+    """Return a scene with a solver."""
+    own = Budget() if budget is None else budget
+    if method == "quasi_static":
+        return scene
+    changed = replace(scene.solver, method="explicit", ramp_cycles=own.ramp_cycles, maximum_cycles=own.maximum_cycles)
+    return replace(scene, solver=changed)
+
+
+def one(job: Job) -> dict[str, Any]:
+    """Solve a scene, check what came out, and return its row."""
+    drawn = scene_of(job.seed, job.scene)
+    row = empty_row(job) | {"refused": drawn.refused, "features": "; ".join(drawn.features)}
+    begun = time.process_time()
+    try:
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always", RuntimeWarning)
+            ds = damagepred.solve(prepared(drawn.scene, job.solver), on_failure="return")
+    except DamagepredError as error:
+        return row | {"outcome": "gave up", "words": _on_one_line(error), "seconds": time.process_time() - begun}
+    except Exception as error:
+        words = f"{type(error).__name__}: {_on_one_line(error)}"
+        return row | {"outcome": "traceback", "words": words, "seconds": time.process_time() - begun}
+    row["seconds"] = time.process_time() - begun
+    try:
+        row |= examined(ds, [str(w.message) for w in warned if issubclass(w.category, RuntimeWarning)])
+    except Exception as error:
+        row |= {"outcome": "traceback", "words": f"in the checks: {type(error).__name__}: {_on_one_line(error)}"}
+    row["seconds_of_checks"] = time.process_time() - begun - row["seconds"]
+    return row
+
+
+def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
+    """Return what the checks say of a dataset, and of the numerical warnings while it was made, by column."""
+    wall = ArchivedWall(ds)
+    found = check(wall) + [Violation("numerical warning", -1, 1.0, words) for words in dict.fromkeys(warned)]
+    outcome = {"complete": "solved", "failed": "gave up"}.get(ds.attrs["status"], ds.attrs["status"])
+    row: dict[str, Any] = {"outcome": "limit" if "limit" in ds.attrs and outcome == "solved" else outcome}
+    words = [_on_one_line(ds.attrs["status_message"])] if outcome == "gave up" else []
+    if wall.collapsed:
+        proven = "lifted" if lifted_off(wall) else must_collapse(wall)
+        row |= {"collapse_progress": ds.attrs["collapse_progress"], "must_collapse": proven}
+    last = max(wall.standing - 1, 0)
+    for name, column in (("progress", "progress"), ("damage_category", "category"), ("crack_width_max", "crack_width"),
+                         ("crack_band_width_max", "band_width"), ("unbalanced_force_ratio", "unbalanced"),
+                         ("energy_error", "energy_error")):  # fmt: skip
+        if name in ds:
+            row[column] = wall[name][last]
+    silent, stated = ([v for v in found if v.stated == said] for said in (False, True))
+    row["silent"], row["stated"] = ("; ".join(v.check for v in kind) for kind in (silent, stated))
+    return row | {
+        "blocks": wall.n,
+        "increments": wall.increments,
+        "words": " | ".join(words + [said(v) for v in found]),
+    }
+
+
+def said(violation: Violation) -> str:
+    """Return a violation on one line."""
+    return f"{violation.check}, increment {violation.increment}: {violation.words}"
+
+
+def empty_row(job: Job, words: str = "") -> dict[str, Any]:
+    """Return the row of a job of which nothing is known but that its process hung or died."""
+    nothing = dict.fromkeys(COLUMNS, "")
+    return nothing | job._asdict() | {"outcome": "time" if "longer" in words else "died", "words": words}
+
+
+def kept(file: Path) -> set[Job]:
+    """Return the jobs that are done."""
+    if not file.exists():
+        return set()
+    with file.open(newline="", encoding="utf-8") as stream:
+        return {Job(int(row["seed"]), int(row["scene"]), row["solver"]) for row in csv.DictReader(stream)}
+
+
+def warm_up() -> None:
+    """Compile what a wall needs, before processes are made and times are taken."""
+    for number in range(24):
+        for method in METHODS:
+            one(Job(0, number, method))
+
+
+def run(wanted: Sequence[Job], file: Path, limit: float, processes: int = 1) -> None:
+    """Do what is not in a file yet, and add it there.
+
+    Parameters
+    ----------
+    wanted : sequence of Job
+        The jobs.
+    file : Path
+        Where rows are kept.
+    limit : float
+        Seconds by the clock for one job.
+    processes : int
+        Side by side.
+    """
+    known = kept(file)
+    todo = [job for job in wanted if job not in known]
+    if not todo:
+        return
+    warm_up()
+
+    def written(row: dict[str, Any]) -> dict[str, Any]:
+        if row["silent"] or row["outcome"] in ("traceback", "died"):
+            print(f"scene {row['scene']}, {row['solver']}: {row['outcome']}: {row['words']}", flush=True)
+        return {name: _written(row[name]) for name in COLUMNS}
+
+    def lost(job: Job, words: str) -> dict[str, Any]:
+        return empty_row(job, words) | {"seconds": limit}
+
+    in_processes(todo, one, lost, written, file, COLUMNS, limit, processes)
+
+
+def _written(value: Any) -> Any:
+    return f"{value:.5g}" if isinstance(value, float | np.floating) else value
+
+
+def _on_one_line(error: object) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,65 @@
+"""Whether a wall that is said to collapse must: by limit analysis of the state that the archive keeps."""
+
+from __future__ import annotations
+
+import numpy as np
+from stressed.limit import Statics, out_of_reach
+
+from audited.wall import CONTROL, CRACKED, SECTION, ArchivedWall
+
+UNBROKEN = 1e4
+"""Force in mean block weights that stands for a strength without limit."""
+
+
+LIFTED = 1e-3
+"""Share of the weight below which a support that only pushes carries nothing."""
+
+
+def lifted_off(wall: ArchivedWall) -> bool:
+    """Return whether a footing on jacks has lifted off supports that only push: no deflection takes it farther."""
+    if "support_load" not in wall.ds or wall.scene["rig"]["support"] != "lift_off":
+        return False
+    carried = np.abs(wall["support_load"][-1]).min()
+    return bool(carried <= LIFTED * float((wall.weight + wall.roof).sum()))
+
+
+def must_collapse(wall: ArchivedWall) -> bool:
+    """Return whether no forces keep the wall in equilibrium, its bonds being broken as in the last increment.
+
+    Joints keep all of their cohesion and tension at once, and dilate; so what cannot stand here, cannot stand. Soil and
+    supports, which only yield, are taken as rigid: statics do not ask for their stiffness.
+
+    Parameters
+    ----------
+    wall : ArchivedWall
+        That collapsed.
+    """
+    step = wall.steps - 1
+    law, first = wall.law, np.unique(wall.interface, return_index=True)[1]
+    kind, unit = wall["contact_kind"], wall.yardstick
+    whole = (wall["contact_state"][step] != CRACKED) & (kind != CONTROL)
+
+    def carried(intact: np.ndarray, left: np.ndarray) -> np.ndarray:
+        each = np.minimum(np.where(whole, intact, left) * wall.contact_area, UNBROKEN * unit)
+        return np.bincount(wall.interface, np.where(kind == SECTION, UNBROKEN * unit, each))
+
+    some = np.bincount(wall.interface, whole) > 0
+    jacks = []
+    by_load = wall.scene["rig"]["control"] == "load"
+    loads = wall.load(step)
+    if "jack_load" in wall.ds and not by_load:
+        jacks = [wall.jack_force(1.0)]
+        loads = loads - wall.jack_force(float(wall["jack_load"][step]))
+    return out_of_reach(
+        Statics(
+            wall.sides[0][first], wall.sides[1][first], wall.middle, wall.normal[first],
+            np.bincount(wall.interface, wall["contact_length"]),
+            carried(law.tensile_strength, law.residual_tensile_strength),
+            np.minimum(np.bincount(wall.interface, np.minimum(law.compressive_strength, 1e12) * wall.contact_area),
+                       UNBROKEN * unit),
+            carried(law.cohesion, law.residual_cohesion),
+            np.where(some, np.maximum(law.friction, law.residual_friction)[first], law.residual_friction[first]),
+            wall.centroid, wall.gyration, loads, np.ones((wall.n, 3), dtype=bool),
+            np.moveaxis(np.array(jacks).reshape(-1, wall.n, 3), 0, -1), unit,
+        )
+    )  # fmt: skip

@@ -1,0 +1,189 @@
+"""The verdict again, from openings and states alone, by the tables of AS 2870 and BRE Digest 251 in ``data/damage``."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from audited.tolerances import Tolerances
+from audited.wall import BED, CONTROL, CRACKED, DPC, HEAD, ArchivedWall
+
+if TYPE_CHECKING:
+    from audited.checks import Violation
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+DATA = Path(__file__).resolve().parents[3] / "data" / "damage"
+HAIRLINE = 0.05e-3
+"""Opening or slip (m) from which a joint is part of a crack, as the guide states it."""
+
+
+@cache
+def table(name: str) -> dict[str, Any]:
+    """Return a damage table."""
+    return tomllib.loads((DATA / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def category(width: float, group: float, rules: dict[str, Any]) -> int:
+    """Return the category of a wall by its widest crack and by the widest group of so many cracks (m)."""
+    found = table(rules["table"])
+    factor = found["plasterboard"]["factor"] if rules["plasterboard"] else 1.0
+    hair = 1.0 - 1e-12
+    by_width = max(c["number"] for c in found["category"] if width >= factor * c["from"] * hair)
+    wide = rules["count_rule"] and group >= factor * found["group"]["crack_width"] * hair
+    return max(int(by_width), int(found["group"]["category"]) if wide else 0)
+
+
+def highest(rules: dict[str, Any]) -> int:
+    """Return the highest category of a table: that of a wall which collapses."""
+    return max(int(c["number"]) for c in table(rules["table"])["category"])
+
+
+class Parts:
+    """Which interfaces are of the wall proper, and which of them touch.
+
+    Parameters
+    ----------
+    wall : ArchivedWall
+        The wall.
+    """
+
+    def __init__(self, wall: ArchivedWall) -> None:
+        first = np.unique(wall.interface, return_index=True)[1]
+        kind, level = wall["contact_kind"][first], wall.middle[:, 1]
+        self.dpc = kind == DPC
+        mortar = (kind == BED) | (kind == HEAD)
+        base = level <= level[self.dpc].max() if self.dpc.any() else np.zeros(len(kind), dtype=bool)
+        self.proper, self.base = mortar & ~base, mortar & base
+        # a piece of facet of a deformable block is an interface of its own
+        length = np.bincount(wall.interface, wall["contact_length"])
+        reach = 0.5 * length[:, None] * wall.tangent[first]
+        self.ends = np.stack((wall.middle - reach, wall.middle + reach), axis=1)
+        self.gaps = self.ends[kind == CONTROL].reshape(-1, 2)
+        self.near = 1e-6 * float(np.ptp(self.ends.reshape(-1, 2), axis=0).max())
+        self.length = length
+
+    def touching(self, one: int, other: int) -> bool:
+        """Whether two interfaces share a corner that no control joint parts."""
+        apart = np.abs(self.ends[one][:, None] - self.ends[other][None]).max(axis=-1)
+        for i, _j in np.argwhere(apart < self.near):
+            corner = self.ends[one][i]
+            parted = len(self.gaps) and (np.abs(self.gaps - corner).max(axis=1) < self.near).any()
+            if not parted:
+                return True
+            # on the same side of the leaf's end
+            sides = [self.ends[k].mean(axis=0)[0] > corner[0] + 1e-9 for k in (one, other)]
+            if sides[0] == sides[1]:
+                return True
+        return False
+
+    def components(self, number: IntArray) -> list[IntArray]:
+        """Return the connected pieces that some interfaces make."""
+        left, found = set(number.tolist()), []
+        while left:
+            piece, front = [], [min(left)]
+            left.discard(front[0])
+            while front:
+                here = front.pop()
+                piece.append(here)
+                reached = [k for k in left if self.touching(here, k)]
+                left.difference_update(reached)
+                front += reached
+            found.append(np.array(sorted(piece)))
+        return found
+
+
+def damage(wall: ArchivedWall, allowed: Tolerances) -> Iterator[Violation]:
+    """Judge every increment again: widths, category, cracks and groups, and the damp-proof course."""
+    from audited.checks import Violation
+
+    parts, rules = Parts(wall), wall.scene["damage"]
+    for step in range(wall.steps):
+        found = judged(wall, parts, step)
+        ended = wall.collapsed and step == wall.steps - 1
+        for name, value in found.items():
+            if name not in wall.ds or (ended and name == "damage_category"):
+                continue
+            archived = wall[name][step]
+            if np.abs(archived - value).max() > allowed.damage_rounding * (1e-6 + np.abs(value).max()):
+                words = f"{name} = {archived}, from the contacts {value}"
+                yield Violation(name.replace("_", " "), step, float(np.abs(archived - value).max()), words)
+        if ended and wall["damage_category"][step] != highest(rules):
+            yield Violation("damage category", step, 1.0, f"collapsed, and category {wall['damage_category'][step]}")
+
+
+def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]:
+    """Return the verdict on an increment by the names of the archive."""
+    rules = wall.scene["damage"]
+    opening, slip = wall["contact_opening"][step], wall["contact_slip"][step]
+    broken = wall["contact_state"][step] == CRACKED
+    width = np.where(broken, np.maximum(opening, 0.0), 0.0)
+    proper, base, dpc = (mask[wall.interface] for mask in (parts.proper, parts.base, parts.dpc))
+    widest = float(width[proper].max(initial=0.0))
+    part = ((broken & (opening > HAIRLINE)) | (np.abs(slip) > HAIRLINE)) & proper
+    cracks = []
+    for piece in parts.components(np.unique(wall.interface[part])):
+        mine = np.flatnonzero(np.isin(wall.interface, piece))
+        at = mine[np.argmax(width[mine])]
+        if width[at] > 0:
+            cracks.append((width[at], *wall.place[at]))
+    widths = np.array([c[0] for c in cracks])
+    places = np.array([c[1:] for c in cracks]).reshape(-1, 2)
+    groups = [group_width(widths, places, rules["group_distance"], int(k)) for k in wall["group_count"]]
+    ruling = group_width(widths, places, rules["group_distance"], rules["group_count"])
+    found = table(rules["table"])
+    from_first = min(c["from"] for c in found["category"] if c["number"] == 1)
+    from_first *= found["plasterboard"]["factor"] if rules["plasterboard"] else 1.0
+    return {
+        "crack_width_max": np.array(widest),
+        "damage_category": np.array(category(float(widths.max(initial=0.0)), ruling, rules)),
+        "crack_count": np.array((widths >= from_first).sum()),
+        "crack_group_width": np.array(groups),
+        "base_crack_width_max": np.array(width[base].max(initial=0.0)),
+        "dpc_opening_max": np.array(np.maximum(opening[dpc], 0.0).max(initial=0.0)),
+        "dpc_slip_max": np.array(np.abs(slip[dpc]).max(initial=0.0)),
+        "dpc_separation_length": np.array(separation(wall, parts, opening, rules["dpc_threshold"])),
+    }  # fmt: skip
+
+
+def group_width(width: FloatArray, place: FloatArray, distance: float, count: int) -> float:
+    """Return the largest width of which so many cracks lie within a distance of one of them (m)."""
+    found = 0.0
+    for centre, own in zip(place, width, strict=True):
+        near = np.hypot(*(place - centre).T) <= distance * (1 + 1e-12)
+        around = np.sort(width[near])[::-1]
+        if len(around) >= count:
+            found = max(found, min(float(own), float(around[count - 1])))
+    return found
+
+
+def separation(wall: ArchivedWall, parts: Parts, opening: FloatArray, threshold: float) -> float:
+    """Return the length (m) over which the dpc is open by more than a threshold, the opening linear in between."""
+    total = 0.0
+    for number in np.flatnonzero(parts.dpc):
+        mine = np.flatnonzero(wall.interface == number)
+        x, gap = wall.place[mine, 0], opening[mine]
+        order = np.argsort(x)
+        x, gap = x[order], gap[order]
+        ends = np.sort(parts.ends[number][:, 0])
+        inside = (ends[0] < x.min() - 1e-9, ends[1] > x.max() + 1e-9)
+        if inside[0]:  # midpoint quadrature: straight on to the ends
+            slope = (gap[1] - gap[0]) / (x[1] - x[0]) if len(x) > 1 else 0.0
+            x, gap = np.r_[ends[0], x], np.r_[gap[0] + slope * (ends[0] - x[0]), gap]
+        if inside[1]:
+            slope = (gap[-1] - gap[-2]) / (x[-1] - x[-2]) if len(x) > 2 else 0.0
+            x, gap = np.r_[x, ends[1]], np.r_[gap, gap[-1] + slope * (ends[1] - x[-1])]
+        over = gap - threshold
+        for left, right, a, b in zip(x[:-1], x[1:], over[:-1], over[1:], strict=True):
+            if a > 0 and b > 0:
+                total += right - left
+            elif max(a, b) > 0:
+                total += (right - left) * max(a, b) / abs(b - a)
+    return float(total)
