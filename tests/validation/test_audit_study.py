@@ -228,7 +228,8 @@ def test_limit_analysis_of_an_archive_tells_a_wall_that_falls() -> None:
     from audited.wall import ArchivedWall
 
     def on_supports(right: float) -> xr.Dataset:
-        rig = Rig(supports=(0.0, right), jacks=(0.2,), support="lift_off", control="load", jack_load=0.0)
+        at = (0.5 * right,)
+        rig = Rig(supports=(0.0, right), jacks=at, support="lift_off", control="load", jack_load=0.0)
         scene = Scene(wall=WALL, movement=Movement(shape="jacks", increments=2), rig=replace(rig, stop_at_zero=False))
         return damagepred.solve(scene, on_failure="return")
 

@@ -188,12 +188,11 @@ class Path:
     def remember(self, state: State, gave_way: bool) -> None:
         """Let the joints remember this equilibrium."""
         model = self.model
-        if gave_way:
-            self.note_broken(state)
         friction, crushing, torn = settle(
             self.equilibrium.equations.active, model.interfaces, model.properties,
             model.ground.at(state.progress), state.memory, state.displacement, self.unopened,
         )  # fmt: skip
+        self.note_broken(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
         solids, yielding = self.equilibrium.solids, 0.0

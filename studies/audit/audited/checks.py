@@ -147,7 +147,8 @@ def equilibrium(wall: ArchivedWall, allowed: Tolerances) -> Found:
         rounding += 1e-15 * wall.largest_motion(step) * wall.stiffest / unit
         stated = float(wall["unbalanced_force_ratio"][step])
         # gridpoints that are out of balance add up in a block, which has some tens of them
-        limit = max(allowed.unbalanced_slack * stated, wall.tolerance) * np.where(wall.deformable, 30.0, 1.0)
+        slack = allowed.explicit_slack if wall.explicit else allowed.unbalanced_slack
+        limit = slack * max(stated, wall.tolerance) * np.where(wall.deformable, 30.0, 1.0)
         yield from _beyond(
             "equilibrium", step, ratio.max(axis=1), limit + rounding.max(axis=1) + 1e-12, "block weights"
         )
@@ -156,8 +157,8 @@ def equilibrium(wall: ArchivedWall, allowed: Tolerances) -> Found:
             yield Violation("tolerance", step, stated / wall.tolerance, words, stated <= allowed.fallback)
         reaction = float(wall["base_reaction"][step])
         ground = float(-joints[wall.n, 1] + np.nan_to_num(wall["block_support_force_y"][step]).sum())
-        slack = np.array(allowed.rounding * size[wall.n, 1] + 1e-9 * unit + limit.max() * unit)
-        yield from _beyond("reaction", step, np.array([abs(reaction - ground)]), slack[None], "N")
+        within = np.array(allowed.rounding * size[wall.n, 1] + 1e-9 * unit + limit.max() * unit)
+        yield from _beyond("reaction", step, np.array([abs(reaction - ground)]), within[None], "N")
 
 
 def compatibility(wall: ArchivedWall, allowed: Tolerances) -> Found:

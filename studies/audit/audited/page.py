@@ -87,7 +87,8 @@ def costs(rows: pd.DataFrame) -> pd.DataFrame:
         if len(own):
             seconds = own["seconds"] + own["seconds_of_checks"].fillna(0.0)
             table.append({"solver": method, "runs": len(own), "mean (s)": seconds.mean(),
-                          "median (s)": seconds.median(), "longest (s)": seconds.max(), "in all (min)": seconds.sum() / 60})  # fmt: skip
+                          "median (s)": seconds.median(), "longest (s)": seconds.max(),
+                          "in all (min)": seconds.sum() / 60})  # fmt: skip
     return pd.DataFrame(table)
 
 

@@ -15,6 +15,8 @@ class Tolerances:
         Share of the sum of the sizes of some terms that rounding makes of their difference.
     unbalanced_slack : float
         Ratio of the unbalanced force added up anew to the one that the archive states.
+    explicit_slack : float
+        The same of the explicit solver, and to its tolerance: archived stresses are those one cycle later.
     fallback : float
         Unbalanced force that is accepted where no equilibrium exists (mean block weights).
     strength_share : float
@@ -39,6 +41,7 @@ class Tolerances:
 
     rounding: float = 1e-11
     unbalanced_slack: float = 1.05
+    explicit_slack: float = 1.5
     fallback: float = 1e-3
     strength_share: float = 1e-5
     stated_violation: float = 1e-4
