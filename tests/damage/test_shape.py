@@ -79,6 +79,15 @@ def test_a_wall_shorter_than_the_gauge_is_measured_over_its_length():
     np.testing.assert_allclose(found, 0.01)
 
 
+def test_a_column_of_one_brick_a_course_leans():
+    x, height = np.full(20, 0.12), 0.075 * np.arange(20) + 0.0375
+    lean = 1 / 150
+    moved = np.column_stack((lean * height, np.zeros(20)))
+    found = SightLines.of_blocks(x, height, np.arange(20)).deviation(moved)
+    assert found.tilt_max == pytest.approx(lean)
+    assert np.isnan(found.slope_max)  # there is nothing to measure between in a course
+
+
 def test_blocks_without_courses_are_not_measured():
     lines = SightLines.of_blocks(np.arange(4.0), np.zeros(4), np.full(4, -1))
     assert np.isnan(lines.deviation(np.zeros((4, 3)))).all()

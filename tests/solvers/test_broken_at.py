@@ -39,6 +39,19 @@ def test_halves_are_alike():
     np.testing.assert_allclose(broken_at(2), broken_at(2, symmetric_half=False), rtol=1e-6)
 
 
+def test_bonds_worn_by_slip_have_a_place_on_the_path():
+    """The first slip of a bond that softens by slip begins to break it, without an event of its own."""
+    joint = Joint(tensile_strength=15e3, cohesion=12e3, friction=0.8, fracture_energy=50.0, shear_fracture_energy=100.0)
+    scene = replace(WALL, joint=joint, dpc=None, movement=replace(WALL.movement, increments=4))
+    ds = solve(scene)
+    cracked, at, progress = ds["contact_state"].values == 1, ds["contact_broken_at"].values, ds["progress"].values
+    np.testing.assert_array_equal(np.isfinite(at), cracked[-1])
+    first = cracked.argmax(axis=0)[cracked[-1]]
+    assert (at[cracked[-1]] <= progress[first]).all()
+    assert (at[cracked[-1]] > progress[first - 1]).all()
+    assert np.isfinite(at).sum() > 10
+
+
 def test_both_solvers_agree():
     quasi, explicit = np.nanmin(broken_at(8)), np.nanmin(broken_at(8, method="explicit"))
     assert explicit == pytest.approx(quasi, abs=1.5 / 100 / 8)  # a ramp has 100 stages, the steepest 1.5 times as long

@@ -243,7 +243,7 @@ def test_twenty_scenes_by_both_solvers(tmp_path: Path, monkeypatch: pytest.Monke
     """The command in small: no violation that the archive does not state, and nothing ends in a traceback."""
     from audited import campaign, page
 
-    rows = [campaign.one(job) for job in campaign.jobs(5, 10)]
+    rows = [campaign.one(job) for job in campaign.jobs(6, 10)]
     assert {row["outcome"] for row in rows} <= {"solved", "limit", "collapsed", "gave up"}
     assert [row["words"] for row in rows if row["silent"]] == []
     solved = [row["outcome"] in ("solved", "limit") for row in rows if row["solver"] == "quasi_static"]
@@ -252,8 +252,8 @@ def test_twenty_scenes_by_both_solvers(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(campaign, "warm_up", lambda: None)
     monkeypatch.setattr(campaign, "one", _kept_or_dies)
     file = tmp_path / "rows.csv"
-    campaign.run(campaign.jobs(5, 2), file, limit=30.0)
-    campaign.run(campaign.jobs(5, 3), file, limit=30.0)
+    campaign.run(campaign.jobs(6, 2), file, limit=30.0)
+    campaign.run(campaign.jobs(6, 3), file, limit=30.0)
     table = page.read(file)
     assert list(table["scene"]) == [0, 0, 1, 1, 2, 2]
     assert list(table["outcome"]) == ["solved", "solved", "died", "died", "solved", "solved"]

@@ -27,17 +27,17 @@ def movement_of(scene: dict[str, Any], x: FloatArray, progress: float) -> FloatA
     up = 1.0 if movement["kind"] == "doming" else -1.0
     if movement["shape"] == "mound":
         return _mound(scene["mound"], x, length, movement["kind"], progress)
-    rise = up * progress * movement["central_deflection"] * prescribed(movement, x / length, length)
+    deflection = progress * movement["central_deflection"]
+    rise = up * deflection * prescribed(movement, x / length, deflection / length)
     return np.column_stack((np.zeros_like(rise), rise))
 
 
-def prescribed(movement: dict[str, Any], xi: FloatArray, length: float) -> FloatArray:
-    """Return the form of a prescribed movement: 0 at the ends, 1 in the middle."""
+def prescribed(movement: dict[str, Any], xi: FloatArray, ratio: float) -> FloatArray:
+    """Return the form of a prescribed movement at a deflection ratio: 0 at the ends, 1 in the middle."""
     shape = movement["shape"]
     if shape == "parabola":
         return 1.0 - (2.0 * xi - 1.0) ** 2
     if shape == "arc":
-        ratio = movement["central_deflection"] / length
         if ratio < 1e-6:
             return 1.0 - (2.0 * xi - 1.0) ** 2
         radius = (0.25 + ratio**2) / (2.0 * ratio)

@@ -220,7 +220,8 @@ def _footing(found: dict[str, Any], draw: Draw) -> dict[str, Any]:
         footing["joint"] = dict(found["joint"]) | {"friction": draw.uniform(0.3, 1.0)}
     if draw.chance(0.25):
         footing["concrete"] = {"grade": draw.one("N20", "N25", "N32"),
-                               "bottom": draw.one("3-L8TM", "3-L11TM", "4-L12TM"), "top": draw.one("none", "3-L8TM", "3-L11TM"),
+                               "bottom": draw.one("3-L8TM", "3-L11TM", "4-L12TM"),
+                               "top": draw.one("none", "3-L8TM", "3-L11TM"),
                                "law": draw.one("cracked", "branson"),
                                "earlier_moment": draw.one(0.0, draw.log(1e2, 3e4))}  # fmt: skip
     return footing
