@@ -121,6 +121,8 @@ def study(
     ] = None,
 ) -> None:
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
+    from damagepred.archive.cautions import STUDIED, study_cautions
+    from damagepred.archive.folder import StudyFolder
     from damagepred.study import Study
     from damagepred.study.cluster import connect
     from damagepred.study.settings import StudySettings
@@ -146,6 +148,7 @@ def study(
         f"{folder}: {word}, {summary.done} of {summary.total} walls done, {summary.failed} failed, "
         f"{summary.seconds:.1f} s this time"
     )
+    screen.cautions(study_cautions(StudyFolder(folder).results(STUDIED)))
     if summary.interrupted:
         screen.say("what was done is kept; the same command goes on from here")
         raise typer.Exit(INTERRUPTED)

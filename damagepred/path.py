@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damagepred.archive.cautions import energy_error_share
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import dataset, name_categories
 from damagepred.assembly import Assembly, Kind, Model, wall_model
@@ -267,6 +268,7 @@ def solve(
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     method = settings.method if run is None else "dynamic"
     ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
+    ending["energy_tolerance"] = settings.energy_tolerance
     ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, attributes | ending, store_zones)
     if isinstance(scene, Scene):
@@ -467,9 +469,12 @@ def _collect(
     ds = dataset(
         values,
         {**attributes, **provenance(), "damage_table": table.name, "apex_limited_joints": model.apex_limited,
+         "snap_back_limited_joints": model.snap_back_limited,
          "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
          **_zoning(model)},
     )  # fmt: skip
+    if np.isfinite(share := energy_error_share(values)):
+        ds.attrs["energy_error_share"] = share
     for name, more in kept_rules(damage).items():
         ds[name].attrs.update(more)
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")

@@ -156,6 +156,8 @@ class StudyBar:
 
 def wall_table(ds: xr.Dataset) -> None:
     """Print what became of a wall, a line an increment."""
+    from damagepred.archive.cautions import wall_cautions
+
     names = ds["damage_category"].attrs["flag_meanings"].split()
     threshold = 1e3 * float(ds["dpc_separation_length"].attrs["opening_threshold"])
     in_time = "time" in ds
@@ -185,6 +187,13 @@ def wall_table(ds: xr.Dataset) -> None:
     table(ds.attrs["title"], columns, rows)
     for line in (*zones_in_words(ds), *wall_quality(ds)):
         say(line)
+    cautions(wall_cautions(ds))
+
+
+def cautions(said: Sequence[str]) -> None:
+    """Print what a reader must know of how walls were solved."""
+    for line in said:
+        say(f"caution: {line}")
 
 
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:

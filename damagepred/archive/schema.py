@@ -279,6 +279,12 @@ VARIABLES: dict[str, Variable] = {
         "1",
         "machine, program and libraries that solved the sample: row of the table in the attribute environments",
     ),
+    "energy_error_share": Variable(
+        ("sample",), "1", "largest energy that does not balance over the largest work done; NaN where it is not counted"
+    ),
+    "snap_back_limited": Variable(
+        ("sample",), "1", "joints whose fracture energy is less than they hold as they crack: their bond breaks at once"
+    ),
     "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 

@@ -485,7 +485,7 @@ class Assembly:
             properties = lump_block_elasticity(
                 properties, geometry.interfaces, blocks, self._block_materials, block_material
             )
-        properties = brittle_where_soft(properties)
+        properties, snap_back = brittle_where_soft(properties, geometry.interfaces.joint)
         law = block_law(self._block_materials, block_material, np.array(self._thickness))
         density = np.array([m.density for m in self._block_materials])[block_material]
         load, live = np.zeros((len(density), 3)), np.zeros((len(density), 3))
@@ -530,6 +530,7 @@ class Assembly:
             span=length,
             central_deflection=abs(float(profile(np.array([middle]))[0])) if profile else self._largest_movement(),
             apex_limited=limited,
+            snap_back_limited=snap_back,
             block_law=law,
             mesh=geometry.mesh,
             plane=settings.plane,

@@ -364,6 +364,8 @@ class Model:
         Deflection of the centre at full movement (m), not negative.
     apex_limited : int
         Number of joints whose tensile strength was cut to cohesion / friction, the apex of the cone.
+    snap_back_limited : int
+        Number of joints whose fracture energy, of mode I or II, is too small to soften: their bond breaks at once.
     block_law : BlockLaw
         What the blocks are made of.
     mesh : Mesh or None
@@ -401,6 +403,7 @@ class Model:
     span: float
     central_deflection: float
     apex_limited: int
+    snap_back_limited: int
     block_law: BlockLaw
     mesh: Mesh | None = None
     plane: str = "stress"

@@ -124,27 +124,32 @@ def lump_block_elasticity(
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
 
 
-def brittle_where_soft(properties: JointProperties) -> JointProperties:
-    """Let joints break at once whose fracture energy is less than what they hold elastically as they crack.
+def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[JointProperties, int]:
+    """Let joints break at once whose fracture energy is less than what they hold elastically as they crack; count them.
 
     Their tension would have to fall to nothing at an opening, w_c, that is not beyond the one at which they crack,
-    f_t / k_n. The same holds for slip. To be called when the stiffness is final.
+    f_t / k_n (snap-back). The same holds for slip. Tension may soften where the first slip breaks the bond; where
+    tension does not soften, slip leaves the bond as it is. To be called when the stiffness is final.
 
     Parameters
     ----------
     properties : JointProperties
         With critical_opening = 2 G_f / f_t, critical_slip = 2 G_f / (C - C_r).
+    joint : array of int (m,)
+        Which joint each interface belongs to.
     """
     elastic = properties.tensile_strength / properties.normal_stiffness
     opening = properties.critical_opening
     soft = opening > elastic
     slip = np.where(soft, properties.critical_slip, 0.0)
     shear = STEEPEST * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
-    return properties._replace(
+    limited = ((opening > 0) & ~soft) | ((properties.critical_slip > 0) & (slip <= shear))
+    brittle = properties._replace(
         critical_opening=np.where(soft, opening, 0.0),
         critical_slip=np.where(slip > shear, slip, 0.0),
         brittle_shear=properties.brittle_shear | ((slip > 0) & (slip <= shear)),
     )
+    return brittle, len(np.unique(joint[limited]))
 
 
 def block_law(materials: Sequence[BlockMaterial], material: IntArray, thickness: FloatArray) -> BlockLaw:

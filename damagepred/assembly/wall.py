@@ -242,7 +242,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
         properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance, soft=len(bricks))
     properties, sections = section_law(properties, geometry, scene.footing)
-    properties = brittle_where_soft(properties)
+    properties, snap_back = brittle_where_soft(properties, interfaces.joint)
     widths = np.array([joint.width for joint in scene.control_joint] + [0.0])
     properties = properties._replace(gap=widths[control])
     density = np.array([s.density for s in substances])[substance]
@@ -266,6 +266,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         span=length,
         central_deflection=scene.movement.central_deflection,
         apex_limited=limited,
+        snap_back_limited=snap_back,
         block_law=block_law(substances, substance, thickness),
         mesh=geometry.mesh,
         plane=scene.solver.plane,

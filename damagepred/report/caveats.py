@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.cautions import study_cautions, wall_cautions
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.report.words import chance, length, number
@@ -81,6 +82,7 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
             f"{int(ds.attrs['apex_limited_joints'])} joints have a tensile strength beyond cohesion / friction, the "
             "tip of their friction law; it was cut to that."
         )
+    said += wall_cautions(ds)
     return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(scene))])
 
 
@@ -118,6 +120,7 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySett
             "friction, the tip of their friction law; it was cut to that, so the strength in effect is smaller than "
             "its mean says."
         )
+    said += study_cautions(ds)
     if "limit_deflection" in ds and np.isfinite(ds["limit_deflection"].values).any():
         count = int(np.isfinite(ds["limit_deflection"].values).sum())
         said.append(

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damagepred.archive.cautions import work_done
 from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.report.words import chance, length, named, number, with_band
@@ -59,10 +60,7 @@ def energy_shares(ds: xr.Dataset) -> FloatArray:
     """Return energy that does not balance over the work done, at each increment, of each sample if there are any."""
     if not _known(ds, "energy_error"):
         return np.empty(0)
-    work = np.zeros(ds["energy_error"].shape)
-    for name in ("external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy"):
-        if name in ds:
-            work = np.fmax(work, np.abs(ds[name].values))
+    work = work_done(ds)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(work > 0, np.abs(ds["energy_error"].values) / work, np.nan)
 

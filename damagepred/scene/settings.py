@@ -73,6 +73,9 @@ class Solver:
         Cycles after which the explicit solver gives up an increment that has not settled.
     time_step_safety : float
         Fraction of the explicit solver's largest stable time step, which is known from the stiffness and the damping.
+    energy_tolerance : float
+        Energy that may not balance, as a share of the largest work done, before a run says so on the screen, in the
+        archive and in the report; changes no result.
     symmetric_half : bool
         Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
         movement; False solves it in full.
@@ -100,6 +103,7 @@ class Solver:
     ramp_pieces: Count = Field(default=100, ge=1)
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
+    energy_tolerance: Pure = Field(default=0.05, gt=0)
     symmetric_half: bool = True
 
     @model_validator(mode="before")

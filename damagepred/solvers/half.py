@@ -210,6 +210,7 @@ def symmetric_half(model: Model) -> Half | None:
         span=model.span,
         central_deflection=model.central_deflection,
         apex_limited=model.apex_limited,
+        snap_back_limited=model.snap_back_limited,
         block_law=BlockLaw(*(values[fold.kept] for values in model.block_law)),
         plane=model.plane,
         footing=_footing_of_half(model, fold),

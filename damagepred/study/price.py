@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.archive.cautions import wall_cautions
 from damagepred.assembly import Model
 from damagepred.path import Step, model_of, solve
 from damagepred.scene import Scene, Solver
@@ -54,6 +55,8 @@ class Estimate:
         What is kept of zones and gridpoints, increment by increment; studies keep nothing of it.
     peak_bytes : int
         Most memory that this process has held, libraries and compiled kernels included; 0 where it cannot be told.
+    cautions : tuple of str
+        What a reader must know of how that wall was solved.
     accuracy : tuple of str
         What the presets of accuracy set, and the errors measured with them, in words; none for runs in time.
     """
@@ -75,6 +78,7 @@ class Estimate:
     gridpoints: int = 0
     zone_bytes: int = 0
     peak_bytes: int = 0
+    cautions: tuple[str, ...] = ()
     accuracy: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
@@ -100,7 +104,7 @@ class Estimate:
                 f"  {self.samples} walls with {self.variables} uncertain numbers: about {duration(total)} with -j 1, "
                 f"{duration(total / 2)} with -j 2"
             )
-        return [*found, *self.accuracy]
+        return [*found, *(f"  caution: {said}" for said in self.cautions), *self.accuracy]
 
 
 class _LongEnough(Exception):
@@ -170,22 +174,25 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
     ready = time.perf_counter()
     model = model_of(scene, fields)
     count = scene.movement.increments if scene.dynamics is None else scene.dynamics.outputs
-    seconds, status = _timed(scene, fields, count, on_step)
+    seconds, status, cautions = _timed(scene, fields, count, on_step)
     mesh = model.mesh
     return Estimate(
         title, model.n_blocks, model.n_contacts, len(model.joints.kind), count,
         samples or 1, variables, ready - began, seconds,
         scene.solver.method if scene.dynamics is None else "dynamic", matrix_bytes(model, scene.solver), status,
         0 if mesh is None else len(mesh.block), 0 if mesh is None else len(mesh.zones),
-        0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(),
+        0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(), cautions,
         () if scene.dynamics is not None else tuple(accuracy_lines(scene)),
     )  # fmt: skip
 
 
 def _timed(
     scene: Scene, fields: Mapping[str, NDArray[np.float64]], count: int, on_step: Callable[[Step], None] | None
-) -> tuple[float, str]:
-    """Return how long a wall takes (s), and how it ended; after a minute the rest is reckoned from what was timed."""
+) -> tuple[float, str, tuple[str, ...]]:
+    """Return how long a wall takes (s), how it ended, and what must be known of how it was solved.
+
+    After a minute the rest is reckoned from what was timed.
+    """
     began = time.perf_counter()
 
     def watch(step: Step) -> None:
@@ -198,5 +205,5 @@ def _timed(
         ds = solve(scene, fields=fields, on_failure="return", on_step=watch, store_zones=False)
     except _LongEnough as stop:
         done = int(stop.args[0])
-        return (time.perf_counter() - began) * count / done, f"from the first {done} of {count} increments"
-    return time.perf_counter() - began, str(ds.attrs["status"])
+        return (time.perf_counter() - began) * count / done, f"from the first {done} of {count} increments", ()
+    return time.perf_counter() - began, str(ds.attrs["status"]), tuple(wall_cautions(ds))

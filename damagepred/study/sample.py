@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.archive.cautions import energy_error_share
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
@@ -290,6 +291,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "run_time": np.array([seconds]),
         "apex_limited": np.array([model.apex_limited]),
         "environment": np.array([0]),
+        "snap_back_limited": np.array([model.snap_back_limited]),
+        "energy_error_share": np.array([energy_error_share(values)]),
     }
     columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
     table = damage_table(settings.scene.damage)
@@ -297,6 +300,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ("environment", as_table([environment()])),
         ("damage_category", category_attributes(table.category_names, f"{table.name}; {table.source}")),
         *kept_rules(settings.scene.damage).items(),
+        ("energy_error_share", {"tolerance": settings.scene.solver.energy_tolerance}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
     # a rig that lets go ends the movement

@@ -1,0 +1,102 @@
+"""What a reader must know of how walls were solved: energy that does not balance, bonds that could not soften."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+WORKS = (
+    "external_work", "boundary_work", "kinetic_energy", "elastic_energy", "friction_work", "fracture_work",
+    "crushing_work", "plastic_work", "damping_work", "released_energy",
+)  # fmt: skip
+"""Terms of the energy balance (J), its error apart."""
+STUDIED = ("energy_error_share", "snap_back_limited")
+"""Results of a study that ``study_cautions`` looks at."""
+
+
+def work_done(values: Mapping[Any, Any]) -> FloatArray:
+    """Return the largest term of the energy balance at each increment (J).
+
+    Parameters
+    ----------
+    values : mapping of str to array, or xarray.Dataset
+        With ``energy_error`` and terms of the balance.
+    """
+    work = np.zeros(np.shape(values["energy_error"]))
+    for name in WORKS:
+        if name in values:
+            work = np.fmax(work, np.abs(np.asarray(values[name], dtype=np.float64)))
+    return work
+
+
+def energy_error_share(values: Mapping[Any, Any]) -> float:
+    """Return the largest energy that does not balance over the largest work done on a path; NaN if it is not counted.
+
+    Parameters
+    ----------
+    values : mapping of str to array (increments,)
+        With ``energy_error`` and terms of the balance.
+    """
+    error = np.abs(np.asarray(values["energy_error"], dtype=np.float64))
+    error = error[np.isfinite(error)]
+    most = float(work_done(values).max(initial=0.0))
+    return float(error.max() / most) if error.size and most > 0.0 else float("nan")
+
+
+def wall_cautions(ds: xr.Dataset) -> list[str]:
+    """Return what a reader must know of how a wall was solved, a sentence each.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall; archives of older versions tell nothing.
+    """
+    said = []
+    share, limit = (float(ds.attrs.get(name, np.nan)) for name in ("energy_error_share", "energy_tolerance"))
+    if share > limit:
+        said.append(
+            f"Energy that does not balance is {share:.2g} of the largest work done, more than energy_tolerance = "
+            f"{limit:g}: the steps are too long. Take more increments."
+        )
+    if count := int(ds.attrs.get("snap_back_limited_joints", 0)):
+        said.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
+    return said
+
+
+_SNAP_BACK = (
+    "fracture_energy or shear_fracture_energy is less than the joint holds elastically as it breaks (snap-back). The "
+    "other mode softens if its energy suffices; slip without a softening tension leaves the bond as it is."
+)
+
+
+def study_cautions(ds: xr.Dataset) -> list[str]:
+    """Return what a reader must know of how the walls of a study were solved, a sentence each.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        With what it has of ``STUDIED``.
+    """
+    said = []
+    if "energy_error_share" in ds:
+        share = np.asarray(ds["energy_error_share"].values, dtype=np.float64)
+        limit = float(ds["energy_error_share"].attrs.get("tolerance", np.nan))
+        if count := int((share > limit).sum()):
+            said.append(
+                f"In {count} walls energy that does not balance is more than energy_tolerance = {limit:g} of the "
+                f"largest work done, {np.nanmax(share):.2g} at most: the steps are too long. Take more increments."
+            )
+    if "snap_back_limited" in ds:
+        counts = np.maximum(np.nan_to_num(np.asarray(ds["snap_back_limited"].values, dtype=np.float64)), 0.0)
+        if counts.any():
+            said.append(
+                f"In {int((counts > 0).sum())} walls bonds break at once, in {int(counts.max())} joints of a wall at "
+                f"most: {_SNAP_BACK}"
+            )
+    return said
