@@ -227,12 +227,14 @@ def solve(
     if isinstance(scene, Scene):
         settings, judged = solver or scene.solver, damage or scene.damage
         dynamics = dynamics or scene.dynamics
+        settings = settings if dynamics is None else _whole_interfaces(settings)
         described = _with(scene, settings, judged, dynamics)
         count = increments or scene.movement.increments
         model = model_of(described, fields, count)
         attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
     else:
         settings, judged = solver or Solver(), damage or Damage()
+        settings = settings if dynamics is None else _whole_interfaces(settings)
         count = increments or Movement().increments
         model = assembled(lambda solver, chosen: scene.build(solver, deformable=chosen), settings, count)
         attributes = {"title": "assembly of blocks"}
@@ -275,6 +277,11 @@ def solve(
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
     return ds
+
+
+def _whole_interfaces(settings: Solver) -> Solver:
+    """Return the settings of a dynamic run: blocks rock on their corners, where contacts are, and each costs time."""
+    return replace(settings, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
 
 
 def _with(scene: Scene, solver: Solver, damage: Damage, dynamics: Dynamics | None) -> Scene:

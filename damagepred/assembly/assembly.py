@@ -12,6 +12,7 @@ from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_prope
 from damagepred.assembly.interfaces import (
     Geometry,
     bodies_of,
+    cut,
     ground_movement,
     growing_ground,
     in_order,
@@ -35,6 +36,7 @@ from damagepred.assembly.properties import (
     brittle_where_soft,
     joint_properties,
     lump_block_elasticity,
+    no_tension_joint,
 )
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
@@ -50,6 +52,9 @@ BEARING = 1e-4
 """Width of a bearing (m): a knife edge, that hardly hinders a block from turning."""
 
 NO_JAMBS = Jambs.none()
+
+NEVER_CUT = (Kind.SUPPORT, Kind.CONTROL_JOINT)
+"""Interfaces that stay whole without a bond, too: bearings in a point, and gaps."""
 
 
 class Grounded(NamedTuple):
@@ -398,7 +403,12 @@ class Assembly:
 
     # -- building -----------------------------------------------------------------------------------------------
 
-    def geometry(self, solver: Solver | None = None, deformable: frozenset[int] | None = None) -> Geometry:
+    def geometry(
+        self,
+        solver: Solver | None = None,
+        deformable: frozenset[int] | None = None,
+        no_tension: frozenset[Kind] = frozenset(),
+    ) -> Geometry:
         """Find the interfaces and place their contacts.
 
         Parameters
@@ -407,6 +417,8 @@ class Assembly:
             Its quadrature is used, and what it says of zones.
         deformable : frozenset of int, optional
             Blocks that are cut into zones, whatever the settings say.
+        no_tension : frozenset of Kind
+            Kinds of interface without a bond, besides those whose joint material has none.
 
         Raises
         ------
@@ -425,7 +437,12 @@ class Assembly:
         grounded, resting = self._ground_edges(outline, first_vertex)
         edges = joined(shared, grounded)
         kind, material = self._classify(edges, blocks, resting)
-        order = in_order(edges, kind, blocks, len(grounded.a))
+        bare = np.array([no_tension_joint(joint) for joint in self._joint_materials])[material]
+        bare = (bare | np.isin(kind, list(no_tension))) & ~np.isin(kind, NEVER_CUT)
+        edges, whole = cut(edges, np.where(bare, settings.no_tension_parts, 1))
+        kind, material = kind[whole], material[whole]
+        on_ground = int((edges.a == len(blocks.x)).sum())
+        order = in_order(edges, kind, blocks, on_ground)
         edges = SharedEdges(*(column[order] for column in edges))  # type: ignore[arg-type]
         kind, material = kind[order], material[order]
         joint, joints = number_joints(edges, kind, blocks)
@@ -433,7 +450,7 @@ class Assembly:
         interfaces = place_contacts(
             edges, kind, joint, (body_a, body_b), blocks, mesh, settings, np.array(self._thickness)
         )
-        first = len(kind) - len(grounded.a)
+        first = len(kind) - on_ground
         ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
         return Geometry(blocks, interfaces, joints, material, ground_x, mesh)
 

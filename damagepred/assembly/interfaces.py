@@ -62,6 +62,25 @@ def joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
     return SharedEdges(*(np.concatenate(pair) for pair in zip(first, second)))
 
 
+def cut(edges: SharedEdges, parts: IntArray) -> tuple[SharedEdges, IntArray]:
+    """Cut common edges into equal parts; return the parts, one after the other, and the edge that each is part of.
+
+    Parameters
+    ----------
+    edges : SharedEdges
+        m of them.
+    parts : array of int (m,)
+        Number of parts of each.
+    """
+    whole = np.repeat(np.arange(len(parts)), parts)
+    of = SharedEdges(*(column[whole] for column in edges))  # type: ignore[arg-type]
+    before = np.arange(len(whole)) - (np.cumsum(parts) - parts)[whole]
+    first, last = ((before + more)[:, None] / parts[whole, None] for more in (0, 1))
+    # both ends from either end of the edge: the parts meet in the very same points
+    start, end = (of.start * (1.0 - share) + of.end * share for share in (first, last))
+    return of._replace(start=start, end=end), whole
+
+
 def in_order(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks, grounded: int) -> IntArray:
     """Course by course, left to right, the ground last: neighbours in space are neighbours in memory."""
     middle = (edges.start + edges.end) / 2

@@ -66,6 +66,19 @@ def joint_properties(
     return JointProperties(**columns), len(np.unique(joint[limited]))  # type: ignore[arg-type]
 
 
+def no_tension_joint(joint: Joint) -> bool:
+    """Return whether a joint carries no tension and has no bond that could break: damp-proof course, dry joint, soil.
+
+    Parameters
+    ----------
+    joint : Joint
+        Its tensile strength counts as cut at the apex of the cone.
+    """
+    tension = 0.0 if joint.cohesion == 0.0 and joint.friction > 0.0 else joint.tensile_strength
+    same_friction = _value(joint, "residual_friction") == joint.friction
+    return tension == 0.0 and joint.cohesion == joint.residual_cohesion and same_friction
+
+
 def _value(material: Joint, name: str) -> float:
     value = getattr(material, name)
     if value is None:

@@ -29,7 +29,13 @@ from damagepred.assembly.interfaces import Geometry, ground_movement, growing_gr
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Kind, Model, Supports
 from damagepred.assembly.points import Hold, held_too
-from damagepred.assembly.properties import block_law, brittle_where_soft, joint_properties, lump_block_elasticity
+from damagepred.assembly.properties import (
+    block_law,
+    brittle_where_soft,
+    joint_properties,
+    lump_block_elasticity,
+    no_tension_joint,
+)
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import (
@@ -92,6 +98,7 @@ def _geometry(
     solver: Solver,
     found: Foundation | None,
     deformable: frozenset[int] | None,
+    no_tension: frozenset[Kind],
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
     # the movement says nothing about the bricks; its default is too much for a short wall
@@ -113,7 +120,7 @@ def _geometry(
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
         footing = add_footing(assembly, found, bricks, wall.length, wall.block_length)
-    geometry = assembly.geometry(solver)
+    geometry = assembly.geometry(solver, no_tension=no_tension)
     numbers = {(left, right): scene.control_joint.index(joint) for left, right, joint in meet}
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
@@ -126,7 +133,7 @@ def _footing_alone(known: Scene, solver: Solver, found: Foundation) -> WallGeome
     assembly = Assembly(thickness=wall.thickness)
     bricks = lay_bricks(known)
     footing = add_footing(assembly, found, bricks, wall.length, wall.block_length, alone=True)
-    geometry = assembly.geometry(solver)
+    geometry = assembly.geometry(solver, no_tension=_no_tension(known))
     return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1))
 
 
@@ -164,14 +171,28 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     meshing = _meshing(scene.solver, bool(deformable))
     # a gap's width shapes nothing
     joints = tuple(replace(joint, width=0.0) for joint in scene.control_joint)
-    return _geometry(scene.wall, scene.opening, joints, course, meshing, foundation(scene), deformable)
+    found, bare = foundation(scene), _no_tension(scene)
+    return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare)
+
+
+def _no_tension(scene: Scene) -> frozenset[Kind]:
+    """Return the kinds of interface whose material has no bond."""
+    material, materials = IN_KIND.copy(), _joint_materials(scene)
+    if not _own_bed(scene):
+        material[material == BED] = MORTAR
+    return frozenset(kind for kind in Kind if no_tension_joint(materials[material[kind]]))
+
+
+def _own_bed(scene: Scene) -> bool:
+    """Return whether the bed on the footing has a material of its own: where the footing is part of the model."""
+    return foundation(scene) is not None and scene.footing.joint is not None
 
 
 def _meshing(solver: Solver, zoned: bool) -> Solver:
     """Keep of the settings only what shapes the geometry: samples that differ in other things share it."""
     usual = Solver()
     zoned |= any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing))
-    names = ("quadrature", "contacts_per_interface") + (ZONING if zoned else ())
+    names = ("quadrature", "contacts_per_interface", "no_tension_subdivisions") + (ZONING if zoned else ())
     return replace(usual, **{name: getattr(solver, name) for name in names})
 
 
@@ -229,9 +250,8 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
 def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
     geometry, bricks, jambs, footing, control = known
     blocks, interfaces = geometry.blocks, geometry.interfaces
-    own_bed = len(footing) > 0 and scene.footing.joint is not None
     material = IN_KIND[interfaces.kind]
-    if not own_bed:
+    if not _own_bed(scene):
         material[material == BED] = MORTAR
     properties, limited = joint_properties(
         _joint_materials(scene), material, interfaces.joint, _by_material(fields, len(geometry.joints.kind))

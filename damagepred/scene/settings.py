@@ -54,6 +54,10 @@ class Solver:
         from 3 contacts on (Simpson); with 2 the joint is three times too stiff in rotation.
     contacts_per_interface : int
         2 to 9 (Lobatto) or 1 to 9 (midpoint).
+    no_tension_subdivisions : int or None
+        Equal parts into which the interfaces of joints without a bond are cut, each with its contacts (composite
+        quadrature): dpc, soil, dry joints. These stand on a part of their length, and three contacts see that too
+        coarsely. None: 4 with the three contacts of Lobatto, 1 with any other quadrature and in dynamic runs.
     tolerance : float or None
         Forces are in balance when the largest unbalanced force is below this multiple of the mean block weight.
         None: 1e-6 for ``quasi_static``, 1e-3 for ``explicit``.
@@ -96,6 +100,7 @@ class Solver:
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
     contacts_per_interface: Count = Field(default=3, ge=1, le=9)
+    no_tension_subdivisions: Count | None = Field(default=None, ge=1, le=16)
     tolerance: Pure | None = Field(default=None, gt=0)
     condense: bool = True
     damping: Pure = Field(default=0.8, ge=0, lt=1)
@@ -122,6 +127,13 @@ class Solver:
             The preset.
         """
         return replace(self, accuracy=accuracy, **preset(accuracy, self.method))
+
+    @property
+    def no_tension_parts(self) -> int:
+        """Parts into which the interfaces of joints without a bond are cut."""
+        if self.no_tension_subdivisions is not None:
+            return self.no_tension_subdivisions
+        return 4 if (self.quadrature, self.contacts_per_interface) == ("lobatto", 3) else 1
 
     @property
     def tolerance_used(self) -> float:

@@ -154,7 +154,9 @@ WALLS = {
 @pytest.mark.parametrize("name", WALLS)
 def test_small_walls_follow_the_same_path(name: str) -> None:
     model, wall = wall_model(WALLS[name]), WALLS[name]
-    pairs = compare(model, wall.solver, wall.movement.increments, displacement=1e-5, stress=1e-4)
+    # without a bond, sliding joints are at rest in more than one state of their friction
+    displacement = 1e-4 if name == "no strength" else 1e-5
+    pairs = compare(model, wall.solver, wall.movement.increments, displacement=displacement, stress=1e-4)
     for one, _ in pairs:
         assert np.abs(unbalanced(model, one)).max() <= 1.001 * one.unbalanced_force_ratio + 1e-8
         assert one.unbalanced_force_ratio < QUASI_STATIC.tolerance_used

@@ -22,7 +22,8 @@ OPENED = ClosedForm(
     formula="e <= b/6:  θ = 12 N e / (k_n t b³)\ne >  b/6:  θ = 2 N / (k_n t a²),   a = 3 (b/2 - e)",
     source="Derived: the pressed part of length a carries a triangle of stress whose resultant is the load.",
     note="The contacts of a joint that is partly open sample the triangle: the error is that of the quadrature, see "
-    "the chapter on convergence. Here the joint is cut into pieces of three contacts (Simpson).",
+    "the chapter on convergence. The interface is cut into parts of three contacts (Simpson): 4 at the defaults, "
+    "8 x 4 where it lies on a plate of 8 pieces.",
 )
 OPENED_SPRINGS = ClosedForm(
     chapter=CHAPTER,
@@ -63,7 +64,7 @@ SHEAR_BOX = ClosedForm(
 @pytest.mark.parametrize("share", [0.2, 0.3, 0.4])
 @pytest.mark.parametrize("unit", UNITS, ids=str)
 def test_a_joint_without_tension_opens(verify: Verify, solver: Solver, unit: Unit, share: float) -> None:
-    pieces = 8
+    pieces = 8  # of the plate
     force = 1e5 * unit.area
     assembly, block = on_plate(unit, unit.joint(), (0.0, 0.0), pieces)
     assembly.load(block, y=-force, at=(share * unit.b, unit.h))
@@ -71,14 +72,39 @@ def test_a_joint_without_tension_opens(verify: Verify, solver: Solver, unit: Uni
     pressed = 3 * (unit.b / 2 - share * unit.b)
     verify(
         OPENED,
-        case=f"e = {share:g} b, N/A 0.1 MPa, {pieces} x 3 contacts: {unit}",
+        case=f"e = {share:g} b, N/A 0.1 MPa, {pieces} x {solver.no_tension_parts} x 3 contacts: {unit}",
         solver=solver.method,
         quantity="rotation",
         unit="rad",
         computed=-float(ds["block_rotation"]),
         exact=2 * force / (unit.k_n * unit.t * pressed**2),
-        tolerance=0.03,
+        tolerance=0.002,
     )
+
+
+@pytest.mark.parametrize("share", [0.2, 0.25, 0.3, 0.34, 0.38, 0.4])
+@pytest.mark.parametrize("unit", UNITS, ids=str)
+def test_a_joint_without_tension_opens_as_it_comes(verify: Verify, solver: Solver, unit: Unit, share: float) -> None:
+    """At the defaults; three contacts alone are wrong by 21, 27, 8, 19, 47 and 60 % here."""
+    force = 1e5 * unit.area
+    assembly, block = on_plate(unit, unit.joint(), (0.0, 0.0))
+    assembly.load(block, y=-force, at=(share * unit.b, unit.h))
+    ds = damagepred.solve(assembly, solver=solver, increments=1).isel(increment=-1)
+    pressed = 3 * (unit.b / 2 - share * unit.b)
+    verify(
+        OPENED,
+        case=f"e = {share:g} b, N/A 0.1 MPa, {solver.no_tension_parts} x 3 contacts: {unit}",
+        solver=solver.method,
+        quantity="rotation",
+        unit="rad",
+        computed=-float(ds["block_rotation"][block]),
+        exact=2 * force / (unit.k_n * unit.t * pressed**2),
+        tolerance=0.12 if share > 0.34 else 0.05,
+    )
+    # the forces of the contacts alone hold the block
+    push = -ds["contact_normal_stress"].values * ds["contact_length"].values * unit.t
+    assert push.sum() == pytest.approx(force, rel=1e-5)
+    assert push @ ds["contact_x"].values == pytest.approx(share * unit.b * force, rel=1e-5)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.35])
