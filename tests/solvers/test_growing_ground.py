@@ -57,7 +57,8 @@ def assert_same(one: Increment, other: Increment, tolerance: float) -> None:
     assert moved > 1e-4
     np.testing.assert_allclose(one.displacement, other.displacement, rtol=0, atol=tolerance * moved)
     np.testing.assert_allclose(one.opening, other.opening, rtol=0, atol=tolerance * moved)
-    assert (one.state == other.state).mean() > 0.999
+    # the few contacts where the footing just parts from the soil, which is cut into four contacts for one
+    assert (one.state == other.state).mean() > 0.998
 
 
 @pytest.mark.parametrize("way", ["quasi_static", "whole"])
