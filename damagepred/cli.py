@@ -97,6 +97,7 @@ def solve(
     from damagepred.archive.files import check_writable
     from damagepred.path import solve as solve_wall
     from damagepred.scene import Scene
+    from damagepred.scene.assumed import ground_line
 
     described = Scene.from_toml(scene)
     check_writable(output, plot)
@@ -104,6 +105,8 @@ def solve(
     with screen.Bar("solving", count + 1) as bar:
         ds = solve_wall(described, on_failure="return", on_step=bar.step, store_zones=not no_zones)
     screen.wall_table(ds)
+    if assumed := ground_line(described):
+        screen.say(assumed)
     raise typer.Exit(_keep_wall(ds, output, plot))
 
 
@@ -123,6 +126,7 @@ def study(
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.archive.cautions import STUDIED, study_cautions
     from damagepred.archive.folder import StudyFolder
+    from damagepred.scene.assumed import ground_line
     from damagepred.study import Study
     from damagepred.study.cluster import connect
     from damagepred.study.settings import StudySettings
@@ -130,6 +134,8 @@ def study(
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
+    if assumed := ground_line(settings.scene, settings.variables):
+        screen.say(assumed)
     with ExitStack() as open_until_the_end:
         client = open_until_the_end.enter_context(connect(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(screen.StudyBar())

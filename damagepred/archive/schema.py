@@ -65,6 +65,8 @@ MESH = "zone_mesh"
 """Variable that says how zones and gridpoints make a mesh, in the words of the UGRID conventions."""
 _ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "location": "node"}
 
+GROWING_GROUND = {"ground_states": "each that of the surface movement reached"}
+"""Attribute of ``surface_movement`` in paths that ran through the grounds of growing movement; older ones lack it."""
 KINDS = ("bed_joint", "head_joint", "dpc", "footing_interface", "soil", "support", "footing_section", "control_joint")
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
@@ -10,14 +12,15 @@ from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.report.words import chance, length, number
 from damagepred.scene import Scene
+from damagepred.scene.assumed import assumed_ground
 from damagepred.study.settings import StudySettings
 
 DOUBTFUL = 0.05
 """Probability of a curve's distance from its walls below which it is not to be trusted."""
 
 
-def model_caveats(scene: Scene) -> list[str]:
-    """Return what the model of one wall leaves out."""
+def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
+    """Return what the model of one wall leaves out; of the ground also what is assumed and not ``sampled``."""
     said = [
         "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement out "
         "of its plane, and torsion of the house are not in the model.",
@@ -39,7 +42,12 @@ def model_caveats(scene: Scene) -> list[str]:
             "The underside of the wall follows a given form: that the wall's weight and stiffness change the form of "
             "the footing is left out."
         )
-    elif scene.footing.concrete is None:
+    if assumed := assumed_ground(scene, sampled):
+        said.append(
+            f"Of the ground nothing was given but defaults: {', '.join(assumed)}. They are not those of a site; softer "
+            "soil than a site has spares the wall."
+        )
+    if not scene.movement.prescribed and scene.footing.concrete is None:
         said.append("The footing is linear elastic; a real one is cracked, and bends where it is.")
     if scene.dpc is not None:
         said.append(
@@ -128,7 +136,9 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySett
             "had not reached there counts as not yet reached."
         )
     said.append("Walls are one by one: those of a house, and houses of a street, share bricks, builders and ground.")
-    return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(settings.scene))])
+    return Section(
+        "caveats", "What to keep in mind", [Text([], said + model_caveats(settings.scene, settings.variables))]
+    )
 
 
 def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:

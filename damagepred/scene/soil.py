@@ -17,18 +17,20 @@ class Soil:
     Attributes
     ----------
     swelling_stiffness : float
-        Pressure per displacement (Pa/m) of soil that swells, here in dishing, when the edges heave. AS 2870-2011 takes
-        1000 kPa/m for the Walsh mound, or 100 / m times the mean pressure on the soil if that is more (read in the
-        manual of a design program, CORD of FMG Engineering).
+        Pressure per displacement (Pa/m) of soil that swells, read in dishing, when the edges heave. AS 2870-2011 takes
+        100 / m times the mean pressure q on the soil, and at least 1000 kPa/m (read in the manual of a design program,
+        CORD of FMG Engineering). Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The least value
+        belongs to a slab of about 10 kPa. A value too small is unsafe: the footing sinks into soft soil that swells,
+        and the wall is bent less (``studies/soil_movement``).
     shrinking_stiffness : float
-        The same of soil that shrinks, here in doming, when the edges dry; 5000 kPa/m (from memory).
+        The same of soil that shrinks, read in doming, when the edges dry; 5000 kPa/m (assumed).
     shear_stiffness : float or None
         Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness.
     friction : float
         tan(phi) (1) between footing and soil; there is no cohesion.
     """
 
-    swelling_stiffness: Stiffness = Field(default=1.0e6, gt=0)
+    swelling_stiffness: Stiffness = Field(default=4.0e6, gt=0)
     shrinking_stiffness: Stiffness = Field(default=5.0e6, gt=0)
     shear_stiffness: Stiffness | None = Field(default=None, gt=0)
     friction: Pure = Field(default=0.5, ge=0)

@@ -15,6 +15,7 @@ from damagepred.archive.cautions import wall_cautions
 from damagepred.assembly import Model
 from damagepred.path import Step, model_of, solve
 from damagepred.scene import Scene, Solver
+from damagepred.scene.assumed import ground_line
 from damagepred.scene.reading import read_toml
 from damagepred.solvers.half import symmetric_half
 from damagepred.solvers.quasi_static.equations import block_levels
@@ -80,6 +81,7 @@ class Estimate:
     peak_bytes: int = 0
     cautions: tuple[str, ...] = ()
     accuracy: tuple[str, ...] = ()
+    ground: str | None = None
 
     def lines(self) -> list[str]:
         """Return the estimate in words."""
@@ -104,6 +106,8 @@ class Estimate:
                 f"  {self.samples} walls with {self.variables} uncertain numbers: about {duration(total)} with -j 1, "
                 f"{duration(total / 2)} with -j 2"
             )
+        if self.ground:
+            found.append(f"  {self.ground}")
         return [*found, *(f"  caution: {said}" for said in self.cautions), *self.accuracy]
 
 
@@ -166,9 +170,10 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
         settings = StudySettings.from_toml(path)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
         scene, fields = Study(settings).sample(0)
+        ground = ground_line(settings.scene, settings.variables)
     else:
         scene, fields = Scene.from_toml(path), {}
-        title = scene.title
+        title, ground = scene.title, ground_line(scene)
     began = time.perf_counter()
     warm_up(scene)
     ready = time.perf_counter()
@@ -182,7 +187,7 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
         scene.solver.method if scene.dynamics is None else "dynamic", matrix_bytes(model, scene.solver), status,
         0 if mesh is None else len(mesh.block), 0 if mesh is None else len(mesh.zones),
         0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(), cautions,
-        () if scene.dynamics is not None else tuple(accuracy_lines(scene)),
+        () if scene.dynamics is not None else tuple(accuracy_lines(scene)), ground,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from damagepred.archive.cautions import energy_error_share
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
-from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, VARIABLES, category_attributes
+from damagepred.archive.schema import FLAG_FILL, GROWING_GROUND, SAMPLE_STATUS, VARIABLES, category_attributes
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
@@ -303,6 +303,9 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ("energy_error_share", {"tolerance": settings.scene.solver.energy_tolerance}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
+    if "surface_movement" in columns:
+        moved = columns["surface_movement"]
+        columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
     # a rig that lets go ends the movement
     return kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
 

@@ -65,7 +65,8 @@ shape = "three_loads"     # or "parabola", "arc", "table"; on "jacks" or a "moun
 # surface_movement = "40 mm"    # y_s of the site: class S up to 20 mm, M 40, H1 60, H2 75, E above
 # suction_depth = "2.3 m"       # H_s: 1.5 m in wet climates, 4 m in dry ones
 # [scene.soil]
-# swelling_stiffness = "1000 kPa/m"
+# swelling_stiffness = "4000 kPa/m"    # read in dishing: 100 / m times the pressure on the soil; soft is unsafe
+# shrinking_stiffness = "5000 kPa/m"   # read in doming
 # [scene.footing]
 # width = "400 mm"
 # depth = "900 mm"

@@ -96,6 +96,21 @@ def test_solve_says_what_it_did_in_the_solvers_words(
         assert word not in out
 
 
+def test_check_solve_study_and_report_say_what_is_assumed_of_the_ground(command: Run, tmp_path: Path) -> None:
+    scene = SMALL_SCENE.replace('central_deflection = "1 mm"', 'shape = "mound"')
+    (tmp_path / "wall.toml").write_text(scene)
+    (tmp_path / "study.toml").write_text('scene = "wall.toml"\n[study]\nsamples = 1\n')
+    words = "y_s = 40 mm, swelling soil of 4000 kPa/m"
+    for asked in (("check", "wall.toml"), ("check", "study.toml"), ("solve", "wall.toml"), ("study", "study.toml")):
+        more = ("-o", tmp_path / "wall.nc") if asked[0] == "solve" else ()
+        result = command(asked[0], tmp_path / asked[1], *more)
+        assert result.code == 0, result.err
+        assert words in " ".join(result.out.split())
+    for archive in ("wall.nc", "study.dp"):
+        assert command("report", tmp_path / archive, "-o", tmp_path / "page.html").code == 0
+        assert words in " ".join((tmp_path / "page.html").read_text().split())
+
+
 def test_the_starter_study_is_valid_and_never_overwrites(command: Run, tmp_path: Path) -> None:
     from damagepred.study.settings import StudySettings
 

@@ -1,11 +1,14 @@
 """Rig, soil and the footing on them: what a scene says of the ground, and which footing follows from it."""
 
+import re
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from damagepred.errors import InputError
 from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
+from damagepred.scene.assumed import ground_line
 from damagepred.study.starter import STARTER
 
 EVERYTHING = {
@@ -153,7 +156,48 @@ def test_soil_swells_under_dishing_and_shrinks_under_doming():
     assert (soil.stiffness("dishing"), soil.stiffness("doming")) == (2e6, 7e6)
     assert (soil.stiffness_along("dishing"), soil.stiffness_along("doming")) == (2e6, 7e6)
     assert Soil(shear_stiffness=3e6).stiffness_along("doming") == 3e6
-    assert (Soil().stiffness("dishing"), Soil().stiffness("doming")) == (1e6, 5e6)
+    assert (Soil().stiffness("dishing"), Soil().stiffness("doming")) == (4e6, 5e6)
+
+
+def test_stiffness_of_the_soil_is_the_same_by_default_in_starter_readme_statistics_and_study(data_folder: Path) -> None:
+    usual = Soil()
+    statistics = tomllib.loads((data_folder / "statistics" / "ground.toml").read_text())
+    house = tomllib.loads((data_folder.parent / "studies" / "soil_movement" / "house.toml").read_text())
+    readme = (data_folder.parent / "README.md").read_text()
+    for name in ("swelling_stiffness", "shrinking_stiffness"):
+        expected = getattr(usual, name)
+        assert statistics[f"soil.{name}"]["mean"] == expected
+        assert house["scene"]["soil"][name] == house["variables"][f"soil.{name}"]["mean"] == expected
+        for text in (STARTER, readme):
+            assert [float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)] == [1e-3 * expected]
+
+
+@pytest.mark.parametrize(
+    ("tables", "said", "unsaid"),
+    [
+        ({}, ["y_s = 40 mm", "swelling soil of 4000 kPa/m"], ["H_s", "shrinking"]),  # e of dishing does not know H_s
+        ({"movement": {"kind": "doming"}}, ["y_s = 40 mm", "H_s = 4 m", "shrinking soil of 5000 kPa/m"], ["swelling"]),
+        ({"mound": {"surface_movement": 0.06}}, ["swelling soil of 4000 kPa/m"], ["y_s"]),
+        ({"soil": {"swelling_stiffness": 2e6}}, ["y_s = 40 mm"], ["soil of"]),
+        ({"mound": {"shape": "tree"}}, ["tree mound", "largest movement = 40 mm"], ["y_s", "H_s"]),
+    ],
+)
+def test_a_mound_without_its_tables_says_what_it_assumes(
+    tables: dict[str, dict], said: list[str], unsaid: list[str]
+) -> None:
+    movement = {"shape": "mound"} | tables.get("movement", {})
+    line = ground_line(Scene.from_dict(tables | {"movement": movement}))
+    assert line is not None
+    assert all(words in line for words in said)
+    assert not any(words in line for words in unsaid)
+
+
+def test_what_is_given_sampled_or_no_mound_is_not_assumed() -> None:
+    given = {"mound": {"surface_movement": 0.05}, "soil": {"swelling_stiffness": 3e6}}
+    assert ground_line(Scene.from_dict({"movement": {"shape": "mound"}} | given)) is None
+    assert ground_line(Scene()) is None
+    places = ("mound.surface_movement", "soil.swelling_stiffness")
+    assert ground_line(Scene.from_dict({"movement": {"shape": "mound"}}), places) is None
 
 
 def test_mesh_just_fits_into_the_footing():

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError
-from damagepred.uq.fragility.intensity import intensity_values
+from damagepred.uq.fragility.intensity import check_states, intensity_values
 
 FloatArray = NDArray[np.float64]
 
@@ -107,7 +107,14 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
         Each counts as reached from itself upwards.
     intensity : str
         Name of the movement's measure.
+
+    Raises
+    ------
+    InputError
+        If paths cannot be read in between, see ``check_states``.
     """
+    if ds["damage_category"].ndim > 1:
+        check_states(ds, intensity)
     status = np.asarray(ds["status"].values)
     known = np.isin(status, (COMPLETE, COLLAPSED, FAILED))
     count, kinds = int(known.sum()), len(categories)

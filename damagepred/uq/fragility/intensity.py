@@ -43,6 +43,36 @@ _NAMES = {
 }
 
 
+def check_states(ds: xr.Dataset, name: str) -> None:
+    """Refuse to read paths of older versions in between, which scaled a Walsh mound of the final surface movement.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study of paths.
+    name : str
+        Measure of the movement.
+
+    Raises
+    ------
+    InputError
+        If the states on the way are not those of smaller surface movements.
+    """
+    if name not in ("surface_movement", "differential_movement") or "surface_movement" not in ds:
+        return
+    if "ground_states" in ds["surface_movement"].attrs:
+        return
+    scene = tomllib.loads(str(ds.attrs.get("scene", "")))
+    mound, movement, length = (scene.get(key, {}) for key in ("mound", "movement", "wall"))
+    if movement.get("shape") != "mound" or mound.get("shape", "walsh") != "walsh":
+        return
+    if not Mound(**mound).proportional(length.get("length", 0.0), movement.get("kind", "dishing")):
+        raise InputError(
+            f"{name}: this study was made by a version that scaled the Walsh mound of the final surface movement, so a "
+            "wall on the way is not that of a smaller surface movement; run the study again."
+        )
+
+
 def movement_measure(ds: xr.Dataset) -> str:
     """Return the name of what a study or a wall is moved by: ``surface_movement`` on a mound, else the deflection.
 

@@ -1,0 +1,58 @@
+"""What a scene on a mound takes for the ground where nothing is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from damagepred.scene.mound import Mound
+from damagepred.scene.scene import Scene
+from damagepred.scene.soil import Soil
+
+
+def ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
+    """Return the numbers that shape the ground under a footing, in words, by their place; empty if it is no mound.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : collection of str
+        Places of the numbers that a study samples; these are left out.
+    """
+    if scene.movement.shape != "mound":
+        return {}
+    mound, soil, kind = scene.mound, scene.soil, scene.movement.kind
+    name = "y_s" if mound.shape in ("walsh", "mitchell") else "largest movement"
+    values = {"mound.surface_movement": f"{name} = {1e3 * mound.surface_movement:g} mm"}
+    by_depth = (mound.shape == "walsh" and kind == "doming" and mound.edge_distance is None) or (
+        mound.shape == "mitchell" and mound.exponent is None
+    )
+    if by_depth:
+        values["mound.suction_depth"] = f"H_s = {mound.suction_depth:g} m"
+    stiffness = "soil.swelling_stiffness" if kind == "dishing" else "soil.shrinking_stiffness"
+    word = stiffness.removeprefix("soil.").removesuffix("_stiffness")
+    values[stiffness] = f"{word} soil of {soil.stiffness(kind) / 1e3:g} kPa/m"
+    return {place: words for place, words in values.items() if place not in sampled}
+
+
+def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
+    """Return those of the numbers that shape the ground, in words, that are the defaults; see ``ground_values``."""
+    usual = {"mound": Mound(), "soil": Soil()}
+    given = {"mound": scene.mound, "soil": scene.soil}
+    found = []
+    for place, words in ground_values(scene, sampled).items():
+        table, key = place.split(".")
+        if getattr(given[table], key) == getattr(usual[table], key):
+            found.append(words)
+    return found
+
+
+def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
+    """Return one sentence on what is assumed of the ground; None if all is given or sampled, or there is no mound."""
+    assumed = assumed_ground(scene, sampled)
+    if not assumed:
+        return None
+    return (
+        f"ground: {scene.mound.shape} mound, {scene.movement.kind}; by default {', '.join(assumed)}. Give your site's "
+        "in [mound] and [soil]: softer soil than it has spares the wall."
+    )
