@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from damagepred import solve
 from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
@@ -82,3 +83,17 @@ def test_a_wall_that_gives_way_makes_no_energy() -> None:
     for step in solve_path(wall.build(settings), settings, 1):
         assert step.released_energy >= -1e-9
         assert step.friction_work >= 0.0
+
+
+def test_a_wall_that_balances_again_too_far_away_stood_an_increment_before() -> None:
+    """A stiff footing is pressed so far into its supports that blocks leave the range of small displacements."""
+    scene = Scene(
+        wall=Wall(length=0.112, height=0.22, thickness=0.056, block_length=0.056, block_height=0.055),
+        footing=Footing(width=0.46, depth=0.53),
+        rig=Rig(supports=(0.0112, 0.1008), jacks=(0.028, 0.0784, 0.0952), stop_at_zero=False),
+        movement=Movement(shape="jacks", central_deflection=1.2e-4, increments=7),
+    )
+    ds = solve(scene)
+    assert ds.attrs["status"] == "collapsed"
+    assert ds.attrs["collapse_progress"] == ds["progress"].values[-2]
+    assert ds["unbalanced_force_ratio"].values[-1] < 1e-6

@@ -572,6 +572,8 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         collapsed = bool(come_loose(model, state.displacement, state.progress).any())
         if collapsed and not np.isfinite(worst):
             worst = unbalanced_on_its_way(path.model, state)
+        if collapsed and number > 0 and np.isnan(path.standing):
+            path.standing = (number - 1) / increments  # it balances again where it has come loose
         if worst >= path.tolerance and not collapsed:
             force, _ = path.equilibrium.unbalanced(state, state.displacement)
             block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))

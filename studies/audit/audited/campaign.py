@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import time
 import warnings
@@ -21,6 +22,8 @@ from audited.wall import ArchivedWall
 from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
 
+WARM_UP, SMALL = 60, 9
+"""Scenes of which those with at most so many bricks are solved beforehand, so that no run waits for the compiler."""
 METHODS = ("quasi_static", "explicit")
 COLUMNS = (
     "seed", "scene", "solver", "outcome", "progress", "collapse_progress", "must_collapse", "category", "crack_width",
@@ -141,10 +144,17 @@ def kept(file: Path) -> set[Job]:
 
 
 def warm_up() -> None:
-    """Compile what a wall needs, before processes are made and times are taken."""
-    for number in range(24):
+    """Compile what a wall needs, before processes are made and times are taken: two increments of some small walls."""
+    for number in range(WARM_UP):
+        scene = scene_of(0, number).scene
+        bricks = scene.wall.length * scene.wall.height / (scene.wall.block_length * scene.wall.block_height)
+        if bricks > SMALL:
+            continue
+        short = replace(scene, movement=replace(scene.movement, increments=2))
         for method in METHODS:
-            one(Job(0, number, method))
+            with contextlib.suppress(DamagepredError), warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                damagepred.solve(prepared(short, method, Budget(maximum_cycles=2000)))
 
 
 def run(wanted: Sequence[Job], file: Path, limit: float, processes: int = 1) -> None:

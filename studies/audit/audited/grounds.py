@@ -41,7 +41,9 @@ def prescribed(movement: dict[str, Any], xi: FloatArray, ratio: float) -> FloatA
         if ratio < 1e-6:
             return 1.0 - (2.0 * xi - 1.0) ** 2
         radius = (0.25 + ratio**2) / (2.0 * ratio)
-        return np.asarray((np.sqrt(radius**2 - (xi - 0.5) ** 2) - (radius - ratio)) / ratio)
+        square = (xi - 0.5) ** 2
+        # sagitta of the chord that is left, without the difference of two large numbers
+        return np.asarray(1.0 - square / (radius + np.sqrt(radius**2 - square)) / ratio)
     if shape == "three_loads":
         # superposition of three equal point loads on a simply supported beam
         form = sum(_point_load(xi, a) for a in (0.25, 0.5, 0.75))
