@@ -551,9 +551,19 @@ def break_by_slip(broken, interfaces, properties, memory):
     return taken
 
 
+@law
+def bond_load(stress, strength, block_stress):
+    """Return how far a bond is loaded in tension, 1 at its strength.
+
+    Below the stress of a block's weight, a strength is no measure of its own overload; the overload is then a share of
+    that stress.
+    """
+    return stress / strength if strength >= block_stress else 1.0 + (stress - strength) / block_stress
+
+
 @kernel
-def bond_loads(active, interfaces, properties, ground, memory, displacement, no_strength, load):
-    """Fill how far each bond is loaded, 1 at its strength, negative where pressed, 0 where there is none.
+def bond_loads(active, interfaces, properties, ground, memory, displacement, no_strength, block_stress, load):
+    """Fill how far each bond is loaded, 1 at its strength, 0 where there is none; see ``bond_load``.
 
     A bond that softens breaks once in tension, and then, if its shear is brittle, once more where it would slide.
 
@@ -561,6 +571,8 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, no_
     ----------
     no_strength : float
         Stress that breaks a bond without strength (Pa).
+    block_stress : float
+        Weight of a block over the largest area of a contact (Pa).
     load : array (m, q)
         Filled for active interfaces.
 
@@ -595,9 +607,9 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, no_
                     properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
                 )
             if memory.cracked[i, k]:
-                load[i, k] = sigma / left
+                load[i, k] = bond_load(sigma, left, block_stress)
             else:
-                load[i, k] = sigma / strength
+                load[i, k] = bond_load(sigma, strength, block_stress)
                 if properties.brittle_shear[i]:
                     limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
                     strongest, compliance = properties.compressive_strength[i], 1.0 / properties.cap_shear[i]

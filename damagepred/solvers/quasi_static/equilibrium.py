@@ -47,6 +47,29 @@ ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
 """Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 
 
+@dataclass(frozen=True)
+class TrescaSearch:
+    """Budget of a search for an equilibrium by the Tresca fixed point.
+
+    A search in vain costs more than dynamic relaxation. After each, the next search gets half the Newton iterations,
+    and the following 1, 3, 7, ... equilibria are sought by Newton's method alone. A search that succeeds takes one
+    failure back.
+
+    Attributes
+    ----------
+    max_newton_iterations : int
+        Newton iterations of a search while none has been in vain.
+    max_failures : int
+        Failures that count.
+    """
+
+    max_newton_iterations: int = 800
+    max_failures: int = 4
+
+
+SEARCH = TrescaSearch()
+
+
 def no_zones() -> FloatArray:
     """Return the plastic strain of a wall of rigid blocks."""
     return np.empty((0, 4))
@@ -152,6 +175,7 @@ class Equilibrium:
         self.free[self.held] = False
         if self.solids is not None:
             self.free[self.solids.inside] = False
+        self._failures = self._spared = 0
         self.leeway, self._begun_at = Leeway.of(model), float(np.abs(supports.start).max(initial=0.0))
 
     def _blocks_of(self, prescribed: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -348,13 +372,19 @@ class Equilibrium:
             return worst
         if near:
             return worst
+        if self._spared > 0:
+            self._spared -= 1
+            return worst
         if worst < CLOSE:
             state.displacement[:] = found
             worst = self._by_frozen_limits(state, near=True)
-            if worst < self.tolerance:
-                return worst
-        state.displacement[:], state.jack = begun, load
-        return self._by_frozen_limits(state, near=False)
+        if worst >= self.tolerance:
+            state.displacement[:], state.jack = begun, load
+            worst = self._by_frozen_limits(state, near=False)
+        failed = worst >= self.tolerance
+        self._failures = min(self._failures + 1, SEARCH.max_failures) if failed else max(self._failures - 1, 0)
+        self._spared = 2**self._failures - 1 if failed else 0
+        return worst
 
     def directly(self, state: State) -> tuple[float, FloatArray]:
         """Return the equilibrium next to a state that is nearly in balance: its unbalanced ratio, and where."""
@@ -451,7 +481,7 @@ class Equilibrium:
         bound[:], dilated[:], opened[:] = NO_LIMIT, state.memory.dilated, state.memory.opened
         if near:
             self._freeze(state, 1.0)
-        worst, least, since = np.inf, np.inf, 0
+        worst, least, since, begun = np.inf, np.inf, 0, self.newton
         for attempt in range(SOME if near else ATTEMPTS):
             self._minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
             if self.lost(state):
@@ -467,7 +497,7 @@ class Equilibrium:
                 break
             since = 0 if worst < 0.5 * least else since + 1
             least = min(least, worst)
-            if since > IN_VAIN:
+            if since > IN_VAIN or self.newton - begun > SEARCH.max_newton_iterations >> self._failures:
                 break
         return worst
 

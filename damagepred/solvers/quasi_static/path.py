@@ -66,6 +66,32 @@ AT_REST, IN_VAIN = 1e-3, 8
 fro leave no equilibrium; and times in a row that one is looked for without coming twice as near."""
 
 
+@dataclass(frozen=True)
+class StepControl:
+    """Step control where events and equilibria are many.
+
+    Attributes
+    ----------
+    weak_bond_overload : float
+        Overload at which weak bonds break within a step, over the stress of a block's weight. A bond is weak if its
+        tensile strength is less than that stress: breaking releases next to no energy.
+    weak_bond_group : float
+        Share of the largest overload from which on weak bonds break with the most overloaded one.
+    event_step_growth : float
+        Growth of the shortest step to an event when a bond that breaks in a longer step holds in shorter ones.
+    least_halvings : int
+        Times that a step without equilibrium is halved at least, where halving has been in vain before.
+    """
+
+    weak_bond_overload: float = 1.0
+    weak_bond_group: float = 0.5
+    event_step_growth: float = 4.0
+    least_halvings: int = 1
+
+
+CONTROL = StepControl()
+
+
 @dataclass
 class Count:
     """Work done: Newton steps, factorisations, and times at which bonds broke."""
@@ -91,13 +117,18 @@ class Path:
         self.tolerance = settings.tolerance_used
         self.equilibrium = Equilibrium(model, self.tolerance)
         self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
-        self.events = 0
+        self.events, self._halvings = 0, HALVINGS
         self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
         self.balance = WorkBalance()
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
         largest = float(model.interfaces.contact_area.max(initial=0.0)) or 1.0
-        self._no_strength = self.tolerance * model.mean_block_weight / largest
+        self._block_stress = model.mean_block_weight / largest
+        self._no_strength = self.tolerance * self._block_stress
+        weak = ((law.tensile_strength < self._block_stress) & ~law.brittle_shear)[:, None]
+        self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)
+        overload = CONTROL.weak_bond_overload
+        self._near, self._ahead = np.where(self._weak, overload, NEAR), np.where(self._weak, overload, OVERLOAD)
         self._load = np.zeros(model.interfaces.contact_area.shape)
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
@@ -153,7 +184,8 @@ class Path:
         model = self.model
         most = bond_loads(
             self._everything if listed is None else listed, model.interfaces, model.properties,
-            model.ground.at(state.progress), state.memory, state.displacement, self._no_strength, self._load,
+            model.ground.at(state.progress), state.memory, state.displacement, self._no_strength, self._block_stress,
+            self._load,
         )  # fmt: skip
         return self._load, most
 
@@ -163,7 +195,10 @@ class Path:
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it where its shear
         is brittle; where tension and shear reach their limits together, tension comes first.
         """
-        broken = load >= load.max() * (1.0 - TOGETHER)
+        heaviest = load.max()
+        broken = load >= heaviest * (1.0 - TOGETHER)
+        weak = self._weak & ~state.memory.cracked & (load > 1.0 + OVERLOAD)
+        broken |= weak & (load >= 1.0 + CONTROL.weak_bond_group * (heaviest - 1.0))
         if self.equilibrium.condensed:
             levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
             self.equilibrium.open_up_to(int(levels.max()))
@@ -244,11 +279,14 @@ class Path:
             if worst >= self.tolerance and only_near:
                 doubted, far = target, None
                 continue
-            if worst >= self.tolerance and halvings < HALVINGS and not self._sharply:
+            if worst >= self.tolerance and halvings < self._halvings and not self._sharply:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
+            if worst < self.tolerance and halvings:
+                self._halvings = min(self._halvings + 1, HALVINGS)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
+                self._halvings = max(self._halvings - 1, CONTROL.least_halvings)
                 astray, jumped = trial, True
                 trial, worst = self.jump(state.at(*target), state.progress, 1.0 if falls is None else LESS_PATIENCE)
                 if self._sharply and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
@@ -278,10 +316,11 @@ class Path:
                     state, worst = self.cascade(state, worst)
                 if target == beyond:
                     beyond = None  # in small steps it is passed unbroken: friction remembers the way
+                    shortest *= CONTROL.event_step_growth
                 if target == goal:
                     self.state = state
                     return worst
-            elif heaviest <= 1.0 + NEAR or distance(state, target) <= shortest:
+            elif (loaded <= 1.0 + self._near).all() or distance(state, target) <= shortest:
                 self.remember(trial, gave_way=jumped)
                 state, worst = self.cascade(trial, worst)
                 far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
@@ -290,10 +329,10 @@ class Path:
                     return worst
             else:
                 beyond, cuts = target, cuts + 1
-                over = loaded > 1.0 + OVERLOAD
-                after = loaded[over]
+                over = loaded > 1.0 + self._ahead
+                after, wanted = loaded[over], 1.0 + 0.5 * self._near[over]
                 before = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
-                share = float(np.min((1.0 + 0.5 * NEAR - before) / (after - before))) if cuts < CUTS else 0.5
+                share = float(np.min((wanted - before) / (after - before))) if cuts < CUTS else 0.5
                 far = between(state, target, min(max(share, 1e-4), 0.95))
 
     def foresee(self, state: State, target: Point) -> tuple[FloatArray, float]:
@@ -309,12 +348,12 @@ class Path:
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
         after_load, heaviest = self.bond_loads(ahead)
-        if heaviest <= 1.0 + OVERLOAD:
+        over = after_load > 1.0 + self._ahead
+        if heaviest <= 1.0 + OVERLOAD or not over.any():
             return ahead.displacement, 1.0
-        over = after_load > 1.0 + OVERLOAD
-        after_load = after_load[over]
+        after_load, wanted = after_load[over], 1.0 + 0.1 * self._near[over]
         before_load = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
-        share = float(np.min((1.0 + 0.1 * NEAR - before_load) / (after_load - before_load)))
+        share = float(np.min((wanted - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
     def jump(self, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
