@@ -603,7 +603,10 @@ def explicit_path(
         if collapsed:
             standing, falls = (number - 1) / increments, number / increments
             if sought and stood is not None and number > 0:
+                broken_at = run.broken_at.copy()
                 standing, falls = run.find_fall(stood, number)
+                # bonds that broke on the way beyond broke in the fall
+                increment = replace(increment, broken_at=np.minimum(broken_at, falls))
             yield replace(increment, progress=falls, standing_progress=max(standing, 0.0), cycles=run.cycles - before)
             return
         yield increment

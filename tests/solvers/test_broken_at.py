@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from damagepred import solve
+from damagepred.assembly import Assembly
+from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Joint, Movement, Scene, Solver, Wall
 
 WALL = Scene(
@@ -55,3 +57,22 @@ def test_bonds_worn_by_slip_have_a_place_on_the_path():
 def test_both_solvers_agree():
     quasi, explicit = np.nanmin(broken_at(8)), np.nanmin(broken_at(8, method="explicit"))
     assert explicit == pytest.approx(quasi, abs=1.5 / 100 / 8)  # a ramp has 100 stages, the steepest 1.5 times as long
+
+
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+def test_no_bond_breaks_beyond_the_fall_that_ends_a_path(method):
+    """A dry block slides at 0.3 of a push that shears the bond of another one at 0.8."""
+    weight = 2000.0 * 9.81 * 0.11 * 0.24 * 0.075
+    wall = Assembly()
+    wall.support(wall.add_block(rectangle(-1.0, -0.1, 3.0, 0.0)))
+    dry = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.3)
+    bonded = Joint(tensile_strength=1e6, cohesion=0.8 * weight / (0.24 * 0.11), friction=0.0, brittle_shear=True)
+    for x, joint in ((0.0, dry), (1.0, bonded)):
+        block = wall.add_block(rectangle(x, 0.0, x + 0.24, 0.075))
+        wall.set_joint(0, block, joint)
+        wall.push(block, x=weight, at=(x + 0.12, 0.0))
+    ds = solve(wall, solver=Solver(method=method), increments=1)
+    assert ds.attrs["status"] == "collapsed"
+    assert ds.attrs["collapse_progress"] == pytest.approx(0.3, abs=6e-3)
+    broken_at = ds["contact_broken_at"].values
+    assert not (broken_at > ds["progress"].values[-1]).any()

@@ -117,7 +117,7 @@ class Path:
         self.tolerance = settings.tolerance_used
         self.equilibrium = Equilibrium(model, self.tolerance)
         self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
-        self.events, self._halvings = 0, HALVINGS
+        self.events, self._halvings = 0, HALVINGS + 1  # the first that are in vain do not count
         self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
         self.balance = WorkBalance()
         law = model.properties
@@ -259,11 +259,12 @@ class Path:
         pains = max(
             FALL_FOUND, distance(state, goal) / 2**HALVINGS
         )  # way to it from which on one is sought farther off
+        bracket = FALL_FOUND if self._sharply else pains * (1.0 + 1e-9)  # of the movement at which the wall falls
         halvings = cuts = 0
         misses = 0  # times the tangent saw a bond break too soon
         far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
         while True:
-            if falls is not None and distance(state, falls) <= FALL_FOUND:
+            if falls is not None and distance(state, falls) <= bracket:
                 self.standing, self.state = state.progress, fallen
                 return fell_by
             target = far or next_target(state, beyond or goal, doubted or falls, pains if doubted else 0.0)
@@ -279,12 +280,12 @@ class Path:
             if worst >= self.tolerance and only_near:
                 doubted, far = target, None
                 continue
-            if worst >= self.tolerance and halvings < self._halvings and not self._sharply:
+            if worst >= self.tolerance and halvings < min(self._halvings, HALVINGS) and not self._sharply:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
             if worst < self.tolerance and halvings:
-                self._halvings = min(self._halvings + 1, HALVINGS)
+                self._halvings = min(self._halvings + 1, HALVINGS + 1)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
                 self._halvings = max(self._halvings - 1, CONTROL.least_halvings)
                 astray, jumped = trial, True
@@ -301,7 +302,7 @@ class Path:
                     fallen = loose[0] if loose else trial
                 fallen = replace(fallen, load=target[0], progress=target[1])
                 self.state, fell_by = fallen, worst
-                if not self._sharply or distance(state, target) <= FALL_FOUND or (falls is None and not loose):
+                if distance(state, target) <= bracket or (falls is None and not loose):
                     return worst
                 # whatever the reason: nearer to the last equilibrium there may be another
                 falls, doubted, far, pains = target, None, None, FALL_FOUND
@@ -504,13 +505,15 @@ class Path:
 
     def keep(self) -> Kept:
         """Return what it takes to come back here."""
-        return Kept(self.state.copy(), self.unopened.copy(), copy(self.balance), self.events, self.carried())
+        return Kept(
+            self.state.copy(), self.unopened.copy(), self.broken_at.copy(), copy(self.balance), self.events,
+            self.carried(),
+        )  # fmt: skip
 
     def go_back(self, kept: Kept) -> None:
         """Go back to a point of the path."""
-        self.state, self.unopened = kept.state.copy(), kept.unopened.copy()
+        self.state, self.unopened, self.broken_at = kept.state.copy(), kept.unopened.copy(), kept.broken_at.copy()
         self.balance, self.events = copy(kept.balance), kept.events
-        self.broken_at[~kept.state.memory.cracked] = np.nan
         self.equilibrium.find(self.state)
 
     def end_where_nothing_is_carried(self, before: Kept, worst: float) -> float:
@@ -540,6 +543,7 @@ class Kept(NamedTuple):
 
     state: State
     unopened: BoolArray
+    broken_at: FloatArray
     balance: WorkBalance
     events: int
     carried: float
