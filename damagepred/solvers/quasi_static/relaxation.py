@@ -19,6 +19,7 @@ from damagepred.solvers.falling import FEW, ROUNDS, goes_on, lasting_bonds
 from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.state import fields_of
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
@@ -36,7 +37,9 @@ of the load has died away, which is what strong damping is for.
 """
 
 
-def come_to_rest(model: Model, start: State, left: float, patience: float = 1.0) -> Iterator[State]:
+def come_to_rest(
+    model: Model, start: State, left: float, patience: float = 1.0, jacks: JackControl | None = None, lift: float = 0.0
+) -> Iterator[State]:
     """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
 
     The movement goes on slowly: ground that was in its new place at once would press
@@ -52,6 +55,10 @@ def come_to_rest(model: Model, start: State, left: float, patience: float = 1.0)
         Share of the movement of that.
     patience : float
         Share of the cycles that it is given, unless it is slowing down.
+    jacks : JackControl, optional
+        Jacks whose deflection is given: each time the wall is looked at, their load is corrected by what is missing.
+    lift : float
+        Deflection per load of the jacks by the last tangent (m/N).
 
     Yields
     ------
@@ -69,11 +76,16 @@ def come_to_rest(model: Model, start: State, left: float, patience: float = 1.0)
     if start.progress != left:
         run.advance(ALONG, start.progress, load)
         run.halt()
+    load_of_jacks = start.jack
     cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
     while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
         if run.cycles > begun + SHAKEN:
             run.damping = max(EASED * run.damping, LEAST)
         before = run.motion.displacement.copy()
+        if jacks is not None and lift > 0.0:
+            more = jacks.gap(start.progress, before) / lift
+            load_of_jacks += more
+            run.motion.load[:] += more * jacks.push
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(LONGER * cycles)
@@ -84,7 +96,9 @@ def come_to_rest(model: Model, start: State, left: float, patience: float = 1.0)
         brittle = memory.cracked & ~softens[:, None]
         memory.opened[brittle] = parted[brittle]
         plastic = start.plastic if run.zones is None else run.zones.plastic()
-        yield replace(start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic)
+        yield replace(
+            start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic, jack=load_of_jacks
+        )  # fmt: skip
         if come_loose(model, run.motion.displacement, start.progress).any():
             return
 
