@@ -22,6 +22,9 @@ LAWS: dict[str, dict[str, Any]] = {
 }
 SETTINGS = Solver(method="quasi_static")
 BALANCED = 1e-6
+UNBALANCED = 0.06
+"""Share of the work that five increments may leave unbalanced: softening and sliding in one of them is no straight
+line, and the trapezoidal rule takes it for one. The error falls with the increments, see below."""
 
 
 def random_wall(law: str, seed: int, length: float = 1.2) -> tuple[Scene, Model]:
@@ -97,6 +100,8 @@ def check_path(model: Model, steps: list[Increment], increments: int) -> None:
         released = step.released_energy
         spent = step.elastic_energy + step.friction_work + step.fracture_work + step.released_energy
         assert abs(step.external_work - spent) <= step.energy_error * (1 + 1e-6) + 1e-9
+        most = max(abs(step.external_work), step.elastic_energy, step.friction_work, step.fracture_work)
+        assert step.energy_error <= UNBALANCED * max(most, step.released_energy)
 
 
 @pytest.mark.parametrize("law", LAWS)

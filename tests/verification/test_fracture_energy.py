@@ -15,12 +15,15 @@ from scipy import integrate, optimize
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
+from damagepred.kernels.joint import bond_slope, joint_law
 from damagepred.scene import Joint, Solver
+from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify
 
 B, H, T = 0.24, 0.075, 0.11
 AREA = B * T
 SLOW = pytest.mark.slow
+QUASI_STATIC = SOLVERS["quasi_static"]
 JOINT = Joint(tensile_strength=0.3e6, fracture_energy=40.0)
 F_T, G_F, K_N, K_S = JOINT.tensile_strength, 40.0, JOINT.normal_stiffness, JOINT.shear_stiffness
 U_0, W_C = F_T / K_N, 2 * G_F / F_T
@@ -47,6 +50,12 @@ MIXED = ClosedForm(
     formula="u = n p,  s = m p;   breaks at k_s m p* = C(b) - σ tan φ(b),  b that of the opening n p*;\n"
     "∫ F·du/A = ∫ σ du + k_s (m p*)²/2;   fracture work over A = ∫ σ du - σ* n p*/2;   the rest is set free",
     source="The law along a straight path; p* by a root finder (scipy.optimize.brentq), the integral by quadrature.",
+)
+HALF = ClosedForm(
+    chapter=CHAPTER,
+    title="Work that a half-softened joint has taken",
+    formula="fracture work = A G_f (1 - b),   b = (w_c - u)/(w_c - u_0);   elastic energy A b f_t u/2",
+    source="Linear softening that unloads to the origin.",
 )
 BOX = ClosedForm(
     chapter=CHAPTER,
@@ -252,3 +261,64 @@ def test_the_first_slip_leaves_the_residual_strength(
         assert float(ds["fracture_work"][-1]) == 0.0  # slip sets free what the joint holds
         free = (peak**2 - left**2) / (2 * K_S) - left * (peak - left) / K_S
         assert float(ds["released_energy"][-1]) / AREA == pytest.approx(free, rel=0.02)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.4, 0.9])
+@pytest.mark.parametrize("law", ["nothing else", "brittle shear", "G_II 0.999", "G_II 50"])
+def test_a_half_softened_joint_has_taken_its_share(verify: Verify, law: str, share: float) -> None:
+    wall, brick = on_plate(LAWS[law])
+    wall.move(brick, y=share * W_C)
+    ds = damagepred.solve(wall, solver=QUASI_STATIC, increments=7)
+    bond = (W_C - share * W_C) / (W_C - U_0)
+    exact = [G_F * (1 - bond), 0.5 * bond * F_T * share * W_C]
+    names = ("fracture_work", "elastic_energy")
+    verify(
+        HALF, case=f"{law}, opened to {share:g} w_c", solver=QUASI_STATIC.method, unit="N/m",
+        quantity="fracture work and elastic energy over area", computed=[float(ds[n][-1]) / AREA for n in names],
+        exact=exact, tolerance=1e-6,
+    )  # fmt: skip
+    assert float(ds["external_work"][-1]) == pytest.approx(AREA * sum(exact), rel=1e-6)
+    balanced(ds, AREA * sum(exact), 1e-6)
+
+
+def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) -> dict[str, float]:
+    """Return where the work goes (N/m) along a straight path, by the explicit solver's law in many small steps."""
+    assert joint.shear_fracture_energy is not None
+    rest = joint.friction if joint.residual_friction is None else joint.residual_friction
+    intact = (F_T, joint.cohesion, joint.friction, 1 / K_S)
+    weakened = (0.0, joint.residual_cohesion, rest, 1 / K_S)
+    wear = (W_C - U_0) * (joint.cohesion - joint.residual_cohesion) / (2 * joint.shear_fracture_energy)
+    memory: tuple[float, ...] = (0.0, 0.0, False, 0.0)
+    external = friction = sigma = tau = 0.0
+    for i in range(1, steps + 1):
+        before, slid = (sigma, tau), memory[0]
+        for _ in range(3):  # what is left to slide follows in the next cycle
+            sigma, tau, *rested = joint_law(
+                opened * i / steps, sheared * i / steps, *memory, (K_N, K_S, 1 / K_S), intact, weakened,
+                (W_C, bond_slope(K_N, F_T, W_C)), 0.0, False, (np.inf, np.inf, 1.0), wear,
+            )  # fmt: skip
+            memory = tuple(rested)
+        external += 0.5 * ((before[0] + sigma) * opened + (before[1] + tau) * sheared) / steps
+        friction += 0.5 * (before[1] + tau) * (memory[0] - slid)
+    elastic = 0.5 * sigma * opened + 0.5 * tau**2 / K_S
+    return {
+        "external_work": external, "friction_work": friction, "elastic_energy": elastic,
+        "fracture_work": external - friction - elastic,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(("open_to", "slide"), [(0.3, 1.0), (0.6, 4.0), (0.6, 10.0)])
+def test_wear_under_tension_takes_what_the_other_law_says(open_to: float, slide: float, left: bool) -> None:
+    """Opened and slid at a time, so that both use up the bond; the explicit law is the independent account."""
+    joint = LAWS["G_II 50, residual strength" if left else "G_II 50"]
+    wall, brick = on_plate(joint)
+    opened, sheared = open_to * W_C, slide * joint.cohesion / K_S
+    wall.move(brick, y=opened, x=sheared)
+    ds = damagepred.solve(wall, solver=QUASI_STATIC, increments=400)
+    exact = worn_under_tension(joint, opened, sheared, 20_000)
+    assert exact["friction_work"] > 0.02 * exact["external_work"]
+    for name, value in exact.items():
+        computed = float(ds[name][-1]) / AREA
+        assert computed == pytest.approx(value, abs=0.01 * exact["external_work"]), name
+    balanced(ds, exact["external_work"] * AREA, 0.01)
