@@ -326,7 +326,7 @@ def act(
 
         row = p.law
         k_n, k_s = laws[row, 0], laws[row, 1]
-        was_cracked, dilated, slip = p.cracked != 0.0, p.dilated, p.slip
+        was_cracked, dilated, slip, was_opened = p.cracked != 0.0, p.dilated, p.slip, p.opened
         away, half = u_n - dilated, 0.5 * abs(moved)
         # most contacts neither give way nor pass the kink: then there is no more to the law than this
         sigma, tau = k_n * away, k_s * (u_s - slip)
@@ -365,13 +365,16 @@ def act(
             # where the work went
             mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
             rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilated))
-            softens = False
+            softens, snaps = False, False
             if softening is not None:
-                softens = cracked & (laws[row, 11] > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
+                w_c = laws[row, 11]
+                softens = cracked & (w_c > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
+                # slip that breaks the bond sets free what it holds
+                snaps = softens & brittle_shear & (was_opened < w_c) & (opened >= w_c) & (u_n - new_dilated < w_c)
             if (cracked != was_cracked) | softens:
                 lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
                 lost -= 0.5 * sigma * (u_n - new_dilated)
-                if softens:
+                if softens & (not snaps):
                     torn += p.area * lost
                 else:
                     freed += p.area * lost

@@ -157,13 +157,13 @@ def test_a_live_load_does_its_work() -> None:
     assert abs(ds["energy_error"].values[-1]) < 1e-9
 
 
-def torn(joint: Joint, speed: float) -> DynamicRun:
-    """Return the run of two bonded bricks that fly apart, each at a speed."""
+def torn(joint: Joint, speed: float, slide: float = 0.0, safety: float = 0.1) -> DynamicRun:
+    """Return the run of two bonded bricks that fly apart, each at a speed, and slide past each other at another."""
     assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=joint)
     for k, sign in enumerate((-1.0, 1.0)):
         assembly.add_block(rectangle(0.0, 0.075 * k, 0.24, 0.075 * (k + 1)))
-        assembly.set_velocity(k, y=sign * speed)
-    course = started(assembly.build(STIFF), 0.01, 4, start="unstressed", time_step_safety=0.1)
+        assembly.set_velocity(k, y=sign * speed, x=sign * slide)
+    course = started(assembly.build(STIFF), 0.01, 4, start="unstressed", time_step_safety=safety)
     *_, last = iter(course)
     assert (last.state == ContactState.CRACKED).all()
     return course
@@ -185,6 +185,24 @@ def test_softening_bonds_take_their_fracture_energy() -> None:
     balance = torn(tough, 0.2).audit.balance()
     assert balance.fracture_work == pytest.approx(2.0 * 0.24 * THICKNESS, rel=0.01)
     assert abs(balance.energy_error) < 1e-3 * balance.fracture_work
+
+
+def test_slip_that_breaks_a_softening_bond_sets_free_what_it_holds() -> None:
+    """So fast that the path is straight: fracture takes G_f (1 - b) at the opening at which slip breaks the rest."""
+    strength, energy, cohesion, friction, slide = 1e5, 2.0, 0.2e6, 0.75, 0.14
+    brittle = Joint(
+        tensile_strength=strength, cohesion=cohesion, friction=friction, fracture_energy=energy, brittle_shear=True
+    )
+    balance = torn(brittle, 0.5, slide * 0.5, 2e-3).audit.balance()
+    first, last = strength / 82e9, 2 * energy / strength
+    # 36e9 slide u = b (C - f_t tan phi)
+    carried = cohesion - strength * friction
+    bond = 36e9 * slide * last / (carried + 36e9 * slide * (last - first))
+    assert 0.2 < bond < 0.8
+    assert balance.fracture_work == pytest.approx(energy * (1.0 - bond) * 0.24 * THICKNESS, rel=0.03)
+    held = 0.5 * bond * strength * (last - bond * (last - first)) * 0.24 * THICKNESS
+    assert balance.released_energy == pytest.approx(held, rel=0.05)
+    assert abs(balance.energy_error) < 1e-2 * held
 
 
 def test_static_solver_and_settings_are_left_as_they_were() -> None:
