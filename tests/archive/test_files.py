@@ -300,7 +300,7 @@ try:
 except StudyError as error:
     print(error)
 """
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
     assert "wall.nc: could not be written" in run.stdout
     assert "Traceback" not in run.stderr

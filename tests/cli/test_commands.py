@@ -180,11 +180,10 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
     arguments = [sys.executable, "-m", "damagepred", "study", str(small_study_file), "-n", "400", "-j", "2"]
     # a session of its own: the interrupt reaches command and workers alike, as from a terminal
     run = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    deadline = time.monotonic() + 120
-    while len(folder.finished()) < 3 and time.monotonic() < deadline:
+    while len(folder.finished()) < 3 and run.poll() is None:
         time.sleep(0.02)
     os.killpg(run.pid, signal.SIGINT)
-    out, _ = run.communicate(timeout=120)
+    out, _ = run.communicate()
     assert run.returncode == 130
     assert "interrupted" in out
     kept = {p.name: p.read_bytes() for p in folder.parts.iterdir()}

@@ -2,13 +2,14 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 import pytest
 
+from damagepred.one_thread import one_blas_thread
 from studies.benchmarks.pages import machine, markdown, put_in
 from tests.regressions.cases import GATE, LONG, Case
 from tests.regressions.measure import PAUSE, Rounds, processor, slow
@@ -92,6 +93,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[RECORD] = Record(config.getoption("--renew-baseline", default=False))
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Iterator[None]:
+    """Time one thread, of the yardsticks', too: two take more time of processor for the same work."""
+    with one_blas_thread():
+        yield
 
 
 @pytest.fixture

@@ -132,10 +132,8 @@ time.sleep(60)
     assert len(workers) == 2
     parent.kill()  # the parent alone
     parent.wait()
-    deadline = time.monotonic() + 30
-    while any(Path(f"/proc/{worker}").exists() for worker in workers) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+        time.sleep(0.1)  # until the test takes too long
 
 
 class Threads:
