@@ -151,19 +151,27 @@ def lines_with_matrices() -> dict[str, set[int]]:
     """Return the lines of each file of the package that multiply or factorise matrices, but for the kernels' own."""
     found = {}
     for file in sorted((ROOT / "damagepred").rglob("*.py")):
-        lines = {node.lineno for node in ast.walk(ast.parse(file.read_text("utf-8"))) if _on_matrices(node)}
+        nodes = list(ast.walk(ast.parse(file.read_text("utf-8"))))
+        named = {
+            name.asname or name.name
+            for node in nodes
+            if isinstance(node, ast.ImportFrom) and "linalg" in (node.module or "").split(".")
+            for name in node.names
+        }
+        lines = {node.lineno for node in nodes if _on_matrices(node, named)}
         if lines and "kernels" not in file.parts:
             found[str(file)] = lines
     return found
 
 
-def _on_matrices(node: ast.AST) -> bool:
+def _on_matrices(node: ast.AST, named: set[str]) -> bool:
     if isinstance(node, ast.BinOp | ast.AugAssign):
         return isinstance(node.op, ast.MatMult)
-    if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+    if not isinstance(node, ast.Call):
         return False
-    words = ast.unparse(node.func).split(".")
-    return bool({"linalg", "lapack", "blas"} & set(words[:-1])) or words[-1] in ("dot", "einsum", "tensordot", "matmul")
+    *modules, function = ast.unparse(node.func).split(".")
+    products = ("dot", "einsum", "inner", "matmul", "tensordot", "vdot")
+    return bool({"linalg", "lapack", "blas", *named} & {*modules, function}) or bool(modules and function in products)
 
 
 class Watch:
