@@ -140,8 +140,11 @@ def _curves(folder: Path, found: Digests) -> None:
     found.note("judged again", damagepred.judge_again(ds, table="bre251"))
     found.found["exceedance"] = repr(exceedance(ds, 1, 4e-3))
     page = write_report(place, folder / "page.html", replay=False, bootstrap=100).read_text(encoding="utf-8")
-    text = re.sub(r"<svg.*?</svg>|<[^>]*>", " ", page, flags=re.S).replace(package_commit(), "")
-    found.found["report"] = hashlib.sha256(re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d\S*", "", text).encode()).hexdigest()[:16]
+    text = re.sub(r"<svg.*?</svg>|<[^>]*>", " ", page, flags=re.S)
+    text = text.replace(package_commit(), "").replace(str(folder), "")
+    found.found["report"] = hashlib.sha256(re.sub(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d\S*", "", text).encode()).hexdigest()[
+        :16
+    ]
 
 
 # -- lines that BLAS is called from ------------------------------------------------------------------------------------
