@@ -58,6 +58,13 @@ class Model(StrEnum):
     empirical = "empirical"
 
 
+class Measure(StrEnum):
+    """Width that a damage category is found by."""
+
+    joint = "joint"
+    band = "band"
+
+
 class Band(StrEnum):
     """How confidence bands are found."""
 
@@ -297,23 +304,36 @@ def fragility(
     against: Annotated[
         str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
     ] = None,
+    measure: Annotated[
+        Measure | None, typer.Option("--measure", help="Width that makes the category: widest joint or crack band.")
+    ] = None,
+    footing_gap: Annotated[
+        bool | None,
+        typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
+    ] = None,
 ) -> None:
     """Fit fragility curves to a study."""
     from damagepred.archive.files import check_writable, write_dataset, write_whole
     from damagepred.archive.folder import open_study
     from damagepred.archive.schema import SCHEMA_VERSION
+    from damagepred.rejudge import footing_gap_note, judge_again
     from damagepred.uq.fragility import fit_fragility
 
     check_writable(output, plot, csv)
     wanted = screen.whole_numbers("--categories", categories) if categories else None
+    study = open_study(folder)
+    if measure is not None or footing_gap is not None:
+        study = judge_again(study, measure=measure and measure.value, count_footing_gap=footing_gap)
     if against is not None:
-        _fragility_surface(folder, against, wanted, intensity, confidence, bootstrap, output, plot)
+        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, output, plot)
         return
     curves = fit_fragility(
-        open_study(folder), model=model.value, intensity=intensity and intensity.value, categories=wanted,
+        study, model=model.value, intensity=intensity and intensity.value, categories=wanted,
         confidence=confidence, band=band.value, bootstrap=bootstrap, goodness=goodness,
     )  # fmt: skip
     screen.fragility_table(curves)
+    if note := footing_gap_note(study):
+        screen.say(f"note: {note}")
     if output is not None:
         write_dataset(curves.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
@@ -467,6 +487,16 @@ def judge_command(
     group_distance: Annotated[
         str | None, typer.Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
     ] = None,
+    measure: Annotated[
+        Measure | None, typer.Option("--measure", help="Width that makes the category: widest joint or crack band.")
+    ] = None,
+    footing_gap: Annotated[
+        bool | None,
+        typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
+    ] = None,
+    band_gauge: Annotated[
+        str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
+    ] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
@@ -479,6 +509,8 @@ def judge_command(
     after = judge_again(
         before, table=table, plasterboard=plasterboard, count_rule=count_rule, group_count=group_count,
         group_distance=None if group_distance is None else screen.quantity("--group-distance", group_distance, "m"),
+        measure=measure and measure.value, count_footing_gap=footing_gap,
+        band_gauge=None if band_gauge is None else screen.quantity("--band-gauge", band_gauge, "m"),
     )  # fmt: skip
     screen.judged_again(before, after)
     if output is not None:
@@ -526,11 +558,10 @@ def main() -> None:
 
 
 def _fragility_surface(
-    folder: Path, second: str, categories: list[int] | None, intensity: Intensity | None, confidence: float,
+    study: xr.Dataset, second: str, categories: list[int] | None, intensity: Intensity | None, confidence: float,
     bootstrap: int, output: Path | None, plot: Path | None,
 ) -> None:  # fmt: skip
     from damagepred.archive.files import write_dataset
-    from damagepred.archive.folder import open_study
     from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.errors import InputError
     from damagepred.uq.fragility import fit_surface
@@ -538,7 +569,7 @@ def _fragility_surface(
     if categories is None or len(categories) != 1:
         raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
     surface = fit_surface(
-        open_study(folder), categories[0], second, intensity=intensity and intensity.value, confidence=confidence,
+        study, categories[0], second, intensity=intensity and intensity.value, confidence=confidence,
         bootstrap=bootstrap,
     )  # fmt: skip
     for line in screen.surface_lines(surface):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.cautions import energy_error_share
 from damagepred.archive.provenance import provenance
-from damagepred.archive.schema import dataset, name_categories
+from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.assembly import Assembly, Kind, Model, wall_model
 from damagepred.damage import (
     GROUP_COUNTS,
@@ -103,6 +103,7 @@ def joint_map(model: Model) -> JointMap:
         face.contact_area / model.thickness,
         np.column_stack((face.normal_x, face.normal_y)),
         face.kind,
+        np.column_stack((face.block_a, face.block_b)),
     )
 
 
@@ -136,7 +137,7 @@ def follow(
         cracked = increment.state == ContactState.CRACKED
         verdict = judge(joints, increment.opening, increment.slip, cracked, damage)
         if increment.collapsed:
-            verdict = verdict._replace(damage_category=highest)
+            verdict = verdict._replace(damage_category=highest, damage_category_band=highest)
         yield Step(increment, verdict)
 
 
@@ -342,7 +343,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values |= _zone_counts(steps)
     for name in Verdict._fields:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
-    values["damage_category"] = values["damage_category"].astype(np.int8)
+    for name in CATEGORY_VARIABLES:
+        values[name] = values[name].astype(np.int8)
     return values
 
 
@@ -475,7 +477,8 @@ def _collect(
     }  # fmt: skip
     ds = dataset(
         values,
-        {**attributes, **provenance(), "damage_table": table.name, "apex_limited_joints": model.apex_limited,
+        {**attributes, **provenance(), "damage_table": table.name, "damage_measure": damage.measure,
+         "count_footing_gap": damage.count_footing_gap, "apex_limited_joints": model.apex_limited,
          "snap_back_limited_joints": model.snap_back_limited,
          "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
          **_zoning(model)},

@@ -6,14 +6,22 @@ import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.archive.schema import CATEGORIES, FLAG_FILL, SAMPLE_STATUS, VARIABLES, category_attributes
+from damagepred.archive.schema import (
+    CATEGORIES,
+    CATEGORY_VARIABLES,
+    FLAG_FILL,
+    SAMPLE_STATUS,
+    VARIABLES,
+    category_attributes,
+)
 from damagepred.damage import (
+    HAIRLINE,
     DamageTable,
     JointMap,
     Verdict,
@@ -24,7 +32,9 @@ from damagepred.damage import (
     load_table,
     read_table,
     sticking_limits,
+    widest_gap,
 )
+from damagepred.damage.joints import DPC, FOOTING_INTERFACE
 from damagepred.damage.table import TABLES
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
@@ -32,6 +42,9 @@ from damagepred.scene import Damage
 
 FloatArray = NDArray[np.float64]
 Categories = NDArray[np.int8]
+
+MEASURES = get_args(get_type_hints(Damage)["measure"])
+"""Widths that a category is found by."""
 
 COLLAPSED = SAMPLE_STATUS.index("collapsed")
 
@@ -66,6 +79,11 @@ def judge_again(
     group_distance: float | None = None,
     group_count: int | None = None,
     dpc_threshold: float | None = None,
+    measure: str | None = None,
+    band_gauge: float | None = None,
+    band_threshold: float | None = None,
+    footing_threshold: float | None = None,
+    count_footing_gap: bool | None = None,
 ) -> xr.Dataset:
     """Judge a wall or a study again; what is not given stays as the archive was judged by.
 
@@ -86,15 +104,20 @@ def judge_again(
         Whether the limits are raised for plasterboard.
     count_rule : bool, optional
         Whether groups of cracks count.
-    group_distance, dpc_threshold : float, optional
+    group_distance, dpc_threshold, band_gauge, band_threshold, footing_threshold : float, optional
         See ``damagepred.scene.Damage`` (m); of a wall with its contacts only.
     group_count : int, optional
         Cracks that make a group; of a study 2 to 5.
+    measure : {"joint", "band"}, optional
+        Whether the category is that of the widest joint or of the widest crack band.
+    count_footing_gap : bool, optional
+        Whether a gap along the footing bed counts as a crack of a wall without a dpc.
 
     Returns
     -------
     xarray.Dataset
-        With the new ``damage_category`` and what goes with it, ``deviation_level`` and ``opening_sticking`` where their
+        With the new ``damage_category`` and what goes with it, ``damage_category_band`` where the widths of crack bands
+        are known, ``deviation_level`` and ``opening_sticking`` where their
         measures are archived, and the attribute ``judgement``, which says what could not be told.
 
     Raises
@@ -107,8 +130,12 @@ def judge_again(
             raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
     own = archived_rules(ds)
     wanted = {"count_rule": count_rule, "group_distance": group_distance, "group_count": group_count,
-              "dpc_threshold": dpc_threshold}  # fmt: skip
+              "dpc_threshold": dpc_threshold, "measure": measure, "band_gauge": band_gauge,
+              "band_threshold": band_threshold, "footing_threshold": footing_threshold,
+              "count_footing_gap": count_footing_gap}  # fmt: skip
     given: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
+    if measure not in (None, *MEASURES):
+        raise InputError(f"measure = {measure!r}: must be {' or '.join(MEASURES)}.")
     settings = replace(own.settings, **given)
     rules = Rules(_table(own, table, plasterboard), settings)
     judged = ds.copy()
@@ -118,6 +145,8 @@ def judge_again(
         notes = _judge_numbers(judged, own, rules)
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
+    judged.attrs["damage_measure"] = rules.settings.measure
+    judged.attrs["count_footing_gap"] = int(rules.settings.count_footing_gap)
     judged.attrs["judgement"] = "; ".join([f"judged again by {rules.table.name}", *notes])
     return judged
 
@@ -130,12 +159,20 @@ def archived_rules(ds: xr.Dataset) -> Rules:
     ds : xarray.Dataset
         Of a wall or a study.
     """
-    settings = Damage(**tomllib.loads(str(ds.attrs.get("scene", ""))).get("damage", {}))
+    settings = Damage(**_scene(ds).get("damage", {}))
+    if "damage_measure" in ds.attrs:  # judged again
+        counted = bool(int(ds.attrs["count_footing_gap"]))
+        again: dict[str, Any] = {"measure": str(ds.attrs["damage_measure"]), "count_footing_gap": counted}
+        settings = replace(settings, **again)
     table = damage_table(settings)
     name = ds.attrs.get("damage_table", table.name)
     plain = [load_table(name) for name in TABLES]
     known = [table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
     return Rules(next((one for one in known if one.name == name), table), settings)
+
+
+def _scene(ds: xr.Dataset) -> dict[str, Any]:
+    return tomllib.loads(str(ds.attrs.get("scene", "")))
 
 
 def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: bool | None) -> DamageTable:
@@ -157,7 +194,7 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
 
 
 def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
-    joints = JointMap.from_dataset(ds)
+    joints = JointMap.from_dataset(ds, with_blocks=True)
     shape = joints.contact_x.shape
     opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
     verdicts = [
@@ -165,24 +202,26 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
         for o, s, c in zip(opening, slip, state)
     ]
     values = {name: np.array([getattr(v, name) for v in verdicts]) for name in Verdict._fields}
-    values["damage_category"] = values["damage_category"].astype(np.int8)
-    if ds.attrs.get("status") == "collapsed":
-        fell = int(ds.attrs.get("collapse_increment", ds.sizes["increment"] - 1))
-        values["damage_category"][fell:] = rules.table.highest
+    for name in CATEGORY_VARIABLES:
+        values[name] = values[name].astype(np.int8)
+        if ds.attrs.get("status") == "collapsed":
+            fell = int(ds.attrs.get("collapse_increment", ds.sizes["increment"] - 1))
+            values[name][fell:] = rules.table.highest
     for name, value in values.items():
-        if name in ds:
-            ds[name] = (ds[name].dims, value, ds[name].attrs)
+        variable = VARIABLES[name]
+        if name in ds or variable.dims == ("increment",):  # archives of older versions lack some, contacts hold them
+            ds[name] = (variable.dims, value, ds[name].attrs if name in ds else variable.attributes())
     for name, more in kept_rules(rules.settings).items():
         if name in ds:
             ds[name].attrs.update(more)
-    _name(ds, "damage_category", rules.table)
+    for name in CATEGORY_VARIABLES:
+        _name(ds, name, rules.table)
     return []
 
 
 def _name(ds: xr.Dataset, name: str, table: DamageTable) -> None:
     attributes = category_attributes(table.category_names, f"{table.name}; {table.source}")
-    if name != "damage_category":
-        attributes["long_name"] = VARIABLES[name].long_name
+    attributes["long_name"] = VARIABLES[name].long_name
     ds[name].attrs = attributes
 
 
@@ -192,12 +231,19 @@ def _name(ds: xr.Dataset, name: str, table: DamageTable) -> None:
 def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
     _refuse_what_is_not_kept(ds, own.settings, rules)
     notes: list[str] = []
+    before = ds.copy()
     for prefix in ("", "end_"):
-        if f"{prefix}damage_category" in ds and f"{prefix}crack_width_max" in ds:
-            notes += _judge_columns(ds, prefix, own, rules)
-    for name in (f"{prefix}damage_category" for prefix in ("", "end_")):
+        for name in CATEGORY_VARIABLES:
+            if f"{prefix}{name}" in ds and f"{prefix}crack_width_max" in ds:
+                found = _judge_columns(ds, before, prefix, name, own, rules)
+                notes += found if name == "damage_category" else []
+    for name in (f"{prefix}{name}" for prefix in ("", "end_") for name in CATEGORY_VARIABLES):
         if name in ds:
             _name(ds, name, rules.table)
+    if "crack_band_width_max" not in ds:
+        notes.append("no crack bands: the archive does not hold their widths; replay solves a wall of it again")
+    if "footing_opening_max" not in ds:
+        notes.append("no gap along the footing bed: the archive does not hold it")
     if "crack_count" in ds and rules.table.limits[0] != own.table.limits[0]:
         del ds["crack_count"]
         notes.append("crack_count is left out: it counts cracks of another width")
@@ -205,11 +251,20 @@ def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
 
 
 def _refuse_what_is_not_kept(ds: xr.Dataset, own: Damage, rules: Rules) -> None:
-    for name in ("group_distance", "dpc_threshold"):
+    for name in ("group_distance", "dpc_threshold", "band_gauge", "band_threshold", "footing_threshold"):
         if (asked := getattr(rules.settings, name)) != (had := getattr(own, name)):
             raise InputError(
                 f"{name} = {asked:g}: this archive was judged with {had:g} m and does not hold what another takes; a "
                 "wall with its contacts does (solve -o, replay -o)."
+            )
+    for asked_for, name, what in (
+        (rules.settings.measure == "band", "crack_band_width_max", "measure = 'band'"),
+        (rules.settings.count_footing_gap, "footing_opening_max", "count_footing_gap = true"),
+    ):
+        if asked_for and not {name, f"end_{name}"} & {str(n) for n in ds.variables}:
+            raise InputError(
+                f"{what}: this archive, of an older version, does not hold {name}; run the study again, or judge walls "
+                "of it with their contacts (replay -o)."
             )
     counts = ds["group_count"].values.tolist() if "group_count" in ds.variables else []
     asked = rules.settings.group_count
@@ -217,16 +272,23 @@ def _refuse_what_is_not_kept(ds: xr.Dataset, own: Damage, rules: Rules) -> None:
         raise InputError(f"group_count = {asked}: this archive holds groups of {', '.join(map(str, counts))} cracks.")
 
 
-def _judge_columns(ds: xr.Dataset, prefix: str, own: Rules, rules: Rules) -> list[str]:
-    """Judge a study's paths, or the ends of its movements, anew."""
-    was = ds[f"{prefix}damage_category"]
+def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, own: Rules, rules: Rules) -> list[str]:
+    """Judge a study's paths, or the ends of its movements, anew: one of the two categories."""
+    by_band = name == "damage_category_band" or rules.settings.measure == "band"
+    was = before[f"{prefix}{name}"]
+    same = own.table.limits == rules.table.limits and own.settings == rules.settings
+    other = own.table.limits == rules.table.limits and own.settings == replace(rules.settings, measure="joint")
+    if same or (by_band and other):
+        # found along the path itself; bands are never narrower than joints, so no path ended before it was known
+        kept = before.get(f"{prefix}damage_category_band", was) if by_band else was
+        ds[f"{prefix}{name}"] = (was.dims, kept.values.copy(), was.attrs)
+        return []
     many = "sample" in was.dims
     rows = was.sizes["sample"] if many else 1
     old = was.values.reshape(rows, -1)
-    width = ds[f"{prefix}crack_width_max"].values.reshape(old.shape)
+    width = _widths(ds, prefix, by_band, rules.settings).reshape(old.shape)
     group = _group(ds, prefix, rules.settings, old.shape)
     status = ds["status"].values if many else np.array([COLLAPSED * (ds.attrs.get("status") == "collapsed")])
-    same = own.table.limits == rules.table.limits and own.settings == rules.settings
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
     for part in _parts(rows):
@@ -237,14 +299,14 @@ def _judge_columns(ds: xr.Dataset, prefix: str, own: Rules, rules: Rules) -> lis
         reached = _beyond_the_end(new[part], old[part], status[part] == COLLAPSED, rules.table.highest, same)
         open_end += reached.size
         followed = min(followed, int(reached.min(initial=followed)))
-    ds[f"{prefix}damage_category"] = (was.dims, new.reshape(was.shape), was.attrs)
+    ds[f"{prefix}{name}"] = (was.dims, new.reshape(was.shape), was.attrs)
     notes = []
     if without_group:
         notes.append(
             f"{without_group} of {rows} walls are judged by their widest crack alone: the archive does not hold how "
             "wide groups of cracks are"
         )
-    if not prefix and many and not same:
+    if not prefix and many and not same and name == "damage_category":
         ds.attrs["highest_category"] = max(followed, 1)
     if open_end and not same:
         where = "beyond the end of their paths" if old.shape[1] > 1 else "at the end of their movement"
@@ -253,6 +315,17 @@ def _judge_columns(ds: xr.Dataset, prefix: str, own: Rules, rules: Rules) -> lis
             f"{int(old.max())} of {own.table.name} only; all are known up to category {followed}"
         )
     return notes
+
+
+def _widths(ds: xr.Dataset, prefix: str, by_band: bool, settings: Damage) -> FloatArray:
+    """Return the widths (m) that make the category, of the variable's shape."""
+    joint = np.asarray(ds[f"{prefix}crack_width_max"].values)
+    band, gap = (
+        np.asarray(ds[f"{prefix}{name}"].values) if f"{prefix}{name}" in ds else joint
+        for name in ("crack_band_width_max", "footing_opening_max")
+    )
+    widths = widest_gap(joint, band, gap, settings, has_dpc=has_dpc(ds))
+    return np.asarray(widths[by_band], dtype=np.float64)
 
 
 def _parts(rows: int) -> Iterator[slice]:
@@ -333,3 +406,61 @@ def shares(ds: xr.Dataset) -> dict[int, int]:
     found, count = np.unique(worst, return_counts=True)
     known = dict.fromkeys(range(int(ds.attrs.get("highest_category", len(CATEGORIES) - 1)) + 1), 0)
     return known | {int(c): int(n) for c, n in zip(found, count)}
+
+
+def has_dpc(ds: xr.Dataset) -> bool:
+    """Return whether an archived wall, or those of a study, have a dpc."""
+    if "contact_kind" in ds:
+        return bool((ds["contact_kind"].values == DPC).any())
+    return "dpc" in _scene(ds)
+
+
+def shown_gaps(ds: xr.Dataset) -> list[str]:
+    """Return which gaps below the wall proper tables and pictures of one wall show: ``dpc``, ``footing``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall. The bed on the footing is shown where it has opened visibly, and where there is no dpc.
+    """
+    dpc = has_dpc(ds)
+    opened = "footing_opening_max" in ds and float(ds["footing_opening_max"].max()) > HAIRLINE
+    known = "footing_opening_max" in ds and FOOTING_INTERFACE in ds["contact_kind"].values
+    return ["dpc"] * dpc + ["footing"] * (known and (opened or not dpc))
+
+
+def footing_gap_note(ds: xr.Dataset) -> str:
+    """Say where a gap along the footing bed that does not count would make a higher category; nothing if nowhere.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, or a study.
+    """
+    if "footing_opening_max" not in ds or has_dpc(ds):
+        return ""
+    rules = archived_rules(ds)
+    if rules.settings.count_footing_gap:
+        return ""
+    gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values
+    by_gap = rules.table.by_width(gap)
+    higher = (by_gap > category) & (category >= 0)
+    if not higher.any():
+        return ""
+    how = "it counts with [damage] count_footing_gap = true, or judge --footing-gap"
+    if "sample" in ds["damage_category"].dims:
+        rows = ds.sizes["sample"]
+        some = int(higher.reshape(rows, -1).any(axis=1).sum())
+        return (
+            f"in {some} of {rows} walls the gap along the bed on the footing is of a higher category than the cracks; "
+            f"{how}"
+        )
+    worst = int(np.argmax(np.where(higher, by_gap, -1)))
+    opens = f"the bed on the footing opens by {1e3 * float(gap.max()):.3g} mm"
+    return f"{opens}, which would be category {int(by_gap[worst])}; {how}"
+
+
+def measure_in_words(ds: xr.Dataset) -> str:
+    """Return by what width the categories of a wall, a study or its curves were found."""
+    words = {"joint": "widest joint", "band": "widest crack band"}[str(ds.attrs.get("damage_measure", "joint"))]
+    return words + (", and the gap along the footing bed" if int(ds.attrs.get("count_footing_gap", 0)) else "")

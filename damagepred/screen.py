@@ -157,37 +157,37 @@ class StudyBar:
 def wall_table(ds: xr.Dataset) -> None:
     """Print what became of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions
+    from damagepred.rejudge import footing_gap_note, shown_gaps
 
     names = ds["damage_category"].attrs["flag_meanings"].split()
-    threshold = 1e3 * float(ds["dpc_separation_length"].attrs["opening_threshold"])
-    in_time = "time" in ds
-    columns = [
-        "time\ns" if in_time else "deflection\nmm",
-        "widest crack\nmm",
-        "damage\ncategory",
-        "dpc opening\nmm",
-        f"dpc open\n> {threshold:g} mm, m",
-    ]
-    on_ground = "surface_movement" in ds
-    if on_ground:
-        columns.insert(0, "surface\nmovement\nmm")
-    columns += [f"opening {i + 1}\nmm wider" for i in range(ds.sizes["opening"])]
-    rows = []
-    for i in range(ds.sizes["increment"]):
-        at = ds.isel(increment=i)
-        row = [f"{1e3 * float(at[name]):.{digits}f}" for name, digits in
-               (("central_deflection", 2), ("crack_width_max", 3), ("dpc_opening_max", 3))]  # fmt: skip
-        if in_time:
-            row[0] = f"{float(at['time']):.3f}"
-        row.insert(2, _category(int(at["damage_category"]), names))
-        row.append(f"{float(at['dpc_separation_length']):.2f}")
-        if on_ground:
-            row.insert(0, f"{1e3 * float(at['surface_movement']):.3g}")
-        rows.append(row + [f"{1e3 * w:+.3f}" for w in at["opening_width_change"].values])
-    table(ds.attrs["title"], columns, rows)
+    columns: list[tuple[str, list[str]]] = []
+
+    def add(head: str, name: str, digits: str, factor: float = 1e3) -> None:
+        if name in ds:
+            columns.append((head, [f"{factor * float(v):{digits}}" for v in ds[name].values]))
+
+    add("surface\nmovement\nmm", "surface_movement", ".3g")
+    if "time" in ds:
+        add("time\ns", "time", ".3f", 1.0)
+    else:
+        add("deflection\nmm", "central_deflection", ".2f")
+    add("widest crack\nmm", "crack_width_max", ".3f")
+    columns.append(("damage\ncategory", [_category(int(c), names) for c in ds["damage_category"].values]))
+    add("crack band\nmm", "crack_band_width_max", ".3f")
+    if "damage_category_band" in ds:
+        columns.append(("category\nby band", [str(int(c)) for c in ds["damage_category_band"].values]))
+    for part in shown_gaps(ds):
+        what = {"dpc": "dpc", "footing": "bed on footing"}[part]
+        threshold = 1e3 * float(ds[f"{part}_separation_length"].attrs["opening_threshold"])
+        add(f"{what}\nopening\nmm", f"{part}_opening_max", ".3f")
+        add(f"{what}\nopen\n> {threshold:g} mm, m", f"{part}_separation_length", ".2f", 1.0)
+    for i, wider in enumerate(ds["opening_width_change"].values.T):
+        columns.append((f"opening {i + 1}\nmm wider", [f"{1e3 * w:+.3f}" for w in wider]))
+    rows = list(zip(*(cells for _, cells in columns)))
+    table(ds.attrs["title"], [head for head, _ in columns], rows)
     for line in (*zones_in_words(ds), *wall_quality(ds)):
         say(line)
-    cautions(wall_cautions(ds))
+    cautions([*wall_cautions(ds), *filter(None, [footing_gap_note(ds)])])
 
 
 def cautions(said: Sequence[str]) -> None:
@@ -238,14 +238,19 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         ]  # fmt: skip
         table(f"{title}: walls by the worst category of their path", ["category", "before", "after"], rows)
     else:
-        columns = ["deflection\nmm", "widest crack\nmm", "category\nbefore", "category\nafter"]
-        rows = [
-            [f"{1e3 * float(d):.2f}", f"{1e3 * float(w):.3f}", *(_category(int(c), n) for c, n in zip(pair, names))]
-            for d, w, *pair in zip(
-                before["central_deflection"].values, before["crack_width_max"].values,
-                before["damage_category"].values, after["damage_category"].values,
+        columns = [
+            "deflection\nmm", "widest crack\nmm", "crack band\nmm", "bed on footing\nopening\nmm", "category\nbefore",
+            "category\nafter",
+        ]  # fmt: skip
+        mm = [
+            [f"{1e3 * float(v):.{digits}f}" for v in after[name].values]
+            for name, digits in (
+                ("central_deflection", 2), ("crack_width_max", 3), ("crack_band_width_max", 3),
+                ("footing_opening_max", 3),
             )
         ]  # fmt: skip
+        found = [[_category(int(c), n) for c in ds["damage_category"].values] for ds, n in zip((before, after), names)]
+        rows = [list(row) for row in zip(*mm, *found)]
         table(title, columns, rows)
     for line in (*str(after.attrs["judgement"]).split("; "), *_levels(after)):
         say(line)
@@ -321,6 +326,8 @@ def _run_in_time(ds: xr.Dataset) -> list[str]:
 
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands."""
+    from damagepred.rejudge import measure_in_words
+
     in_mm = curves["intensity"].attrs["units"] == "m"
     scale, unit = (1e3, "mm") if in_mm else (1.0, {"1": "-", "m-1": "1/m"}.get(curves["intensity"].attrs["units"], ""))
     band = f"{100 * curves.attrs['confidence']:.0f} % band"
@@ -336,6 +343,7 @@ def fragility_table(curves: xr.Dataset) -> None:
         )  # fmt: skip
     measure = str(curves.attrs["intensity_measure"]).replace("_", " ")
     table(f"{curves.attrs['title']}, against the {measure}", columns, rows)
+    say(f"categories by the {measure_in_words(curves)}")
     if curves.attrs["samples_failed"]:
         say(f"{curves.attrs['samples_failed']} failed walls count as far as they were followed; with all of them "
             f"undamaged, or as damaged where they failed, the medians would be ({unit}):")  # fmt: skip

@@ -10,7 +10,7 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import study_dims
 from damagepred.archive.schema import VARIABLES, dataset, name_categories
-from damagepred.damage import damage_table
+from damagepred.damage import damage_table, kept_rules
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
@@ -45,9 +45,13 @@ def made_up_study(
     category[status >= FAILED, 1:] = -1
     category[status == MISSING] = -1
     nothing = np.where(category < 0, np.nan, 0.0)
+    table = damage_table(settings.scene.damage)
+    by_band = np.where(category < 0, category, np.maximum(category, table.by_width(1.5 * width))).astype(np.int8)
     values = {
         "status": status, "central_deflection": movement, "deflection_ratio": movement / settings.scene.wall.length,
         "damage_category": category, "crack_width_max": width + nothing, "dpc_opening_max": nothing,
+        "damage_category_band": by_band, "crack_band_width_max": 1.5 * width + nothing,
+        "footing_opening_max": 0.9 * movement + nothing, "footing_separation_length": nothing,
         "dpc_separation_length": nothing, "crack_count": 2 + nothing, "base_crack_width_max": nothing,
         "base_reaction": 9000.0 + nothing, "unbalanced_force_ratio": 1e-9 + nothing,
         "joint_law_violation": 1e-6 + nothing, "external_work": 5.0 + nothing, "elastic_energy": 2.0 + nothing,
@@ -55,9 +59,10 @@ def made_up_study(
         "energy_error": 1e-7 + nothing, "run_time": np.full(walls, 0.25),
     }  # fmt: skip
     ds = dataset({"sample": np.arange(walls), **values}, {}, {name: study_dims(name) for name in values})
-    table = damage_table(settings.scene.damage)
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")
-    ds["dpc_separation_length"].attrs["opening_threshold"] = settings.scene.damage.dpc_threshold
+    for name, more in kept_rules(settings.scene.damage).items():
+        if name in ds:
+            ds[name].attrs.update(more)
     assert set(values) <= set(VARIABLES)
     write_dataset(ds, place.results_file)
     for sample in failed:

@@ -172,6 +172,28 @@ def run(folder: Path, rules: str, movement: str = "path") -> xr.Dataset:
     return open_study(folder)
 
 
+OTHER = ({"measure": "band"}, {"count_footing_gap": True}, {"measure": "band", "count_footing_gap": True})
+
+
+@pytest.mark.parametrize("rules", [*OTHER, OTHER[-1] | {"table": "bre251"}], ids=str)
+def test_a_study_judged_by_bands_or_gaps_is_a_study_run_so(tmp_path: Path, rules: dict):
+    first = run(tmp_path / "first", "", "both")
+    text = "\n".join(f"{key} = {str(value).lower() if value is True else repr(value)}" for key, value in rules.items())
+    second = run(tmp_path / "second", text, "both")
+    judged = damagepred.judge_again(first, **rules)
+    for name in ("damage_category", "end_damage_category", "damage_category_band", "end_damage_category_band"):
+        np.testing.assert_array_equal(judged[name].values, second[name].values, err_msg=name)
+    changed = bool((judged["damage_category"] != first["damage_category"]).any())
+    assert changed == ("count_footing_gap" in rules)  # these little walls crack in one joint each
+    assert {k: judged.attrs[k] for k in ("damage_measure", "count_footing_gap")} == {
+        k: second.attrs[k] for k in ("damage_measure", "count_footing_gap")
+    }
+    # and back
+    own = {key: {"measure": "joint", "count_footing_gap": False, "table": "as2870"}[key] for key in rules}
+    back = damagepred.judge_again(judged, **own)
+    np.testing.assert_array_equal(back["damage_category"].values, first["damage_category"].values)
+
+
 @pytest.mark.parametrize("movement", ["path", "sampled", "both"])
 def test_a_study_judged_again_is_a_study_run_by_these_rules(tmp_path: Path, movement: str):
     first = run(tmp_path / "first", "count_rule = false", movement)
@@ -215,6 +237,9 @@ def wall() -> xr.Dataset:
         {"count_rule": False},
         {"group_count": 7},
         {"group_count": 3, "group_distance": 0.3, "dpc_threshold": 0.1 * MM},
+        {"measure": "band"},
+        {"measure": "band", "band_gauge": 1.5, "band_threshold": 0.1 * MM, "footing_threshold": 0.1 * MM},
+        {"count_footing_gap": True, "table": "bre251"},
     ],
     ids=str,
 )
@@ -222,7 +247,8 @@ def test_a_wall_judged_again_is_a_wall_solved_by_these_rules(wall: xr.Dataset, r
     judged = damagepred.judge_again(wall, **rules)
     solved = damagepred.solve(WEAK, damage=Damage(**rules))
     for name in ("damage_category", "crack_width_max", "crack_count", "crack_group_width", "base_crack_width_max",
-                 "dpc_opening_max", "dpc_separation_length", "dpc_slip_max"):  # fmt: skip
+                 "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "damage_category_band",
+                 "crack_band_width_max", "footing_opening_max", "footing_separation_length"):  # fmt: skip
         np.testing.assert_array_equal(judged[name].values, solved[name].values, err_msg=name)
         assert str(judged[name].attrs) == str(solved[name].attrs)
     assert wall["damage_category"].attrs["comment"].startswith("AS 2870-2011 Table C1;")
@@ -232,6 +258,33 @@ def test_the_rules_matter_for_that_wall(wall: xr.Dataset):
     """Else the test above could not fail."""
     found = {str(r): again(wall, **r) for r in ({}, {"table": "bre251"}, {"plasterboard": True}, {"count_rule": False})}
     assert len({str(v) for v in found.values()}) >= 3
+    assert (wall["crack_band_width_max"] > 1.2 * wall["crack_width_max"]).any()
+    assert again(wall, measure="band") != again(wall)
+
+
+def test_an_archive_of_an_older_version_gets_its_bands_from_its_contacts(wall: xr.Dataset):
+    names = ["crack_band_width_max", "damage_category_band", "footing_opening_max", "footing_separation_length"]
+    judged = damagepred.judge_again(wall.drop_vars(names))
+    for name in names:
+        np.testing.assert_array_equal(judged[name].values, wall[name].values)
+        assert str(judged[name].attrs) == str(wall[name].attrs)
+
+
+@pytest.mark.parametrize(("rules", "name"), [({"measure": "band"}, "crack_band_width_max"),
+                                             ({"count_footing_gap": True}, "footing_opening_max")])  # fmt: skip
+def test_a_study_of_an_older_version_says_that_it_lacks_bands_and_gaps(rules: dict, name: str):
+    ds = open_study(OLD)
+    judged = damagepred.judge_again(ds, table="bre251")
+    assert "no crack bands: the archive does not hold their widths" in judged.attrs["judgement"]
+    assert "no gap along the footing bed" in judged.attrs["judgement"]
+    assert "damage_category_band" not in judged
+    with pytest.raises(InputError, match=f"of an older version, does not hold {name}"):
+        damagepred.judge_again(ds, **rules)
+
+
+def test_an_unknown_measure_is_refused(wall: xr.Dataset):
+    with pytest.raises(InputError, match="measure = 'crack': must be joint or band"):
+        again(wall, measure="crack")
 
 
 def test_a_wall_from_a_file_is_judged_as_that_in_memory(wall: xr.Dataset, tmp_path: Path):

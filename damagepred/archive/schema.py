@@ -69,6 +69,8 @@ GROWING_GROUND = {"ground_states": "each that of the surface movement reached"}
 """Attribute of ``surface_movement`` in paths that ran through the grounds of growing movement; older ones lack it."""
 KINDS = ("bed_joint", "head_joint", "dpc", "footing_interface", "soil", "support", "footing_section", "control_joint")
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
+CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
+"""Categories by the measure that was chosen, and by the width of the widest crack band."""
 SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
 
 VARIABLES: dict[str, Variable] = {
@@ -108,7 +110,13 @@ VARIABLES: dict[str, Variable] = {
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
     # the verdict
     "damage_category": Variable(_STEP, None, "damage category of the wall proper, above any dpc", CATEGORIES),
-    "crack_width_max": Variable(_STEP, "m", "widest crack of the wall proper, above any dpc"),
+    "damage_category_band": Variable(
+        _STEP, None, "damage category of the wall proper by its widest crack band", CATEGORIES
+    ),
+    "crack_width_max": Variable(_STEP, "m", "widest single joint of the wall proper, above any dpc"),
+    "crack_band_width_max": Variable(
+        _STEP, "m", "widest crack band of the wall proper: openings of neighbouring joints along gauge_length, summed"
+    ),
     "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of category 1 or more"),
     "group_count": Variable(("group_count",), "1", "number of cracks that make a group"),
     "crack_group_width": Variable(
@@ -118,6 +126,10 @@ VARIABLES: dict[str, Variable] = {
     "dpc_opening_max": Variable(_STEP, "m", "widest opening of the damp-proof course"),
     "dpc_separation_length": Variable(_STEP, "m", "length over which the dpc is open by more than opening_threshold"),
     "dpc_slip_max": Variable(_STEP, "m", "largest slip of the damp-proof course, either way"),
+    "footing_opening_max": Variable(_STEP, "m", "widest gap along the bed between first course and footing"),
+    "footing_separation_length": Variable(
+        _STEP, "m", "length over which the bed on the footing is open by more than opening_threshold"
+    ),
     "tilt_max": Variable(_STEP, "1", "largest deviation of the wall proper from plumb, over about a metre"),
     "slope_max": Variable(_STEP, "1", "largest deviation of courses of the wall proper from level, over about a metre"),
     "base_slope_max": Variable(_STEP, "1", "largest deviation of the lowest course from level, over about a metre"),
@@ -134,8 +146,11 @@ VARIABLES: dict[str, Variable] = {
         f"end_{name}": Variable(("sample",), unit, f"{what}, at the end of the sample's movement", flags)
         for name, unit, what, flags in (
             ("damage_category", None, "damage category of the wall proper, above any dpc", CATEGORIES),
-            ("crack_width_max", "m", "widest crack of the wall proper, above any dpc", ()),
+            ("damage_category_band", None, "damage category of the wall proper by its widest crack band", CATEGORIES),
+            ("crack_width_max", "m", "widest single joint of the wall proper, above any dpc", ()),
+            ("crack_band_width_max", "m", "widest crack band of the wall proper", ()),
             ("dpc_opening_max", "m", "widest opening of the damp-proof course", ()),
+            ("footing_opening_max", "m", "widest gap along the bed between first course and footing", ()),
             ("tilt_max", "1", "largest deviation of the wall proper from plumb", ()),
             ("slope_max", "1", "largest deviation of courses of the wall proper from level", ()),
             ("central_deflection", "m", "deflection of the footing's centre relative to its ends", ()),
@@ -297,16 +312,18 @@ def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> Non
     Parameters
     ----------
     ds : xarray.Dataset
-        With ``damage_category``; changed in place.
+        With some of ``CATEGORY_VARIABLES``; changed in place.
     names : tuple of str
         Of category 0, 1, ...
     comment : str
         Which table, and its source.
     """
-    ds["damage_category"].attrs = category_attributes(names, comment)
+    for name in CATEGORY_VARIABLES:
+        if name in ds:
+            ds[name].attrs = category_attributes(names, comment, name)
 
 
-def category_attributes(names: tuple[str, ...], comment: str) -> dict[str, Any]:
+def category_attributes(names: tuple[str, ...], comment: str, variable: str = "damage_category") -> dict[str, Any]:
     """Return the attributes of damage categories that bear the names of the table that made them.
 
     Parameters
@@ -315,9 +332,11 @@ def category_attributes(names: tuple[str, ...], comment: str) -> dict[str, Any]:
         Of category 0, 1, ...
     comment : str
         Which table, and its source.
+    variable : str
+        Name of the variable.
     """
     flags = tuple(name.replace(" ", "_") for name in names)
-    kept = VARIABLES["damage_category"]
+    kept = VARIABLES[variable]
     return Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
 
 

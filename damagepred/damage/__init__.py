@@ -1,12 +1,13 @@
 """From openings to cracks to categories of damage. Needs no solver, so archives can be judged again."""
 
+from damagepred.damage.bands import BandGauges
 from damagepred.damage.cracks import HAIRLINE, Cracks, find_cracks, group_widths, largest_group
 from damagepred.damage.deep_beam import BeamStrain, beam_strain, deflection_over_strain
 from damagepred.damage.deviation import Deviation, SightLines, deviation_limits
 from damagepred.damage.distortion import Distortion, Frames, sticking_limits
 from damagepred.damage.growth import Growth, Numbered
 from damagepred.damage.joints import JointMap
-from damagepred.damage.judge import GROUP_COUNTS, Verdict, category_of, damage_table, judge, kept_rules
+from damagepred.damage.judge import GROUP_COUNTS, Verdict, category_of, damage_table, judge, kept_rules, widest_gap
 from damagepred.damage.limits import (
     MovementLimit,
     StrainTable,
@@ -26,6 +27,7 @@ from damagepred.damage.table import DamageTable, load_table, read_table
 __all__ = [
     "GROUP_COUNTS",
     "HAIRLINE",
+    "BandGauges",
     "BeamStrain",
     "Cracks",
     "DamageTable",
@@ -60,4 +62,5 @@ __all__ = [
     "simple_category",
     "simple_methods",
     "sticking_limits",
+    "widest_gap",
 ]

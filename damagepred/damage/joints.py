@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,8 @@ from scipy import sparse
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from damagepred.damage.bands import BandGauges
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -33,6 +35,9 @@ class JointMap:
         See ``BED_JOINT`` and the names beside it.
     contact_x, contact_y, contact_length : array (m, q)
         Place of each contact and the length it stands for (m).
+    blocks : array of int (m, 2)
+        Block that the normal of each interface points from, and block that it points to, -1 where there is none, or it
+        is not known.
     """
 
     start: FloatArray
@@ -41,6 +46,7 @@ class JointMap:
     contact_x: FloatArray
     contact_y: FloatArray
     contact_length: FloatArray
+    blocks: IntArray
 
     @classmethod
     def from_contacts(
@@ -50,6 +56,7 @@ class JointMap:
         length: FloatArray,
         normal: FloatArray,
         kind: NDArray[np.int8],
+        blocks: IntArray | None = None,
     ) -> JointMap:
         """Build the map from contacts.
 
@@ -61,25 +68,31 @@ class JointMap:
             Unit normal of each interface.
         kind : array (m,)
             Kind of each interface.
+        blocks : array of int (m, 2), optional
+            Blocks on the two sides of each interface.
         """
         whole = length.sum(axis=1)
         middle = np.column_stack(((x * length).sum(axis=1), (y * length).sum(axis=1))) / whole[:, None]
         half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
-        return cls(middle - half, middle + half, kind, x, y, length)
+        blocks = np.full((len(kind), 2), -1) if blocks is None else blocks
+        return cls(middle - half, middle + half, kind, x, y, length, blocks)
 
     @classmethod
-    def from_dataset(cls, ds: xr.Dataset) -> JointMap:
+    def from_dataset(cls, ds: xr.Dataset, *, with_blocks: bool = False) -> JointMap:
         """Build the map from an archived wall.
 
         Parameters
         ----------
         ds : xarray.Dataset
             Of one wall with its contacts.
+        with_blocks : bool
+            Whether to find out which blocks lie on either side of each interface.
         """
         shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
         x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
-        return cls.from_contacts(x, y, length, normal, kind[:, 0])
+        found = cls.from_contacts(x, y, length, normal, kind[:, 0])
+        return replace(found, blocks=_blocks_beside(ds, found)) if with_blocks else found
 
     @cached_property
     def is_dpc(self) -> BoolArray:
@@ -99,19 +112,42 @@ class JointMap:
         return mortar & (self.middle_y <= self.dpc_level)
 
     @cached_property
+    def is_footing(self) -> BoolArray:
+        """Which interfaces are the bed between the first course and the footing, or what the wall stands on, (m,)."""
+        return self.kind == FOOTING_INTERFACE
+
+    @cached_property
     def dpc(self) -> IntArray:
         """Numbers of the interfaces of the dpc."""
         return np.flatnonzero(self.is_dpc)
 
     @cached_property
-    def dpc_order(self) -> tuple[IntArray, FloatArray]:
-        """Contacts of each piece of the dpc in order along it, (dpc, q), and their way from its start (m)."""
-        start, end = self.start[self.dpc], self.end[self.dpc]
+    def footing(self) -> IntArray:
+        """Numbers of the interfaces of the footing bed."""
+        return np.flatnonzero(self.is_footing)
+
+    def contacts_along(self, number: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return the contacts of some interfaces in order along each, (n, q), and their way from its start (m).
+
+        Parameters
+        ----------
+        number : array of int (n,)
+            The interfaces.
+        """
+        start, end = self.start[number], self.end[number]
         along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
-        x, y = self.contact_x[self.dpc] - start[:, :1], self.contact_y[self.dpc] - start[:, 1:]
+        x, y = self.contact_x[number] - start[:, :1], self.contact_y[number] - start[:, 1:]
         way = x * along[:, :1] + y * along[:, 1:]
         order = np.argsort(way, axis=1)
         return order, np.take_along_axis(way, order, axis=1)
+
+    @cached_property
+    def _dpc_along(self) -> tuple[IntArray, FloatArray]:
+        return self.contacts_along(self.dpc)
+
+    @cached_property
+    def _footing_along(self) -> tuple[IntArray, FloatArray]:
+        return self.contacts_along(self.footing)
 
     def dpc_open_length(self, opening: FloatArray, threshold: float) -> float:
         """Return the length (m) over which the dpc is open by more than a threshold.
@@ -126,11 +162,28 @@ class JointMap:
         threshold : float
             In m.
         """
-        if not self.dpc.size:
+        return self._open_length(self.dpc, self._dpc_along, opening, threshold)
+
+    def footing_open_length(self, opening: FloatArray, threshold: float) -> float:
+        """Return the length (m) over which the footing bed is open by more than a threshold; see ``dpc_open_length``.
+
+        Parameters
+        ----------
+        opening : array (m, q)
+            Of all contacts (m).
+        threshold : float
+            In m.
+        """
+        return self._open_length(self.footing, self._footing_along, opening, threshold)
+
+    def _open_length(
+        self, number: IntArray, along: tuple[IntArray, FloatArray], opening: FloatArray, threshold: float
+    ) -> float:
+        if not number.size:
             return 0.0
-        order, way = self.dpc_order
-        beyond = np.take_along_axis(opening[self.dpc], order, axis=1) - threshold
-        length = np.linalg.norm(self.end[self.dpc] - self.start[self.dpc], axis=1)
+        order, way = along
+        beyond = np.take_along_axis(opening[number], order, axis=1) - threshold
+        length = np.linalg.norm(self.end[number] - self.start[number], axis=1)
         ends = np.column_stack((np.zeros(len(length)), length))
         if way.shape[1] > 1:
             slope = np.diff(beyond, axis=1)[:, [0, -1]] / np.diff(way, axis=1)[:, [0, -1]]
@@ -144,6 +197,24 @@ class JointMap:
         crossing = np.maximum(first, second) / np.where(rise > 0.0, rise, 1.0)
         share = np.where(np.minimum(first, second) > 0.0, 1.0, np.clip(crossing, 0.0, 1.0))
         return float((np.diff(way, axis=1) * share).sum())
+
+    @cached_property
+    def _gauges(self) -> dict[float, BandGauges]:
+        return {}
+
+    def band_gauges(self, length: float) -> BandGauges:
+        """Return the gauges by which crack bands of this wall are measured; laid once for each length.
+
+        Parameters
+        ----------
+        length : float
+            Of a gauge (m).
+        """
+        from damagepred.damage.bands import BandGauges
+
+        if length not in self._gauges:
+            self._gauges[length] = BandGauges.of_joints(self, length)
+        return self._gauges[length]
 
     @cached_property
     def middle_y(self) -> FloatArray:
@@ -193,3 +264,34 @@ class JointMap:
         touching = self.corners[own]
         pairs = sparse.triu(touching.astype(np.int32) @ touching.T, k=1).tocoo()
         return own[pairs.row], own[pairs.col]
+
+
+def _blocks_beside(ds: xr.Dataset, joints: JointMap) -> IntArray:
+    """Return the blocks that an archive's interfaces lie between, as ``JointMap.blocks``, from the blocks' corners."""
+    from scipy.spatial import KDTree
+
+    corner = np.column_stack((ds["vertex_x"].values, ds["vertex_y"].values))
+    owner = ds["vertex_block"].values
+    first = np.flatnonzero(np.diff(owner, prepend=-1))  # corners stand block by block, counter-clockwise
+    count = np.diff(np.append(first, len(owner)))
+    following = np.arange(len(owner)) + 1
+    following[first + count - 1] = first
+    edge = corner[following] - corner
+    centre = np.add.reduceat(corner, first) / count[:, None]
+    radius = np.maximum.reduceat(np.linalg.norm(corner - np.repeat(centre, count, axis=0), axis=1), first)
+    along = joints.end - joints.start
+    normal = np.column_stack((-along[:, 1], along[:, 0]))
+    middle, near = (joints.start + joints.end) / 2, 1e-3
+    probe = np.concatenate((middle - near * normal, middle + near * normal))
+    inside = KDTree(probe).query_ball_point(centre, radius)
+    block = np.repeat(np.arange(len(first)), [len(some) for some in inside])
+    point = np.concatenate([np.asarray(some, dtype=np.int64) for some in inside])
+    sides = count[block]
+    pair = np.repeat(np.arange(len(block)), sides)
+    number = first[block][pair] + np.arange(len(pair)) - np.repeat(np.cumsum(sides) - sides, sides)
+    arm = probe[point][pair] - corner[number]
+    left = edge[number, 0] * arm[:, 1] - edge[number, 1] * arm[:, 0] > 0.0
+    holds = np.bincount(pair[left], minlength=len(block)) == sides
+    found = np.full(len(probe), -1, dtype=np.int64)
+    found[point[holds]] = owner[first][block[holds]]
+    return found.reshape(2, -1).T

@@ -13,6 +13,7 @@ from damagepred.damage.table import DamageTable, load_table
 from damagepred.scene import Damage
 
 FloatArray = NDArray[np.float64]
+Widths = FloatArray | float
 BoolArray = NDArray[np.bool_]
 
 GROUP_COUNTS = (2, 3, 4, 5)
@@ -25,10 +26,15 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     damage_category : int
-        From the cracks of the wall proper, above the dpc.
+        From the cracks of the wall proper, above the dpc, by the measure and the rules of the settings.
+    damage_category_band : int
+        The same with the width of the widest crack band in place of the widest joint.
     crack_width_max : float
         Widest crack of the wall proper (m): the largest opening normal to its joint, which is how damage tables are
         read here; cracks as objects (``damagepred.cracks``) have other measures besides.
+    crack_band_width_max : float
+        Widest crack band of the wall proper (m): openings of neighbouring joints summed, see
+        ``damagepred.damage.bands``; at least ``crack_width_max``.
     crack_count : int
         Separate cracks of the wall proper at least as wide as category 1 starts.
     crack_group_width : tuple of float
@@ -42,30 +48,61 @@ class Verdict(NamedTuple):
         Length over which the dpc is open by more than the threshold (m).
     dpc_slip_max : float
         Largest slip of the dpc, either way (m), 0 without a dpc.
+    footing_opening_max : float
+        Widest gap along the bed between the first course and the footing, or what the wall stands on (m).
+    footing_separation_length : float
+        Length over which that bed is open by more than the threshold (m).
     """
 
     damage_category: int
+    damage_category_band: int
     crack_width_max: float
+    crack_band_width_max: float
     crack_count: int
     crack_group_width: tuple[float, ...]
     base_crack_width_max: float
     dpc_opening_max: float
     dpc_separation_length: float
     dpc_slip_max: float
+    footing_opening_max: float
+    footing_separation_length: float
 
 
 def kept_rules(settings: Damage) -> dict[str, dict[str, float]]:
     """Return what of the rules is an attribute of a variable that was found by them."""
     return {
         "dpc_separation_length": {"opening_threshold": settings.dpc_threshold},
+        "footing_separation_length": {"opening_threshold": settings.footing_threshold},
         "crack_group_width": {"group_distance": settings.group_distance},
-    }
+        "crack_band_width_max": {
+            "gauge_length": settings.band_gauge, "opening_threshold": settings.band_threshold,
+        },
+    }  # fmt: skip
 
 
 def damage_table(settings: Damage) -> DamageTable:
     """Return the table that the settings ask for, with the plasterboard allowance if they do."""
     table = load_table(settings.table)
     return table.with_plasterboard() if settings.plasterboard else table
+
+
+def widest_gap(
+    crack_width: Widths, band_width: Widths, footing_opening: Widths, settings: Damage, has_dpc: bool
+) -> tuple[Widths, Widths]:
+    """Return the width that makes the category, by the widest joint and by the widest crack band (m).
+
+    Parameters
+    ----------
+    crack_width, band_width, footing_opening : array or float
+        Widest joint, widest crack band, and widest gap along the footing bed (m).
+    settings : Damage
+        Whether the gap counts.
+    has_dpc : bool
+        Whether the wall has a dpc: then the footing bed is no part of the wall proper, and its gap never counts.
+    """
+    if not settings.count_footing_gap or has_dpc:
+        return crack_width, band_width
+    return np.maximum(crack_width, footing_opening), np.maximum(band_width, footing_opening)
 
 
 def category_of(cracks: Cracks, table: DamageTable, settings: Damage) -> int:
@@ -116,13 +153,24 @@ def judge(
     broken = np.flatnonzero(cracked)
     gap, interface = np.ravel(opening)[broken], broken // opening.shape[1]
     dpc_gap = opening[joints.dpc]
+    joint = float(gap[joints.is_wall[interface]].max(initial=0.0))
+    band = max(joint, joints.band_gauges(settings.band_gauge).width(opening, cracked, settings.band_threshold))
+    footing = float(gap[joints.is_footing[interface]].max(initial=0.0))
+    by_joint, by_band = (
+        int(table.by_width_and_group(width, groups[-1] if settings.count_rule else 0.0))
+        for width in widest_gap(widest, band, footing, settings, bool(joints.dpc.size))
+    )
     return Verdict(
-        damage_category=int(table.by_width_and_group(widest, groups[-1] if settings.count_rule else 0.0)),
-        crack_width_max=float(gap[joints.is_wall[interface]].max(initial=0.0)),
+        damage_category=by_band if settings.measure == "band" else by_joint,
+        damage_category_band=by_band,
+        crack_width_max=joint,
+        crack_band_width_max=band,
         crack_count=int((cracks.width >= table.limits[0]).sum()),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
         dpc_opening_max=float(dpc_gap.max(initial=0.0)),
         dpc_separation_length=joints.dpc_open_length(opening, settings.dpc_threshold),
         dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
+        footing_opening_max=footing,
+        footing_separation_length=joints.footing_open_length(opening, settings.footing_threshold),
     )

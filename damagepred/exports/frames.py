@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.archive.schema import CATEGORY_VARIABLES, SAMPLE_STATUS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,11 +69,14 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     frame = ds[alone].reset_coords(drop=True).to_dataframe()
     if "status" in frame:
         frame["status"] = [SAMPLE_STATUS[s] for s in ds["status"].values]
-    for name in ("damage_category", "crack_width_max", "dpc_opening_max", "central_deflection", "deflection_ratio"):
+    for name in (
+        "damage_category", "damage_category_band", "crack_width_max", "crack_band_width_max", "dpc_opening_max",
+        "footing_opening_max", "central_deflection", "deflection_ratio",
+    ):  # fmt: skip
         if name in ds.variables and ds[name].dims == ("sample", "increment"):
             values = ds[name].values
             lowest = -1 if values.dtype.kind in "iu" else -np.inf
             worst = np.where(np.isfinite(values), values, lowest).max(axis=1, initial=lowest)
-            column = name if name == "damage_category" else f"{name.removesuffix('_max')}_max"
+            column = name if name in CATEGORY_VARIABLES else f"{name.removesuffix('_max')}_max"
             frame[column] = worst if values.dtype.kind in "iu" else np.where(np.isneginf(worst), np.nan, worst)
     return frame

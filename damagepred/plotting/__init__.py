@@ -1,7 +1,7 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
 from damagepred.plotting.convergence import draw_convergence
-from damagepred.plotting.dpc import draw_dpc_opening
+from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import (
     draw_footing_curvature,
     draw_footing_form,
@@ -28,6 +28,7 @@ __all__ = [
     "draw_footing_curvature",
     "draw_footing_form",
     "draw_footing_moment",
+    "draw_footing_opening",
     "draw_fragility",
     "draw_fragility_surface",
     "draw_history",

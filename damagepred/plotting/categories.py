@@ -23,6 +23,8 @@ COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
 
 DPC_COLOUR = "#0072b2"
 """Of the damp-proof course, apart from all cracks."""
+FOOTING_COLOUR = "#009e73"
+"""Of the gap between the wall and its footing."""
 
 TABLES = ("as2870", "bre251")
 

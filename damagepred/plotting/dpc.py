@@ -1,4 +1,4 @@
-"""Opening of the damp-proof course along the wall."""
+"""Opening of the damp-proof course, and of the bed on the footing, along the wall."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from numpy.typing import NDArray
 
-from damagepred.damage.joints import DPC
+from damagepred.damage.joints import DPC, FOOTING_INTERFACE
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -30,7 +30,7 @@ MOST_LINES = 10
 
 
 def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw how far the dpc has opened along the wall, increment by increment.
+    """Draw how far the dpc has opened along the wall, increment by increment; see ``draw_footing_opening``.
 
     The stretches that are open by more than the threshold at the last increment are marked with their distance from
     the nearer end of the wall.
@@ -47,6 +47,29 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     InputError
         If the dataset is not of one wall.
     """
+    return _draw_opening(ds, ax, DPC)
+
+
+def draw_footing_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw how far the bed between first course and footing has opened along the wall, increment by increment.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall.
+    """
+    return _draw_opening(ds, ax, FOOTING_INTERFACE)
+
+
+def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
+    part, name = ("dpc", "dpc") if kind == DPC else ("footing", "bed on the footing")
     require(
         ds,
         (
@@ -62,15 +85,15 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     )
     ax = axes_or_new(ax, 9.0, 5.0)
     ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel("opening of the dpc (mm)")
+    ax.set_ylabel(f"opening of the {name} (mm)")
     left, right = float(ds["vertex_x"].min()), float(ds["vertex_x"].max())
     ax.set_xlim(left, right)
     title = str(ds.attrs.get("title", "wall"))
-    if not (ds["contact_kind"].values == DPC).any():
-        say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course")
+    if not (ds["contact_kind"].values == kind).any():
+        say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course" if kind == DPC else f"no {name}")
         set_title(ax, title)
         return ax
-    order = contacts_along(ds)
+    order = contacts_along(ds, kind)
     place, opening = ds["contact_x"].values[order], ds["contact_opening"].values[:, order] * MM
     pieces = _pieces(ds, order)
     deflection = ds["central_deflection"].values * MM
@@ -80,7 +103,7 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
             ax.plot(place[piece], opening[step, piece], color=colours(norm(deflection[step])), linewidth=1.4)
     bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
     bar.set_label("central deflection (mm)")
-    threshold = float(ds["dpc_separation_length"].attrs.get("opening_threshold", 1e-3)) * MM
+    threshold = float(ds[f"{part}_separation_length"].attrs.get("opening_threshold", 1e-3)) * MM
     limit = f"{plain_number(threshold)} mm"
     ax.axhline(threshold, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
     top = max(float(opening.max()), threshold)
@@ -92,15 +115,23 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     set_title(
         ax,
         title,
-        f"at {plain_number(float(deflection[-1]))} mm of central deflection the dpc is open by {widest} mm at most, "
+        f"at {plain_number(float(deflection[-1]))} mm of central deflection the {name} is open by {widest} mm at most, "
         + _reach(stretches, limit, left),
     )
     return ax
 
 
-def contacts_along(ds: xr.Dataset) -> IntArray:
-    """Return the numbers of the dpc's contacts from left to right; where two share a place, by interface."""
-    dpc = np.flatnonzero(ds["contact_kind"].values == DPC)
+def contacts_along(ds: xr.Dataset, kind: int = DPC) -> IntArray:
+    """Return the numbers of the contacts of the dpc, or of another bed, from left to right; of one place by interface.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    kind : int
+        Value of ``contact_kind``.
+    """
+    dpc = np.flatnonzero(ds["contact_kind"].values == kind)
     _, face = np.unique(ds["contact_interface"].values[dpc], return_inverse=True)
     x = ds["contact_x"].values[dpc]
     middle = (np.bincount(face, x) / np.bincount(face))[face]

@@ -8,13 +8,14 @@ from matplotlib.axes import Axes
 
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import DPC
-from damagepred.plotting.categories import COLOURS, DPC_COLOUR, shade_bands, table_of, width_scale
+from damagepred.plotting.categories import COLOURS, DPC_COLOUR, FOOTING_COLOUR, shade_bands, table_of, width_scale
 from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title
+from damagepred.rejudge import shown_gaps
 from damagepred.uq.fragility import movement_measure
 
 
 def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw widest crack and widest dpc opening against the central deflection, over the categories of damage.
+    """Draw widest crack, crack band, dpc opening and gap on the footing against the movement, over the categories.
 
     On a mound they are drawn against the movement of the ground's surface, of a run in time against the time.
 
@@ -45,6 +46,9 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     x = ds["time"].values if in_time else ds[measure].values * MM
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
     has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == DPC).any())
+    band = ds["crack_band_width_max"].values * MM if "crack_band_width_max" in ds.variables else crack
+    has_footing = "contact_kind" in ds.variables and "footing" in shown_gaps(ds)
+    footing = ds["footing_opening_max"].values * MM if has_footing else np.zeros_like(x)
     base = ds["base_crack_width_max"].values * MM if "base_crack_width_max" in ds.variables else np.zeros_like(x)
     has_base = bool(base.max(initial=0.0) > HAIRLINE * MM)
     category = ds["damage_category"].values
@@ -66,9 +70,16 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
             zorder=4,
             label="widest dpc opening",
         )
+    if (band > crack + HAIRLINE * MM).any():
+        ax.plot(x, band, color="black", linewidth=1.2, linestyle="-.", zorder=3, label="widest crack band")
+    if footing.max(initial=0.0) > HAIRLINE * MM:
+        ax.plot(
+            x, footing, color=FOOTING_COLOUR, linewidth=1.6, linestyle="--", marker="^", markersize=4, zorder=4,
+            label="widest gap on the footing",
+        )  # fmt: skip
     if has_base:
         ax.plot(x, base, color="0.35", linewidth=1.2, linestyle=":", zorder=3, label="widest crack below the dpc")
-    drawn = np.concatenate((crack, dpc if has_dpc else crack, base if has_base else crack))
+    drawn = np.concatenate((crack, band, footing, dpc if has_dpc else crack, base if has_base else crack))
     width_scale(ax, drawn, table)
     ax.set_xlim(0.0, max(float(x.max()) * 1.02, 1e-6))
     shade_bands(ax, table)

@@ -14,7 +14,7 @@ from damagepred.damage.joints import DPC
 from damagepred.errors import InputError, StudyError
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.dpc import draw_dpc_opening
+from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import draw_jack_load, footing_sheet, has_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
@@ -26,6 +26,7 @@ from damagepred.plotting.stress import draw_stress, stress_levels
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
 from damagepred.plotting.zones import draw_zone_states, has_zones
+from damagepred.rejudge import shown_gaps
 
 FloatArray = NDArray[np.float64]
 
@@ -60,6 +61,8 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
         If the dataset is not of one wall.
     """
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
+    if "footing" in shown_gaps(ds):
+        sheets["footing_opening.png"] = figure_of(draw_footing_opening(ds))
     if ds.sizes.get("opening", 0):
         sheets["opening_width.png"] = _opening_width(ds)
     if "time" not in ds.variables:

@@ -12,8 +12,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
-from damagepred.plotting.categories import COLOURS, name_of, shade_bands, table_of, width_scale
+from damagepred.plotting.categories import COLOURS, FOOTING_COLOUR, name_of, shade_bands, table_of, width_scale
 from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title
 from damagepred.uq.fragility import movement_measure
 
@@ -53,7 +54,7 @@ class Paths(NamedTuple):
     category: IntArray
 
 
-def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
+def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_width_max") -> Paths:
     """Bring the paths of all walls to common movements.
 
     Parameters
@@ -62,6 +63,8 @@ def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
         A study.
     points : int
         Number of movements, unless all walls share the same increments: then those are taken.
+    width_name : str
+        Variable that the widths are of.
 
     Raises
     ------
@@ -72,7 +75,7 @@ def common_paths(ds: xr.Dataset, points: int = 121) -> Paths:
         raise InputError(
             "this study keeps the end of each wall's path alone ([study] movement = 'sampled'): no paths to draw."
         )
-    movement, width = ds[movement_measure(ds)].values, ds["crack_width_max"].values
+    movement, width = ds[movement_measure(ds)].values, ds[width_name].values
     category, status = ds["damage_category"].values, ds["status"].values
     if movement.ndim == 1:
         movement = np.broadcast_to(movement, width.shape)
@@ -115,6 +118,8 @@ def highest_of(ds: xr.Dataset) -> int:
 def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the widest crack of every wall against the movement, with quantiles over the walls.
 
+    The medians of the widest crack band and of the gap on the footing are drawn besides, where there are any.
+
     Walls whose path ended early, in collapse or in the last category of interest, count as wider than all others from
     there on; walls that were not followed as far for another reason do not count there. Quantiles are drawn as far as
     four of five walls count.
@@ -146,6 +151,15 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         handles += ax.plot(
             x, quantile(width, share), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
         )
+    for name, colour, label in (
+        ("crack_band_width_max", "#d55e00", "median, widest crack band"),
+        ("footing_opening_max", FOOTING_COLOUR, "median, gap on the footing"),
+    ):
+        if name in ds.variables and float(ds[name].max()) > HAIRLINE:
+            other = common_paths(ds, width_name=name).width * MM
+            handles += ax.plot(
+                x, quantile(other, 0.5), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
+            )
     width_scale(ax, shown, table)
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
     shade_bands(ax, table)

@@ -160,7 +160,13 @@ def categories(ds: xr.Dataset) -> list[tuple[int, str]]:
     """Return the categories of damage of a study or a wall from 1, with number and name."""
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     highest = int(ds.attrs.get("highest_category", len(names) - 1))
-    return [(c, f"{c} {named(names[c])}" if c < len(names) else str(c)) for c in range(1, highest + 1)]
+    return [(c, f"{c} {category_name(ds, c)}".strip()) for c in range(1, highest + 1)]
+
+
+def category_name(ds: xr.Dataset, category: int) -> str:
+    """Return the name of a category of damage of a study or a wall, empty if it has none."""
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+    return named(names[category]) if 0 <= category < len(names) else ""
 
 
 def common_movement(ds: xr.Dataset) -> float:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import DamagepredError, InputError
+from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words, shares
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
-from damagepred.report.quality import FAILED, MISSING, common_movement, monte_carlo, study_quality
+from damagepred.report.quality import FAILED, MISSING, category_name, common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.report.words import chance, length, named, number, with_band
@@ -132,6 +133,8 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
             f"followed; bounds with all of them undamaged or damaged are given. Their reasons are in "
             f"{folder.path.name}/failures."
         )
+    if gap := footing_gap_note(ds):
+        said.append(f"{gap[0].upper()}{gap[1:]}.")
     return said
 
 
@@ -226,6 +229,7 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
             "Widest crack of each wall against the movement, with quantiles", figure_of(widths),
         ),
     ]  # fmt: skip
+    parts.append(_measures(ds))
     chosen = typical_and_worst(ds)
     if chosen is None:
         return parts
@@ -250,6 +254,37 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
         parts.append(Text([said]))
     parts.append(Listing("Both walls with all their fields and pictures", "\n".join(commands)))
     return parts
+
+
+def _measures(ds: xr.Dataset) -> Table:
+    """Return the share of walls in each category at worst, by each width that categories can be found by."""
+    columns: list[tuple[str, dict[str, Any]]] = [("widest joint (%)", {"measure": "joint"})]
+    if "crack_band_width_max" in ds:
+        columns.append(("widest crack band (%)", {"measure": "band"}))
+    if "footing_opening_max" in ds and not has_dpc(ds):
+        columns.append(("widest joint or gap on the footing (%)", {"measure": "joint", "count_footing_gap": True}))
+    columns[0][1].update(count_footing_gap=False)
+    found = [shares(judge_again(ds, **rules)) for _, rules in columns]
+    total = sum(found[0].values())
+    rows = [
+        [
+            "not known" if c < 0 else f"{c} {category_name(ds, c)}",
+            *(f"{100 * one.get(c, 0) / total:.1f}" for one in found),
+        ]
+        for c in sorted({c for one in found for c in one}, key=lambda c: (c < 0, c))
+    ]
+    note = f"Categories elsewhere on this page are by the {measure_in_words(ds)}. "
+    if "crack_band_width_max" in ds:
+        gauge = number(float(ds["crack_band_width_max"].attrs.get("gauge_length", np.nan)), 3)
+        note += f"A crack band's width is the sum of the openings of neighbouring joints along {gauge} m. "
+    else:
+        note += "Written by an older version, the archive does not hold the widths of crack bands. "
+    return Table(
+        "Walls by the worst category of their path",
+        ["category", *(head for head, _ in columns)],
+        rows,
+        note=note.strip(),
+    )
 
 
 def _fit_words(one: xr.Dataset) -> tuple[str, str]:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.errors import InputError
+from damagepred.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section
@@ -73,10 +74,14 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
 def _warnings(ds: xr.Dataset) -> list[str]:
     status = str(ds.attrs.get("status", "complete"))
     message = str(ds.attrs.get("status_message", ""))
+    gap = footing_gap_note(ds)
+    said = [f"{gap[0].upper()}{gap[1:]}."] if gap else []
     if status in ("complete", "collapsed"):
-        return [f"The wall collapsed: {message}" if message else "The wall collapsed."] if status == "collapsed" else []
+        fell = [f"The wall collapsed: {message}" if message else "The wall collapsed."] if status == "collapsed" else []
+        return fell + said
     return [
-        f"The path is not complete: {status}{': ' + message if message else ''}. What follows is of its first part."
+        f"The path is not complete: {status}{': ' + message if message else ''}. What follows is of its first part.",
+        *said,
     ]
 
 
@@ -89,16 +94,15 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
         movement += f" under a surface movement of {length(float(ds['surface_movement'].values[-1]))}"
     facts = [
         ("Movement", movement),
-        ("Damage", f"category {category}, {words} ({ds.attrs.get('damage_table', '')})"),
+        ("Damage", f"category {category}, {words} ({ds.attrs.get('damage_table', '')}, by the {measure_in_words(ds)})"),
         ("Widest crack", length(float(ds["crack_width_max"].values[-1]))),
     ]
+    if "crack_band_width_max" in ds.variables:
+        facts.append(("Widest crack band", _band(ds)))
     if scene.dpc is not None:
-        facts.append((
-            "Damp-proof course",
-            f"opens by {length(float(ds['dpc_opening_max'].values[-1]))} at most, by more than "
-            f"{length(float(ds['dpc_separation_length'].attrs.get('opening_threshold', np.nan)))} over "
-            f"{number(float(ds['dpc_separation_length'].values[-1]), 3)} m",
-        ))  # fmt: skip
+        facts.append(("Damp-proof course", _gap(ds, "dpc")))
+    if "footing" in shown_gaps(ds):
+        facts.append(("Bed on the footing", _gap(ds, "footing")))
     facts += [
         (f"{opening.kind.capitalize()} {i + 1}", f"changes its width by {length(float(change))} (widening positive)")
         for i, (opening, change) in enumerate(zip(scene.opening, ds["opening_width_change"].values[-1]))
@@ -106,9 +110,24 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
     return facts
 
 
-def _category(ds: xr.Dataset, increment: int) -> tuple[int, str]:
-    category = int(ds["damage_category"].values[increment])
-    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
+def _gap(ds: xr.Dataset, part: str) -> str:
+    opened, over = (float(ds[f"{part}_{name}"].values[-1]) for name in ("opening_max", "separation_length"))
+    threshold = float(ds[f"{part}_separation_length"].attrs.get("opening_threshold", np.nan))
+    return f"opens by {length(opened)} at most, by more than {length(threshold)} over {number(over, 3)} m"
+
+
+def _band(ds: xr.Dataset) -> str:
+    gauge = number(float(ds["crack_band_width_max"].attrs.get("gauge_length", np.nan)), 3)
+    text = f"{length(float(ds['crack_band_width_max'].values[-1]))} across {gauge} m of neighbouring joints"
+    if "damage_category_band" in ds.variables:
+        category, words = _category(ds, -1, "damage_category_band")
+        text += f"; by it, category {category}, {words}"
+    return text
+
+
+def _category(ds: xr.Dataset, increment: int, name: str = "damage_category") -> tuple[int, str]:
+    category = int(ds[name].values[increment])
+    names = str(ds[name].attrs.get("flag_meanings", "")).split()
     return category, named(names[category]) if 0 <= category < len(names) else "not known"
 
 
@@ -157,6 +176,14 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "dpc", "Opening of the damp-proof course along the wall.",
                 "Opening of the damp-proof course along the wall at several movements",
                 figure_of(plotting.draw_dpc_opening(ds)),
+            )
+        )  # fmt: skip
+    if "footing" in shown_gaps(ds):
+        parts.append(
+            drawing(
+                "footing-gap", "Opening of the bed between first course and footing along the wall.",
+                "Opening of the bed on the footing along the wall at several movements",
+                figure_of(plotting.draw_footing_opening(ds)),
             )
         )  # fmt: skip
     if ds.sizes.get("opening", 0):
@@ -221,10 +248,15 @@ def _path_table(ds: xr.Dataset) -> Table:
     columns.append(("cracks", [str(int(v)) for v in ds["crack_count"].values] if "crack_count" in ds else []))
     categories = [_category(ds, i) for i in range(ds.sizes["increment"])]
     columns.append(("category", [f"{c} {words}".replace(" ", "\u00a0") for c, words in categories]))
-    if (ds["contact_kind"].values == ds_kind("dpc")).any():
-        threshold = length(float(ds["dpc_separation_length"].attrs.get("opening_threshold", np.nan)))
-        columns.append(("dpc opening (mm)", [f"{mm * v:.3f}" for v in ds["dpc_opening_max"].values]))
-        columns.append((f"dpc open by over {threshold} (m)", [f"{v:.2f}" for v in ds["dpc_separation_length"].values]))
+    if "crack_band_width_max" in ds.variables:
+        columns.append(("crack band (mm)", [f"{mm * v:.3f}" for v in ds["crack_band_width_max"].values]))
+        columns.append(("category by band", [str(int(c)) for c in ds["damage_category_band"].values]))
+    for part in shown_gaps(ds):
+        what = {"dpc": "dpc", "footing": "bed on footing"}[part]
+        threshold = length(float(ds[f"{part}_separation_length"].attrs.get("opening_threshold", np.nan)))
+        columns.append((f"{what} opening (mm)", [f"{mm * v:.3f}" for v in ds[f"{part}_opening_max"].values]))
+        open_over = [f"{v:.2f}" for v in ds[f"{part}_separation_length"].values]
+        columns.append((f"{what} open by over {threshold} (m)", open_over))
     for i in range(ds.sizes.get("opening", 0)):
         wider = [f"{mm * v:+.3f}".replace("-", "−") for v in ds["opening_width_change"].values[:, i]]
         columns.append((f"opening {i + 1} wider by (mm)", wider))

@@ -167,6 +167,25 @@ class Damage:
         Number of such cracks that makes a group.
     dpc_threshold : float
         Opening of the dpc from which it counts as separated (m).
+    measure : {"joint", "band"}
+        Width that the category is found by. ``joint``: the widest single joint, which hangs on how neighbouring joints
+        share an opening. ``band``: the widest crack band, what a gauge reads that spans neighbouring joints. Archives
+        hold the category by the band besides, as ``damage_category_band``.
+    band_gauge : float
+        Length of the gauge laid across a crack band (m); see ``damagepred.damage.bands``. The default spans three
+        bricks of 240 mm and their four head joints, across which solvers and paces agree where single joints do not
+        (``studies/quasi_static_agreement``); take about three units where they are longer. It is less than
+        ``group_distance``: cracks that make a group are cracks of their own, which ``count_rule`` counts.
+    band_threshold : float
+        Opening from which a broken joint counts in a crack band (m). Above 0 the width hangs on how neighbouring joints
+        share an opening, of which a band's width is otherwise free.
+    footing_threshold : float
+        Opening of the bed on the footing from which it counts as separated (m).
+    count_footing_gap : bool
+        Whether a gap along the bed on the footing counts as a crack of a wall without a dpc. Not by default: the widths
+        of damage tables are those of cracks in walls; a wall that lifts off its footing as a whole is not torn, as it
+        is not where it lifts off its dpc, and the gap would make the category follow the ground's movement alone. It
+        is a crack that an owner sees: reports say where it would make the category higher.
     """
 
     table: Literal["as2870", "bre251"] = "as2870"
@@ -175,6 +194,11 @@ class Damage:
     group_distance: Length = Field(default=1.0, gt=0)
     group_count: Count = Field(default=2, ge=2)
     dpc_threshold: Length = Field(default=1e-3, gt=0)
+    measure: Literal["joint", "band"] = "joint"
+    band_gauge: Length = Field(default=0.75, gt=0)
+    band_threshold: Length = Field(default=0.0, ge=0)
+    footing_threshold: Length = Field(default=1e-3, gt=0)
+    count_footing_gap: bool = False
 
     @model_validator(mode="after")
     def _allowance_exists(self) -> Damage:

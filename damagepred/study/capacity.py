@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.damage import damage_table
+from damagepred.damage import damage_table, widest_gap
 from damagepred.errors import InputError, SolverError
 from damagepred.one_thread import one_blas_thread
 from damagepred.path import follow, model_of
@@ -134,8 +134,13 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
             moved = step.increment.progress * full
             if model.deflection is not None and model.surface_movement is None:
                 moved = max(abs(step.increment.deflection), before)
-            width = step.verdict.crack_width_max
-            if step.verdict.damage_category >= question.category:
+            found = step.verdict
+            widths = widest_gap(
+                found.crack_width_max, found.crack_band_width_max, found.footing_opening_max, scene.damage,
+                scene.dpc is not None,
+            )  # fmt: skip
+            width = float(widths[scene.damage.measure == "band"])
+            if found.damage_category >= question.category:
                 # within the step the widest crack is taken to grow in proportion
                 share = (limit - width_before) / (width - width_before) if width >= limit > width_before else 1.0
                 reached = (before + share * (moved - before)) / question.at - 1.0

@@ -16,7 +16,14 @@ from damagepred.archive.cautions import energy_error_share
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
-from damagepred.archive.schema import FLAG_FILL, GROWING_GROUND, SAMPLE_STATUS, VARIABLES, category_attributes
+from damagepred.archive.schema import (
+    CATEGORY_VARIABLES,
+    FLAG_FILL,
+    GROWING_GROUND,
+    SAMPLE_STATUS,
+    VARIABLES,
+    category_attributes,
+)
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
@@ -298,7 +305,10 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     table = damage_table(settings.scene.damage)
     for name, more in (
         ("environment", as_table([environment()])),
-        ("damage_category", category_attributes(table.category_names, f"{table.name}; {table.source}")),
+        *(
+            (n, category_attributes(table.category_names, f"{table.name}; {table.source}", n))
+            for n in CATEGORY_VARIABLES
+        ),
         *kept_rules(settings.scene.damage).items(),
         ("energy_error_share", {"tolerance": settings.scene.solver.energy_tolerance}),
     ):

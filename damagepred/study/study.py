@@ -413,6 +413,8 @@ class Study:
                 "study": settings.to_toml(),
                 "scene": settings.scene.to_toml(),
                 "damage_table": damage_table(settings.scene.damage).name,
+                "damage_measure": settings.scene.damage.measure,
+                "count_footing_gap": settings.scene.damage.count_footing_gap,
                 "highest_category": damage_table(settings.scene.damage).highest,
                 "span": settings.scene.wall.length,
                 **provenance(),

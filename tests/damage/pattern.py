@@ -29,7 +29,12 @@ class Pattern:
     lines: dict[tuple[str, int, int], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        places, normals, kinds, lengths = [], [], [], []
+        places, normals, kinds, lengths, blocks = [], [], [], [], []
+
+        def brick(i: int, r: int) -> int:
+            """Number of the brick in row r that covers the half brick from column i on."""
+            return -1 if r < 0 else r * (self.columns + 2) + 1 + i - (i + r) % 2
+
         for r in range(self.rows):
             for i in range(self.columns):
                 kind = FOOTING_INTERFACE if r == 0 else DPC if r == self.dpc else BED_JOINT
@@ -38,6 +43,7 @@ class Pattern:
                 normals.append((0.0, 1.0))
                 kinds.append(kind)
                 lengths.append(self.half)
+                blocks.append((brick(i, r - 1), brick(i, r)))
             for i in range(1, self.columns):
                 if (i + r) % 2 == 0:
                     self.lines["head", i, r] = len(kinds)
@@ -45,6 +51,7 @@ class Pattern:
                     normals.append((1.0, 0.0))
                     kinds.append(HEAD_JOINT)
                     lengths.append(COURSE)
+                    blocks.append((brick(i - 1, r), brick(i, r)))
         middle = np.array(places) + np.array(self.origin)
         normal, length = np.array(normals), np.array(lengths)
         tangent = np.column_stack((normal[:, 1], -normal[:, 0]))
@@ -55,6 +62,7 @@ class Pattern:
             WEIGHT * length[:, None],
             normal,
             np.array(kinds, dtype=np.int8),
+            np.array(blocks),
         )
         shape = (len(kinds), 3)
         self.opening, self.slip, self.cracked = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)

@@ -56,7 +56,7 @@ def same_after_reflection(a: xr.Dataset, b: xr.Dataset, length: float) -> None:
     np.testing.assert_allclose(
         a["contact_opening"].values[:, image], b["contact_opening"].values, atol=5e-3 * widest, rtol=0
     )
-    for name in ("crack_width_max", "base_crack_width_max", "dpc_opening_max"):
+    for name in ("crack_width_max", "crack_band_width_max", "base_crack_width_max", "dpc_opening_max"):
         np.testing.assert_allclose(a[name], b[name], atol=1e-3 * widest, rtol=0)
 
 

@@ -57,11 +57,17 @@ def curves_dataset(
             "intensity": ("intensity", grid, measured),
         },
         attrs={"Conventions": "CF-1.11", "title": f"fragility of {ds.attrs.get('title', 'a wall')}", **attrs}
-        | {k: ds.attrs[k] for k in ("source", "damagepred_version", "damagepred_commit", "seed") if k in ds.attrs},
+        | {k: ds.attrs[k] for k in _COPIED if k in ds.attrs},
     )
     for variable in result.data_vars.values():
         _describe(variable, measured["units"])
     return result
+
+
+_COPIED = (
+    "source", "damagepred_version", "damagepred_commit", "seed", "damage_table", "damage_measure", "count_footing_gap",
+)  # fmt: skip
+"""Attributes of a study that its curves bear, too."""
 
 
 def _describe(variable: xr.DataArray, units: str) -> None:

@@ -1,0 +1,150 @@
+"""Width of a crack band: the openings of neighbouring joints, summed as one measures across them.
+
+Equilibrium often leaves it open how neighbouring joints share an opening, so the widest single joint hangs on the
+solver, its pace and its rounding; the reading of a gauge that spans all of them does not. A gauge of a given length is
+laid straight across joints of one kind, at right angles: along a course across its head joints, upwards across bed
+joints. Its reading is the sum of the openings of the broken joints that it crosses. The width of the band is the
+largest reading of all gauges on the wall; gauges begin at the contacts and the ends of joints.
+
+A gauge lies on masonry alone. It ends at an opening, a control joint, the damp-proof course, the footing bed and the
+end of the wall. A stepped or diagonal crack is read twice, along the course and upwards. The two readings are the
+components of its opening, of which the larger counts; the opening is at most 1.41 times that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+if TYPE_CHECKING:
+    from damagepred.damage.joints import JointMap
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class BandGauges:
+    """All readings of gauges of one length on one wall, as sums of openings; k joints with q contacts, g gauges.
+
+    Attributes
+    ----------
+    contacts : array of int (k, q)
+        Contacts, as positions among all m q, of the mortar joints of the wall proper, in order along each joint.
+    carry : array (k, 2) or None
+        Distance of each end of a joint from its outermost contact, over that to the next contact (1); None where the
+        outermost contacts lie at the ends.
+    sums : sparse array (g, k q) or (g, k (q + 2))
+        Share of the opening at each contact, of the ends before and behind them, too, in each reading of a gauge that
+        crosses several joints.
+    """
+
+    contacts: IntArray
+    carry: FloatArray | None
+    sums: sparse.csr_array
+
+    @classmethod
+    def of_joints(cls, joints: JointMap, length: float) -> BandGauges:
+        """Lay the gauges.
+
+        Parameters
+        ----------
+        joints : JointMap
+            Of the wall. Where its blocks are not known, no two joints are known to be neighbours.
+        length : float
+            Of a gauge (m): joints that lie no farther apart than that are read together.
+        """
+        chosen = np.flatnonzero(joints.is_wall)
+        order, way = joints.contacts_along(chosen)
+        contacts = chosen[:, None] * order.shape[1] + order
+        whole = np.linalg.norm(joints.end[chosen] - joints.start[chosen], axis=1)
+        before, behind = way[:, 0], whole - way[:, -1]
+        carry, nodes = None, way
+        if (np.maximum(before, behind) > 1e-9 * whole).any():
+            nodes = np.column_stack((np.zeros(len(chosen)), way, whole))
+            carry = np.zeros((len(chosen), 2))
+            if way.shape[1] > 1:
+                carry = np.column_stack((before, behind)) / np.diff(way, axis=1)[:, [0, -1]]
+        parts = [_readings(joints, chosen, nodes, axis, length) for axis in (0, 1)]
+        return cls(contacts, carry, sparse.csr_array(sparse.vstack(parts)))
+
+    def width(self, opening: FloatArray, cracked: BoolArray, threshold: float = 0.0) -> float:
+        """Return the width of the widest crack band (m).
+
+        Parameters
+        ----------
+        opening : array (m, q)
+            Opening normal to the joint at each contact (m).
+        cracked : array of bool (m, q)
+            Whether the bond is broken.
+        threshold : float
+            Opening (m) from which a joint's opening counts. Above 0 the sum hangs on how joints share an opening.
+        """
+        broken = cracked.ravel()[self.contacts]
+        if not broken.any():
+            return 0.0
+        gap = opening.ravel()[self.contacts]
+        if self.carry is not None:
+            ends = gap[:, [0, -1]]
+            if gap.shape[1] > 1:  # straight on, as between rigid blocks
+                ends = ends + self.carry * (ends - gap[:, [1, -2]])
+            gap = np.column_stack((ends[:, 0], gap, ends[:, 1]))
+            broken = np.column_stack((broken[:, 0], broken, broken[:, -1]))
+        counted = np.where(broken & (gap > threshold), gap, 0.0).ravel()
+        return float(max(counted.max(), (self.sums @ counted).max(initial=0.0)))
+
+
+def _readings(joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, length: float) -> sparse.csr_array:
+    """Return the readings of gauges along one axis, of those that cross more than one joint.
+
+    A gauge begins at each contact and each end of a joint and goes on in the axis' direction, from block to block.
+    """
+    start, end = joints.start[chosen], joints.end[chosen]
+    along = end - start
+    columns, size = nodes.shape[1], nodes.size
+    number = np.flatnonzero(np.abs(along[:, axis]) < 1e-6 * np.abs(along[:, 1 - axis]))  # those at right angles to it
+    if not number.size:
+        return sparse.csr_array((0, size))
+    start, along, nodes = start[number], along[number], nodes[number]
+    tangent = np.sign(along[:, 1 - axis])
+    # the normal of a joint points from its first block to its second; its tangent is the normal turned clockwise
+    forward = (tangent > 0) == (axis == 1)
+    sides = joints.blocks[chosen[number]]
+    behind, ahead = np.where(forward[:, None], sides, sides[:, ::-1]).T
+    level = start[:, axis]
+    place = start[:, 1 - axis, None] + tangent[:, None] * nodes
+    low, high = place.min(axis=1), place.max(axis=1)
+    origin, span = low.min(), 2.0 * (high.max() - low.min())
+    sort = np.argsort(behind * span + (low - origin), kind="stable")
+    keys = (behind * span + (low - origin))[sort]
+
+    row, at = np.arange(place.size), place.ravel()
+    joint = row // columns
+    inside = at + 1e-5 * ((low + high)[joint] / 2 - at)  # where joints meet, on the gauge's own side
+    rows, cells, shares = [row], [number[joint] * columns + row % columns], [np.ones(len(row))]
+    last, base = joint, level[joint]
+    while True:
+        found = np.searchsorted(keys, ahead[last] * span + (inside - origin), side="right") - 1
+        following = sort[np.maximum(found, 0)]
+        ok = (found >= 0) & (ahead[last] >= 0) & (behind[following] == ahead[last]) & (inside <= high[following])
+        ok &= (level[following] > level[last]) & (level[following] - base <= length * (1 + 1e-9))
+        if not ok.any():
+            break
+        row, at, inside, base, last = row[ok], at[ok], inside[ok], base[ok], following[ok]
+        way = np.clip(tangent[last] * (at - start[last, 1 - axis]), nodes[last, 0], nodes[last, -1])
+        cell = np.clip((nodes[last] <= way[:, None] + 1e-12).sum(axis=1) - 1, 0, max(columns - 2, 0))
+        gap = nodes[last, np.minimum(cell + 1, columns - 1)] - nodes[last, cell]
+        share = np.where(gap > 0.0, (way - nodes[last, cell]) / np.where(gap > 0.0, gap, 1.0), 0.0)
+        for node, part in ((cell, 1.0 - share), (cell + 1, share)):
+            some = part > 1e-9
+            rows.append(row[some])
+            cells.append((number[last] * columns + node)[some])
+            shares.append(part[some])
+    several = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *rows[1:]]))
+    data, where = np.concatenate(shares), (np.concatenate(rows), np.concatenate(cells))
+    return sparse.csr_array((data, where), shape=(place.size, size))[several]
