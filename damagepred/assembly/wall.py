@@ -184,8 +184,8 @@ def _no_tension(scene: Scene) -> frozenset[Kind]:
 
 
 def _own_bed(scene: Scene) -> bool:
-    """Return whether the bed on the footing has a material of its own: where the footing is part of the model."""
-    return foundation(scene) is not None and scene.footing.joint is not None
+    """Return whether the bed on the footing, or on what the wall stands on, has a material of its own."""
+    return scene.footing.joint is not None
 
 
 def _meshing(solver: Solver, zoned: bool) -> Solver:
