@@ -56,6 +56,48 @@ def test_the_base_follows_the_footing_while_the_wall_spans():
     np.testing.assert_allclose(gauges(wall_model(HOUSE)).lines.deviation(state), (0.0, 0.0, 0.02), atol=1e-15)
 
 
+COLUMNS, COURSES, HIGH = 3, 30, 0.1
+
+
+def bulge(*moved_out: tuple[int, int, float]) -> float:
+    """Tilt of a stack of 30 courses of 3 bricks, 100 mm high, of which some (column, course) move along (mm)."""
+    course, column = np.divmod(np.arange(COLUMNS * COURSES), COLUMNS)
+    lines = SightLines.of_blocks(0.24 * column, (course + 0.5) * HIGH, course, gauge=1.0)
+    state = np.zeros((COLUMNS * COURSES, 3))
+    for i, row, out in moved_out:
+        state[row * COLUMNS + i, 0] = out * 1e-3
+    found = lines.deviation(state)
+    assert found.slope_max == 0.0
+    return float(found.tilt_max)
+
+
+@pytest.mark.parametrize(
+    ("moved_out", "tilt"),
+    [
+        ([(1, 12, 5)], 5 / 1000),  # seen from ten courses below and above
+        ([(1, 12, -5)], 5 / 1000),
+        ([(1, 12, 5), (1, 22, -3)], 8 / 1000),  # ten courses apart: out here, in there
+        ([(1, 12, 5), (1, 22, 5)], 5 / 700),  # alike, so neither is seen from the other; the upper from the top
+        ([(1, 12, 5), (2, 22, -3)], 5 / 1000),  # not one over the other
+        ([(1, 12, 5), (1, 17, -5)], 5 / 1000),  # closer than the gauge
+        ([(0, 29, 5)], 5 / 500),  # at the top from five courses below: the shortest that is measured on
+        ([(0, 0, 5)], 5 / 1000),
+        ([(2, row, 4) for row in range(8, 20)], 4 / 1000),  # a bulge 1.2 m high
+    ],
+)
+def test_a_local_bulge_is_its_depth_over_the_gauge(moved_out: list, tilt: float):
+    assert bulge(*moved_out) == pytest.approx(tilt, rel=1e-12)
+
+
+def test_a_local_bulge_in_running_bond_is_measured_on_bricks_that_stand_over_each_other():
+    """Courses of 75 mm: of those within a metre the thirteenth lies half a brick askew; the twelfth is 0.9 m above."""
+    model = wall_model(Scene())
+    place = np.column_stack((model.blocks.x, model.blocks.y))
+    state = np.zeros((len(place), 3))
+    state[np.argmin(np.hypot(*(place - (3.0, 16.5 * 0.075)).T)), 0] = 6e-3
+    np.testing.assert_allclose(gauges(model).lines.deviation(state), (6e-3 / 0.9, 0.0, 0.0), rtol=1e-9)
+
+
 def test_several_states_at_once():
     states = np.stack([moved(blocks(), yx=slope) for slope in (0.0, 0.001, 0.01)])
     np.testing.assert_allclose(gauges(wall_model(HOUSE)).lines.deviation(states).slope_max, (0.0, 0.001, 0.01))

@@ -1,0 +1,378 @@
+"""Every number in a report's tables, in the unit that stands beside it, against the dataset in SI."""
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import norm
+
+from damagepred.archive.files import write_dataset
+from damagepred.archive.folder import StudyFolder
+from damagepred.damage import construction_limits
+from damagepred.rejudge import judge_again, shares
+from damagepred.report import write_report
+from damagepred.report.inputs import HEADS
+from damagepred.report.quality import telling_movement
+from damagepred.scene import Scene
+from damagepred.scene.quantity import to_si
+from damagepred.study.settings import read_frozen
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fragility import fit_fragility
+from damagepred.wall_cracks import crack_frame, cracks
+from tests.made_up import made_up_study
+from tests.report.test_page import HTML, check_page
+
+UNITS = {
+    "m": 1.0, "mm": 1e-3, "%": 1e-2, "°": 1.0, "s": 1.0, "ms": 1e-3, "N": 1.0, "kN": 1e3, "J": 1.0, "Pa": 1.0,
+    "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm³": 1e9, "kg/m³": 1.0, "N/m": 1.0, "m/s²": 1.0, "–": 1.0, "": 1.0,
+    "mean block weights": 1.0,
+}  # fmt: skip
+ONE = re.compile(r"(?<![\w.])([−+-]?\d[\d.]*(?:e[−+-]?\d+)?)[\s\u00a0]*(mm|m|%|°)?(?![\w³/])")
+WORK = ("external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy")
+BOOTSTRAP = 20
+
+
+class Shown(NamedTuple):
+    """A number of a page in SI, and half of its last digit."""
+
+    value: float
+    half: float
+
+
+def numbers(cell: str, unit: str = "") -> list[Shown]:
+    """The numbers of a cell; one without a unit of its own bears that of the column."""
+    found = []
+    for text, own in ONE.findall(cell):
+        plain = text.replace("−", "-")
+        mantissa, _, power = plain.partition("e")
+        digits = len(mantissa.partition(".")[2])
+        scale = UNITS[own or unit] * 10.0 ** int(power or 0)
+        found.append(Shown(float(mantissa) * scale, 0.5 * 10.0**-digits * scale))
+    return found
+
+
+def split(head: str) -> tuple[str, str]:
+    """A head without its unit, and the unit."""
+    match = re.fullmatch(r"(.*?) ?\(([^()]*)\)", head, re.DOTALL)
+    return (match[1], match[2]) if match and match[2] in UNITS else (head, "")
+
+
+def tables_of(root: Element) -> dict[str, tuple[list[str], list[list[str]], list[str]]]:
+    """Heads, rows and groups of each table, by its caption."""
+    captions = {e.get("id"): "".join(e.itertext()) for e in root.iter(f"{HTML}p")}
+    found = {}
+    for table in root.iter(f"{HTML}table"):
+        heads = ["".join(e.itertext()) for e in table.iter(f"{HTML}th") if e.get("scope") == "col"]
+        rows, groups, group = [], [], ""
+        for row in table.iter(f"{HTML}tr"):
+            cells = ["".join(e.itertext()) for e in row.iter(f"{HTML}td")]
+            if cells:
+                rows.append(cells)
+                groups.append(group)
+            else:
+                group = "".join(row.itertext()).strip()
+        found[captions[table.get("aria-labelledby")].partition(". ")[2]] = heads, rows, groups
+    return found
+
+
+def compare(cell: str, unit: str, expected: Sequence[float], where: str) -> None:
+    """Compare all numbers of a cell with what is expected, to the digits that are shown."""
+    shown = numbers(cell, unit)
+    assert len(shown) == len(expected), (where, cell, expected)
+    for one, value in zip(shown, expected):
+        assert abs(one.value - value) <= one.half * (1 + 1e-6) + 1e-9 * abs(value), (where, cell, unit, value)
+
+
+Column = Sequence[Sequence[float]] | None
+
+
+def check_columns(name: str, heads: list[str], rows: list[list[str]], expected: dict[str, Column]) -> None:
+    """Compare a table column by column; None: words. A column that is not expected is a mistake of this test."""
+    assert [split(head)[0] for head in heads] == list(expected), name
+    for position, head in enumerate(heads):
+        column, unit = expected[split(head)[0]], split(head)[1]
+        for row, cells in enumerate(rows):
+            if column is None:
+                assert not numbers(cells[position]), (name, head, cells[position])
+            else:
+                compare(cells[position], unit, column[row], f"{name}: {head}, row {row}")
+    assert all(column is None or len(column) == len(rows) for column in expected.values()), name
+
+
+def each(values: Any) -> list[list[float]]:
+    return [[float(v)] for v in np.asarray(values)]
+
+
+# -- what stands in both ---------------------------------------------------------------------------------------------
+
+
+def check_inputs(rows: list[list[str]], groups: list[str], scene: dict[str, Any]) -> None:
+    """Each value with its unit is that of the scene; no number of a scene's table is left out that is shown."""
+    tables = {title: name for name, title in HEADS.items()}
+    compared = 0
+    for group, (quantity, value, unit, _) in zip(groups, rows):
+        title, _, number = group.rpartition(" ")
+        name = tables.get(group) or tables[title]
+        values = scene[name][int(number) - 1] if name not in scene or isinstance(scene[name], list) else scene[name]
+        for key in quantity.split(": "):
+            values = values[key.replace(" ", "_")]
+        if isinstance(values, bool | str):
+            assert not numbers(value), (group, quantity, value)
+            continue
+        compare(value, unit, [values], f"{group}, {quantity}")
+        compared += 1
+    assert compared > 20
+
+
+def limits_of(span: float) -> list[tuple[float, float, float]]:
+    """1/ratio, absolute and governing limit of each construction, the strictest first."""
+    known = [(k.one_in[0], k.deflection) for k in construction_limits().values()]
+    return sorted(((n, d, min(span / n, d)) for n, d in known), key=lambda one: one[2])
+
+
+def limit_columns(span: float) -> dict[str, Column]:
+    found = limits_of(span)
+    return {
+        "construction": None, "limit, the lesser of": [[n, d] for n, d, _ in found],
+        "for this length": each([least for *_, least in found]),
+    }  # fmt: skip
+
+
+# -- a wall ----------------------------------------------------------------------------------------------------------
+
+
+def check_wall(ds: xr.Dataset, root: Element) -> None:
+    tables = tables_of(root)
+    last = {name: float(ds[name].values[-1]) for name in ds.data_vars if ds[name].dims == ("increment",)}
+    for caption, (heads, rows, groups) in tables.items():
+        if caption == "The wall":
+            check_inputs(rows, groups, Scene.from_dict(tomllib.loads(ds.attrs["scene"])).to_dict())
+        elif caption == "Program and run":
+            told = dict(rows)
+            for name, size in (("blocks", ds.sizes["block"]), ("contacts", ds.sizes["contact"]),
+                               ("increments", ds.sizes["increment"] - 1)):  # fmt: skip
+                assert told[name] == str(size)
+        elif caption.startswith("How well the path is solved"):
+            work = [abs(last[name]) for name in WORK]
+            expected = {
+                "largest unbalanced force": ds["unbalanced_force_ratio"].max(),
+                "stress by which a joint exceeds its law, at most": ds["joint_law_violation"].max(),
+                "energy that does not balance, of all work done": last["energy_error"] / max(work),
+                "times at which bonds broke": ds["events"].sum(), "Newton steps spent": ds["cycles"].sum(),
+            }  # fmt: skip
+            for what, value, unit in rows:
+                if what in expected:
+                    compare(value, unit, [float(expected[what])], what)
+            assert set(expected) <= {row[0] for row in rows}
+        elif caption.startswith("Where the energy has gone"):
+            words = {"work of dead load and movement": "external_work", "stored in joints and blocks": "elastic_energy",
+                     "taken by friction": "friction_work", "set free where bonds broke": "released_energy",
+                     "not balanced": "energy_error"}  # fmt: skip
+            for what, value in rows:
+                compare(value, heads[1], [last[words[what]]], what)
+        elif caption.startswith("Cracks at the end"):
+            frame = crack_frame(cracks(ds)).head(len(rows))
+            slope = [[] if o in ("horizontal", "vertical") else [np.round(i)]
+                     for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])]  # fmt: skip
+            check_columns(caption, heads, rows, {
+                "crack": each(frame["crack"]), "part": None, "width": each(frame["crack_width"]),
+                "opening and slip": each(frame["crack_displacement"]), "length": each(frame["crack_length"]),
+                "how it runs": slope, "widest at x, y": [list(p) for p in zip(frame["crack_x"], frame["crack_y"])],
+                "began at a deflection of": each(frame["first_central_deflection"]),
+            })  # fmt: skip
+        elif caption == "The wall's path":
+            expected = {
+                "deflection": each(ds["central_deflection"]), "widest crack": each(ds["crack_width_max"]),
+                "cracks": each(ds["crack_count"]), "category": each(ds["damage_category"]),
+                "crack band": each(ds["crack_band_width_max"]), "category by band": each(ds["damage_category_band"]),
+            }  # fmt: skip
+            for part, what in (("dpc", "dpc"), ("footing", "bed on footing")):
+                over = 1e3 * ds[f"{part}_separation_length"].attrs["opening_threshold"]
+                expected[f"{what} opening"] = each(ds[f"{part}_opening_max"])
+                expected[f"{what} open by over {over:g} mm"] = each(ds[f"{part}_separation_length"])
+            for i in range(ds.sizes["opening"]):
+                expected[f"opening {i + 1} wider by"] = each(ds["opening_width_change"][:, i])
+            check_columns(caption, [head.replace("\u00a0", " ") for head in heads], rows, expected)
+        elif caption.startswith("This wall at the design deflections"):
+            category, width = [], []
+            for *_, least in limits_of(float(ds.attrs["span"])):
+                reached = np.flatnonzero(ds["central_deflection"].values >= least * (1 - 1e-9))
+                category.append([float(ds["damage_category"][reached[0]])] if reached.size else [])
+                width.append([float(ds["crack_width_max"][reached[0]])] if reached.size else [])
+            assert any(category)
+            columns = limit_columns(float(ds.attrs["span"]))
+            check_columns(caption, heads, rows, columns | {"category of damage": category, "widest crack": width})
+        else:
+            pytest.fail(f"the table '{caption}' is not compared")
+
+
+@pytest.fixture(scope="module")
+def wall_report(wall: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> str:
+    place = tmp_path_factory.mktemp("wall")
+    write_dataset(wall, place / "wall.nc")
+    return write_report(place / "wall.nc").read_text(encoding="utf-8")
+
+
+def test_every_number_of_a_wall_s_tables(wall: xr.Dataset, wall_report: str) -> None:
+    check_wall(wall, check_page(wall_report))
+
+
+@pytest.mark.parametrize(
+    ("shown", "wrong"),
+    [
+        ("widest crack (mm)", "widest crack (m)"), ("dpc opening (mm)", "dpc opening (m)"),
+        ("crack band (mm)", "crack band (m)"), ("deflection (mm)", "deflection (m)"),
+        ("mm (m)", "mm (mm)"), ("length (m)", "length (mm)"), (">%<", "><"), (">MPa<", ">kPa<"), (">J<", ">kN<"),
+        ("1 wider by (mm)", "1 wider by (m)"), ("bed on footing opening (mm)", "bed on footing opening (m)"),
+    ],
+)  # fmt: skip
+def test_a_wrong_unit_is_noticed(wall: xr.Dataset, wall_report: str, shown: str, wrong: str) -> None:
+    text = wall_report.replace("\u00a0", " ")
+    assert shown in text
+    with pytest.raises((AssertionError, KeyError)):
+        check_wall(wall, check_page(text.replace(shown, wrong)))
+
+
+# -- a study ---------------------------------------------------------------------------------------------------------
+
+
+def _spread(one: xr.Dataset, name: str) -> list[float]:
+    found = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
+    return found if np.isfinite(found).all() else found[:1]
+
+
+def _estimate(e: Any) -> list[float]:
+    return [e.value, e.lower, e.upper]
+
+
+def compare_chances(cells: list[str], expected: list[Sequence[float]], where: str) -> None:
+    """Probabilities, which are shown as < 0.001 where they are all but 0, and alone where their band tells nothing."""
+    for cell, values in zip(cells, expected):
+        shown = numbers(cell)
+        for one, value in zip(shown, list(values)[: len(shown)]):
+            edge = 1e-3 if "<" in cell or ">" in cell else 0.0
+            assert abs(one.value - value) <= max(one.half, edge) * (1 + 1e-6), (where, cell, values)
+        assert shown or not np.isfinite(values[0]), (where, cell)
+
+
+def check_study(folder: StudyFolder, root: Element) -> None:
+    ds, settings = folder.results(), read_frozen(folder.study_text())
+    curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP)
+    if int(curves.attrs["curves_cross"]):
+        curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP, model="common")
+    moved = float(ds["central_deflection"].max("increment").min())
+    of = curves["category"].values.tolist()
+    for caption, (heads, rows, groups) in tables_of(root).items():
+        if caption.startswith("The wall;"):
+            check_inputs(rows, groups, settings.scene.to_dict())
+        elif caption == "What is uncertain":
+            words = {"COV": "cov"}
+            for (name, variable), row in zip(settings.variables.items(), rows, strict=True):
+                for word, value in re.findall(r"(\w+) ([\d.]+)", row[1]):
+                    unit = "" if word == "COV" else row[3]
+                    stated = to_si(getattr(variable, words.get(word, word)), Scene.unit_of(name))
+                    compare(value, unit, [float(stated)], f"{name}: {word}")
+        elif caption.startswith("Correlation of"):
+            pairs = [value for one in settings.correlation.values() for value in one.values()]
+            check_columns(caption, heads, rows, {"of": None, "with": None, "correlation": each(pairs)})
+        elif caption == "Program and study":
+            told, status = dict(rows), ds["status"].values
+            counts = ("complete", "collapsed", "failed", "not run yet")
+            for name, value in (
+                *((f"walls {word}", int((status == k).sum())) for k, word in enumerate(counts)),
+                ("walls asked for", len(status)), ("seed", settings.study.seed),
+                ("increments", settings.scene.movement.increments),
+            ):  # fmt: skip
+                assert told[name] == str(value), name
+            seconds = ds["run_time"].values
+            compare(told["time of a wall"], "s", [np.nanmean(seconds), np.nanmax(seconds)], caption)
+        elif caption == "How well the walls are solved":
+            work = np.max([np.abs(ds[name].values) for name in WORK], axis=0)
+            values = {
+                "largest unbalanced force": ds["unbalanced_force_ratio"].values,
+                "stress by which a joint exceeds its law": ds["joint_law_violation"].values,
+                "energy that does not balance, of all work done": np.abs(ds["energy_error"].values) / work,
+            }
+            for what, *cells in rows:
+                name, unit = split(what)
+                worst = np.nanmax(values[name], axis=1)
+                compare(cells[0], unit, [float(np.median(worst))], what)
+                compare(cells[1], unit, [float(worst.max())], what)
+                compare(cells[2], "", [float(np.argmax(worst))], what)
+        elif caption.startswith("Probability of each category or worse"):
+            grid = [(at, c) for at in dict.fromkeys((telling_movement(ds, moved), moved)) for c in range(1, 5)]
+            for (at, category), row in zip(grid, rows, strict=True):
+                e = exceedance(ds, category, at).estimate
+                compare(row[0], "", [at], caption)
+                compare_chances(row[2:3], [_estimate(e)], caption)
+                compare(row[3], "", [e.error], caption)
+                compare(row[4], "", [e.samples], caption)
+                compare(row[5], "", [e.effective_samples], caption)
+        elif caption == "Walls by the worst category of their path":
+            total = ds.sizes["sample"]
+            rules: tuple[dict[str, Any], ...] = ({}, {"measure": "band"}, {"count_footing_gap": True})
+            found = [shares(judge_again(ds, **one)) for one in rules]
+            numbered = [int(row[0].split()[0]) for row in rows]
+            by = ("widest joint", "widest crack band", "widest joint or gap on the footing")
+            columns = {head: [[one.get(c, 0) / total] for c in numbered] for head, one in zip(by, found)}
+            check_columns(caption, heads, rows, {"category": each(numbered), **columns})
+            assert len({str(one) for one in found}) == 3
+        elif caption == "The curves":
+            for category, row in zip(of, rows, strict=True):
+                one = curves.sel(category=category)
+                if np.isfinite(float(one["median"])):
+                    compare(row[1], "", _spread(one, "median"), caption)
+                    compare(row[2], "", _spread(one, "dispersion"), caption)
+                    compare_chances(row[4:5], [[float(one["p_value"])]], caption)
+                counts = [float(one["reached"]), float(one["reached"] + one["not_reached"])]
+                compare(row[3], "", counts, caption)
+        elif caption.startswith(("Probability from the fitted curves", "Counted among the walls")):
+            counted = caption.startswith("Counted")
+            found = limits_of(float(ds.attrs["span"]))
+            plain = limit_columns(float(ds.attrs["span"]))
+            check_columns(caption, heads[:3], [row[:3] for row in rows], plain)
+            for row, (*_, least) in zip(rows, found, strict=True):
+                for category, cell in zip(of, row[3:], strict=True):
+                    if "not moved" in cell or cell == "–":
+                        continue
+                    if counted:
+                        values = _estimate(exceedance(ds, category, least).estimate)
+                    else:
+                        one = curves.sel(category=category)
+                        values = [norm.cdf(np.log(least / float(one["median"])) / float(one["dispersion"]))]
+                    compare_chances([cell], [values], caption)
+        else:
+            pytest.fail(f"the table '{caption}' is not compared")
+
+
+@pytest.fixture(scope="module")
+def study_report(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    place = tmp_path_factory.mktemp("study")
+    folder = made_up_study(place / "house.dp", 40)
+    return folder, write_report(folder, place / "r.html", replay=False, bootstrap=BOOTSTRAP).read_text(encoding="utf-8")
+
+
+def test_every_number_of_a_study_s_tables(study_report: tuple[Path, str]) -> None:
+    folder, text = study_report
+    check_study(StudyFolder(folder), check_page(text))
+
+
+@pytest.mark.parametrize(
+    ("shown", "wrong"),
+    [("widest joint (%)", "widest joint"), ("widest crack band (%)", "widest crack band (mm)"),
+     ("work done (%)", "work done"), (">mm<", ">m<"), ("(Pa)", "(kPa)"),
+     (r">(\d+\.\d) mm\b", lambda m: f">{m[1]} m"), (r">(\d+\.\d)</td>", lambda m: f">{float(m[1]) / 100:.4f}</td>")],
+)  # fmt: skip
+def test_a_wrong_unit_or_factor_of_a_study_is_noticed(study_report: tuple[Path, str], shown: str, wrong: Any) -> None:
+    folder, text = study_report
+    plain = text.replace("\u00a0", " ")
+    changed = re.sub(shown, wrong, plain) if callable(wrong) else plain.replace(shown, wrong)
+    assert changed != plain
+    with pytest.raises((AssertionError, KeyError)):
+        check_study(StudyFolder(folder), check_page(changed))
