@@ -278,9 +278,9 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     was = before[f"{prefix}{name}"]
     same = own.table.limits == rules.table.limits and own.settings == rules.settings
     other = own.table.limits == rules.table.limits and own.settings == replace(rules.settings, measure="joint")
-    if same or (by_band and other):
+    if by_band and (same or other):
         # found along the path itself; bands are never narrower than joints, so no path ended before it was known
-        kept = before.get(f"{prefix}damage_category_band", was) if by_band else was
+        kept = before.get(f"{prefix}damage_category_band", was)
         ds[f"{prefix}{name}"] = (was.dims, kept.values.copy(), was.attrs)
         return []
     many = "sample" in was.dims

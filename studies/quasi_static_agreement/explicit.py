@@ -47,6 +47,7 @@ def path_of(case: Case, solver: Solver) -> Result:
                     inc.progress * model.central_deflection, inc.base_reaction, verdict.crack_width_max,
                     max(verdict.crack_width_max, verdict.base_crack_width_max), verdict.dpc_opening_max,
                     verdict.damage_category, (inc.state == 1).sum(), inc.unbalanced_force_ratio, inc.cycles,
+                    verdict.crack_band_width_max, verdict.damage_category_band,
                 )
             )  # fmt: skip
             if inc.collapsed:
@@ -56,7 +57,7 @@ def path_of(case: Case, solver: Solver) -> Result:
     result: Result = {"end": end, "seconds": time.perf_counter() - began}
     names = (
         "deflection", "base_reaction", "crack_width", "crack_width_anywhere", "dpc_opening", "category", "cracked",
-        "unbalanced", "cycles",
+        "unbalanced", "cycles", "crack_band", "category_band",
     )  # fmt: skip
     result.update(zip(names, np.array(rows, dtype=np.float64).reshape(-1, len(names)).T, strict=True))
     if step is not None:

@@ -1,6 +1,6 @@
 """Compare the quasi-static solver with the explicit one, run slowly and settled tightly.
 
-    python studies/quasi_static_agreement/run.py [--part unique|dry|brittle|transient] [--walls 40] [--fresh]
+    python studies/quasi_static_agreement/run.py [--part unique|dry|brittle|transient|bands|cohesion] [--walls 40]
 
 Walls of which hardly anything breaks have one answer, and both solvers must give it. Walls that crack brittly have
 many; there the two are compared wall by wall and as samples. Walls without bonds show what friction does. What the
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bands import band_table, cohesion_table
 from explicit import PACES, Result, complete, explicit_results, note, pace_text, path_of
 from numpy.typing import NDArray
 from scipy import stats
@@ -266,6 +267,8 @@ END = {  # what is judged at the end of a path, in the unit given
     "cracked": ("cracked contacts", "1", 1.0),
     "dpc_opening": ("dpc opening", "mm", 1e3),
     "category": ("damage category", "1", 1.0),
+    "crack_band": ("widest crack band", "mm", 1e3),
+    "category_band": ("damage category by band", "1", 1.0),
 }
 REACHED = (1, 2, 3)
 """Categories of which the movement that brings them is compared."""
@@ -409,7 +412,7 @@ def draw_brittle(rows: list[Row], names: list[str], file: Path) -> None:
     looks = dict(
         zip(names, (("tab:red", "-", 2.2), ("0.6", "-", 1.2), ("tab:orange", "-", 1.2), ("tab:blue", "--", 1.8)))
     )
-    for axis, (key, (title, unit, _)) in zip(axes.flat, END.items()):
+    for axis, (key, (title, unit, _)) in zip(axes.flat, END.items(), strict=False):
         with_dpc = [r for r in rows if r["dpc"]] if key == "dpc_opening" else rows
         for name, (colour, style, width) in looks.items():
             values = np.sort([r[f"{name}: {key}"] for r in with_dpc])
@@ -440,9 +443,8 @@ def write(file: Path, rows: list[Row]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--part", choices=["unique", "dry", "brittle", "transient", "all"], default="all", help="which comparison"
-    )
+    known = ["unique", "dry", "brittle", "transient", "bands", "cohesion", "all"]
+    parser.add_argument("--part", choices=known, default="all", help="which comparison")
     parser.add_argument(
         "--random", type=int, default=16, help="random walls whose mortar does not break, or is none (16)"
     )
@@ -461,6 +463,8 @@ def main() -> None:
         "dry": lambda: dry_part(options.random, options),
         "brittle": lambda: brittle_part(options.walls, options),
         "transient": lambda: transient_table(unique_cases(0)[2]),
+        "bands": band_table,
+        "cohesion": cohesion_table,
     }
     for name, part in parts.items():
         if options.part in (name, "all"):
