@@ -1,11 +1,13 @@
 """Probability of damage to a house wall on reactive clay: class of site by class of site, footing by footing.
 
     python studies/soil_movement/run.py [--samples 32] [--workers 2] [--footings veneer full_masonry]
-        [--kinds doming dishing] [--movements 20 40 60] [--output studies/soil_movement/results]
+        [--kinds doming dishing] [--largest 150] [--output studies/soil_movement/results]
 
-Every footing, way of movement and y_s is a study of its own, with the same sampled walls, in a folder that damagepred
-reads (status, replay, plot). The same call goes on where an interrupted one stopped; a larger --samples adds walls,
-other --movements more points to the curves. Tables and curves are made from all that is in the output folder.
+Every footing and way of movement is a study of its own, with the same sampled walls, in a folder that damagepred
+reads (status, replay, plot). Its paths run through the mounds of growing y_s up to the largest, and are read at each
+y_s on the way. The same call goes on where an interrupted one stopped; a larger --samples adds walls. Another --largest
+is another study of the same walls: 60 mm with more samples bounds closer what hardly ever happens there. Tables and
+curves are made from all that is in the output folder.
 """
 
 from __future__ import annotations
@@ -16,25 +18,32 @@ from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
-from stripes import by_thirds, shares, stripes
+import xarray as xr
+from stripes import by_thirds, read_at, shares
 
 from damagepred import fit_fragility, open_study
 from damagepred.archive.files import write_whole
 from damagepred.plotting.categories import COLOURS
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.wall import draw_wall
 from damagepred.scene.site import site_class, standard_footing
 from damagepred.study import Study
+from damagepred.study.replay import replay
 from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
 FOOTINGS = {"light": "clad_frame", "veneer": "masonry_veneer", "full_masonry": "full_masonry"}
 KINDS = ("doming", "dishing")
-MOVEMENTS = {"doming": (20, 40, 60, 75, 85, 100, 125, 150), "dishing": (20, 40, 60, 75, 100, 150)}
-"""Surface movements y_s (mm): the limits of the classes, and as many beyond as the curves need."""
-STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
-STEP = 10.0
+MOVEMENTS = (20, 40, 60, 75, 85, 100, 125, 150)
+"""Surface movements y_s (mm) of the tables: the limits of the classes, and some beyond."""
+LARGEST = 150.0
+"""y_s (mm) to which walls are moved."""
+STEP = 5.0
 """Increments of the movement (mm)."""
+STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
+PICTURE = ("veneer", "dishing", 100.0)
+"""Footing, way of movement and y_s (mm) of the wall that is drawn: the one of largest damage at median crack width."""
 
 
 def main() -> int:
@@ -43,20 +52,13 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--footings", nargs="+", choices=list(FOOTINGS), default=["veneer", "full_masonry"])
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
-    parser.add_argument(
-        "--movements", nargs="+", type=float, help="y_s (mm), each with its own mound, instead of the usual ones"
-    )
+    parser.add_argument("--largest", type=float, default=LARGEST, help="y_s (mm) to which walls are moved")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for archives, tables, pictures")
     options = parser.parse_args()
-    cases = [(f, k) for f in options.footings for k in options.kinds]
-    wanted = {k: options.movements or MOVEMENTS[k] for k in options.kinds}
-    everything = sorted({m for movements in wanted.values() for m in movements})
-    for millimetres in everything:  # the dear ones last
-        for footing, kind in cases:
-            if millimetres not in wanted[kind]:
-                continue
-            study = Study(settings(footing, kind, millimetres))
-            folder = place(options.output, footing, kind, millimetres)
+    for footing in options.footings:
+        for kind in options.kinds:
+            study = Study(settings(footing, kind, options.largest))
+            folder = place(options.output, footing, kind, options.largest)
             summary = study.run(folder, options.samples, workers=options.workers)
             print(f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True)
             if summary.interrupted:
@@ -65,13 +67,13 @@ def main() -> int:
 
 
 def settings(footing: str, kind: str, millimetres: float) -> StudySettings:
-    """Return the study of house.toml with another footing, way of movement, and y_s (mm)."""
+    """Return the study of house.toml with another footing, way of movement, and largest y_s (mm)."""
     base = StudySettings.from_toml(HERE / "house.toml")
     known = standard_footing("M", FOOTINGS[footing])
     scene, concrete = base.scene, base.scene.footing.concrete
     assert concrete is not None
     size = f"{known.depth * 1e3:.0f} x {known.width * 1e3:.0f}, {known.mesh}"
-    title = f"house wall, {kind}, y_s = {millimetres:g} mm, footing {size}"
+    title = f"house wall, {kind} to y_s = {millimetres:g} mm, footing {size}"
     return replace(
         base,
         study=replace(base.study, title=title),
@@ -92,29 +94,33 @@ def place(output: Path, footing: str, kind: str, millimetres: float) -> Path:
     return output / f"{footing}_{kind}_{millimetres:g}mm.dp"
 
 
-def present(output: Path, footing: str, kind: str) -> list[float]:
-    """Return the movements (mm) of which there is a study."""
-    names = [p.name for p in output.glob(f"{footing}_{kind}_*mm.dp")]
-    return sorted(float(name.removeprefix(f"{footing}_{kind}_").removesuffix("mm.dp")) for name in names)
+def studies_of(output: Path, footing: str, kind: str) -> dict[float, xr.Dataset]:
+    """Return the studies in a folder by the y_s (mm) to which their walls are moved."""
+    found = {}
+    for folder in output.glob(f"{footing}_{kind}_*mm.dp"):
+        found[float(folder.name.removeprefix(f"{footing}_{kind}_").removesuffix("mm.dp"))] = open_study(folder)
+    return dict(sorted(found.items()))
 
 
 def report(output: Path) -> bool:
     """Write tables and curves of all studies in a folder; say which walls failed, and return whether any did."""
     rows, thirds, fits, curves, failed = [], [], [], {}, False
     for footing, kind in ((f, k) for f in FOOTINGS for k in KINDS):
-        studies = {}
-        for millimetres in present(output, footing, kind):
-            ys, folder = millimetres * 1e-3, place(output, footing, kind, millimetres)
-            case = {"footing": footing, "movement": kind, "y_s (mm)": 1e3 * ys, "site class": site_class(ys).name}
-            ds = studies[ys] = open_study(folder)
-            rows += [case | row for row in shares(ds)]
-            thirds += [case | row for row in by_thirds(ds, STIFFNESS[kind])]
-            for sample in ds["sample"].values[ds["status"].values == 2]:
-                failed = True
-                print(f"failed: damagepred replay {folder} {sample}")
+        studies = studies_of(output, footing, kind)
         if not studies:
             continue
-        found = fit_fragility(stripes(studies))
+        for largest, ds in studies.items():
+            for sample in ds["sample"].values[ds["status"].values == 2]:
+                failed = True
+                print(f"failed: damagepred replay {place(output, footing, kind, largest)} {sample}")
+        for millimetres in (m for m in MOVEMENTS if m <= max(studies)):
+            far_enough = [ds for largest, ds in studies.items() if largest >= millimetres]
+            ds = read_at(max(far_enough, key=lambda one: one.sizes["sample"]), 1e-3 * millimetres)
+            site = site_class(1e-3 * millimetres).name
+            case = {"footing": footing, "movement": kind, "y_s (mm)": millimetres, "site class": site}
+            rows += [case | row for row in shares(ds)]
+            thirds += [case | row for row in by_thirds(ds, STIFFNESS[kind])]
+        found = fit_fragility(studies[max(studies)])
         found.attrs["title"] = f"{kind}, footing {settings(footing, kind, 40.0).title.split('footing ')[1]}"
         curves[footing, kind] = found
         frame = found[["probability", "probability_lower", "probability_upper"]].to_dataframe().reset_index()
@@ -129,6 +135,7 @@ def report(output: Path) -> bool:
     ]  # fmt: skip
     save_table(pd.concat(medians), output / "medians.csv")
     draw(curves, shared, output / "fragility.png")
+    draw_one(output, *PICTURE)
     print("Share of the walls in the category or worse:")
     print(shared.pivot_table(index=["footing", "movement", "category"], columns="y_s (mm)", values="share").to_string())
     return failed
@@ -163,6 +170,25 @@ def draw(curves: dict[tuple[str, str], object], shared: pd.DataFrame, path: Path
             f"{found.attrs['samples']} walls; dots: shares; bars and bands: 90 % confidence",
         )  # fmt: skip
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
+
+
+def draw_one(output: Path, footing: str, kind: str, millimetres: float) -> None:
+    """Draw the wall of median crack width among those of the worst category at a y_s (mm)."""
+    studies = {largest: ds for largest, ds in studies_of(output, footing, kind).items() if largest >= millimetres}
+    if not studies:
+        return
+    largest = max(studies)
+    ds = read_at(studies[largest], 1e-3 * millimetres).isel(increment=-1)
+    worst = ds.isel(sample=ds["damage_category"].values == ds["damage_category"].values.max())
+    middle = worst.isel(sample=worst["crack_width_max"].argsort().values[worst.sizes["sample"] // 2])
+    sample = int(middle["sample"])
+    wall, _ = replay(place(output, footing, kind, largest), sample)
+    increment = int(abs(wall["surface_movement"].values - 1e-3 * millimetres).argmin())
+    ax = draw_wall(wall, increment=increment)
+    figure = ax.get_figure()
+    assert figure is not None
+    write_whole(output / "wall.png", lambda p: figure.savefig(p, dpi=DPI, format="png"))
+    print(f"wall.png: sample {sample}, category {int(middle['damage_category'])} at y_s = {millimetres:g} mm")
 
 
 if __name__ == "__main__":

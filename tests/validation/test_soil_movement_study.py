@@ -1,4 +1,4 @@
-"""studies/soil_movement: settings from the tables, the reading of many runs as one, and a wall of it."""
+"""studies/soil_movement: settings from the tables, a study read at movements of its paths, a wall."""
 
 import importlib
 import sys
@@ -12,7 +12,6 @@ import xarray as xr
 
 import damagepred
 from damagepred.study.settings import StudySettings
-from damagepred.uq.fragility import capacities, fit_fragility
 from damagepred.uq.variable import Variable
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -64,26 +63,21 @@ def study(paths: list[list[int]], status: list[int]) -> xr.Dataset:
     )
 
 
-def test_many_runs_are_read_as_one() -> None:
+def test_a_study_is_read_at_a_movement_of_its_paths() -> None:
     stripes = module("stripes")
-    studies = {
-        0.06: study([[0, 2, 2], [0, 0, 0], [0, 1, -1]], [COMPLETE, COMPLETE, FAILED]),
-        0.02: study([[0, 0, 1], [0, 0, 0], [0, 0, 0]], [COMPLETE, COMPLETE, COMPLETE]),
-    }
-    ds = stripes.stripes(studies)
-    assert ds["damage_category"].values.tolist() == [[0, 1, 2], [0, 0, 0], [0, 0, 1]]
-    assert ds["surface_movement"].values[0].tolist() == [0.0, 0.02, 0.06]
-    first, second = capacities(ds, 1, "surface_movement"), capacities(ds, 2, "surface_movement")
-    assert first.lower.tolist() == [0.0, 0.06, 0.02]
-    assert first.upper.tolist() == [0.02, np.inf, 0.06]
-    assert first.failed.tolist() == [False, False, False]  # it had reached category 1 before it failed
-    assert second.failed.tolist() == [False, False, True]
-    assert fit_fragility(ds, bootstrap=0).attrs["intensity_measure"] == "surface_movement"
+    ds = study([[0, 1, 2], [0, 0, 0], [0, 1, -1]], [COMPLETE, COMPLETE, FAILED])
+    ds["surface_movement"].values[:] = [0.0, 0.02, 0.06]
+    first, end = stripes.read_at(ds, 0.02), stripes.read_at(ds, 0.06)
+    assert first["damage_category"].values.tolist() == [[0, 1], [0, 0], [0, 1]]
+    assert end["damage_category"].shape == (3, 3)
+    # the wall that failed later is known at the first movement, and at the end for what it had reached
+    assert [(r["reached"], r["walls"]) for r in stripes.shares(first)][:2] == [(2, 3), (0, 3)]
+    assert [(r["reached"], r["walls"]) for r in stripes.shares(end)][:2] == [(2, 3), (1, 2)]
 
 
 def test_shares_leave_out_what_is_not_known_and_bound_what_never_happened() -> None:
     stripes = module("stripes")
-    rows = stripes.shares(study([[0, 2], [0, 0], [0, 1], [0, 0]], [COMPLETE, COMPLETE, FAILED, COMPLETE]))
+    rows = stripes.shares(study([[0, 2, 2], [0, 0, 0], [0, 1, -1], [0, 0, 0]], [COMPLETE, COMPLETE, FAILED, COMPLETE]))
     assert [(r["reached"], r["walls"]) for r in rows] == [(2, 4), (1, 3), (0, 3), (0, 3)]
     assert all(r["lower"] <= r["share"] <= r["upper"] for r in rows)
     # Wilson's bound for none of three at 90 %: z^2 / (n + z^2), z = 1.645
