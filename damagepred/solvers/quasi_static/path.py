@@ -321,7 +321,7 @@ class Path:
                 if target == goal:
                     self.state = state
                     return worst
-            elif (loaded <= 1.0 + self._near).all() or distance(state, target) <= shortest:
+            elif heaviest <= 1.0 + NEAR or (loaded <= 1.0 + self._near).all() or distance(state, target) <= shortest:
                 self.remember(trial, gave_way=jumped)
                 state, worst = self.cascade(trial, worst)
                 far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
@@ -349,8 +349,7 @@ class Path:
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
         after_load, heaviest = self.bond_loads(ahead)
-        over = after_load > 1.0 + self._ahead
-        if heaviest <= 1.0 + OVERLOAD or not over.any():
+        if heaviest <= 1.0 + OVERLOAD or not (over := after_load > 1.0 + self._ahead).any():
             return ahead.displacement, 1.0
         after_load, wanted = after_load[over], 1.0 + 0.1 * self._near[over]
         before_load = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
