@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from audited.tolerances import Tolerances
-from audited.wall import BED, CONTROL, CRACKED, DPC, HEAD, ArchivedWall
+from audited.wall import BED, CONTROL, CRACKED, DPC, FOOTING, HEAD, ArchivedWall
 
 if TYPE_CHECKING:
     from audited.checks import Violation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 DATA = Path(__file__).resolve().parents[3] / "data" / "damage"
 HAIRLINE = 0.05e-3
@@ -62,13 +64,10 @@ class Parts:
         mortar = (kind == BED) | (kind == HEAD)
         base = level <= level[self.dpc].max() if self.dpc.any() else np.zeros(len(kind), dtype=bool)
         self.proper, self.base = mortar & ~base, mortar & base
-        # a piece of facet of a deformable block is an interface of its own
-        length = np.bincount(wall.interface, wall["contact_length"])
-        reach = 0.5 * length[:, None] * wall.tangent[first]
-        self.ends = np.stack((wall.middle - reach, wall.middle + reach), axis=1)
+        self.ends = wall.ends
         self.gaps = self.ends[kind == CONTROL].reshape(-1, 2)
         self.near = 1e-6 * float(np.ptp(self.ends.reshape(-1, 2), axis=0).max())
-        self.length = length
+        self.gauges = Gauges(wall, self.proper, float(wall.scene["damage"].get("band_gauge", 0.75)))
 
     def touching(self, one: int, other: int) -> bool:
         """Whether two interfaces share a corner that no control joint parts."""
@@ -126,7 +125,7 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
     broken = wall["contact_state"][step] == CRACKED
     width = np.where(broken, np.maximum(opening, 0.0), 0.0)
     proper, base, dpc = (mask[wall.interface] for mask in (parts.proper, parts.base, parts.dpc))
-    widest = float(width[proper].max(initial=0.0))
+    bed = wall["contact_kind"] == FOOTING
     part = ((broken & (opening > HAIRLINE)) | (np.abs(slip) > HAIRLINE)) & proper
     cracks = []
     for piece in parts.components(np.unique(wall.interface[part])):
@@ -141,16 +140,128 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
     found = table(rules["table"])
     from_first = min(c["from"] for c in found["category"] if c["number"] == 1)
     from_first *= found["plasterboard"]["factor"] if rules["plasterboard"] else 1.0
+    footing = float(width[bed].max(initial=0.0))
+    widest = float(width[proper].max(initial=0.0))
+    band = max(widest, parts.gauges.width(opening, broken, rules.get("band_threshold", 0.0)))
+    counts_bed = rules.get("count_footing_gap", False) and not parts.dpc.any()
+    by_joint, by_band = (
+        category(max(value, footing) if counts_bed else value, ruling, rules)
+        for value in (float(widths.max(initial=0.0)), band)
+    )
     return {
         "crack_width_max": np.array(widest),
-        "damage_category": np.array(category(float(widths.max(initial=0.0)), ruling, rules)),
+        "crack_band_width_max": np.array(band),
+        "damage_category": np.array(by_band if rules.get("measure") == "band" else by_joint),
+        "damage_category_band": np.array(by_band),
         "crack_count": np.array((widths >= from_first).sum()),
         "crack_group_width": np.array(groups),
         "base_crack_width_max": np.array(width[base].max(initial=0.0)),
         "dpc_opening_max": np.array(np.maximum(opening[dpc], 0.0).max(initial=0.0)),
         "dpc_slip_max": np.array(np.abs(slip[dpc]).max(initial=0.0)),
-        "dpc_separation_length": np.array(separation(wall, parts, opening, rules["dpc_threshold"])),
+        "dpc_separation_length": np.array(separation(wall, parts, DPC, opening, rules["dpc_threshold"])),
+        "footing_opening_max": np.array(footing),
+        "footing_separation_length": np.array(
+            separation(wall, parts, FOOTING, opening, rules.get("footing_threshold", 1e-3))),
     }  # fmt: skip
+
+
+class Gauges:
+    """Gauges laid across neighbouring joints of the wall proper, as its guide defines the width of a crack band.
+
+    A gauge begins at a contact or at an end of a joint and runs straight across it, from brick to brick, over joints of
+    the same direction that lie no farther on than its length; its reading is the sum of what they are open.
+
+    Parameters
+    ----------
+    wall : ArchivedWall
+        The wall.
+    proper : array of bool (m,)
+        Which interfaces are joints of the wall proper.
+    length : float
+        Of a gauge (m).
+    """
+
+    def __init__(self, wall: ArchivedWall, proper: BoolArray, length: float) -> None:
+        self.nodes: list[tuple[int, int, float]] = []  # contact, the one it leans on, and by how much of the difference
+        rows: list[list[tuple[int, float]]] = []
+        first = np.unique(wall.interface, return_index=True)[1]
+        ends = wall.ends
+        for axis in (0, 1):
+            ahead_of: dict[int, list[_Crossing]] = {}
+            for k in np.flatnonzero(proper & (np.abs(wall.normal[first, axis]) > 1 - 1e-9)):
+                forward = wall.normal[first[k], axis] > 0
+                behind, ahead = (int(side[first[k]]) for side in (wall.sides if forward else wall.sides[::-1]))
+                here = self._crossing(wall, int(k), axis, ends[k], ahead)
+                ahead_of.setdefault(behind, []).append(here)
+            for own in (one for joints in ahead_of.values() for one in joints):
+                rows.extend(self._reading(own, at, ahead_of, length) for at in own.at)
+        self.rows = rows
+
+    def _crossing(self, wall: ArchivedWall, k: int, axis: int, ends: FloatArray, ahead: int) -> _Crossing:
+        """Return a joint with the nodes between which its opening is linear: contacts, and its ends."""
+        mine = np.flatnonzero(wall.interface == k)
+        mine = mine[np.argsort(wall.place[mine, 1 - axis])]
+        at = wall.place[mine, 1 - axis].tolist()
+        low, high = np.sort(ends[:, 1 - axis])
+        nodes = [(int(i), int(i), 0.0) for i in mine]
+        near = 1e-9 * (high - low)
+        if at[0] - low > near or high - at[-1] > near:
+            for place, outer, inner in ((low, 0, 1), (high, -1, -2)):
+                if len(mine) > 1:
+                    lean = (place - at[outer]) / (at[outer] - at[inner])
+                    node = (int(mine[outer]), int(mine[inner]), float(lean))
+                else:
+                    node = (int(mine[0]), int(mine[0]), 0.0)
+                nodes.insert(0 if outer == 0 else len(nodes), node)
+            at = [float(low), *at, float(high)]
+        number = list(range(len(self.nodes), len(self.nodes) + len(nodes)))
+        self.nodes += nodes
+        return _Crossing(wall.middle[k, axis], low, high, np.array(at), number, ahead)
+
+    def _reading(
+        self, own: _Crossing, at: float, ahead_of: dict[int, list[_Crossing]], length: float
+    ) -> list[tuple[int, float]]:
+        """Return the nodes, and the shares of them, that a gauge reads which begins at a place of a joint."""
+        inside = at + 1e-5 * ((own.low + own.high) / 2 - at)
+        shares, here = own.read(at), own
+        while True:
+            onward = [
+                one for one in ahead_of.get(here.ahead, [])
+                if one.low <= inside <= one.high and here.level < one.level <= own.level + length * (1 + 1e-9)
+            ]  # fmt: skip
+            if not onward:
+                return shares
+            here = min(onward, key=lambda one: abs((one.low + one.high) / 2 - inside) / (one.high - one.low))
+            shares = shares + here.read(at)
+
+    def width(self, opening: FloatArray, broken: BoolArray, threshold: float) -> float:
+        """Return the largest reading in one state (m)."""
+        values = []
+        for outer, inner, lean in self.nodes:
+            gap = opening[outer] + lean * (opening[outer] - opening[inner])
+            values.append(gap if broken[outer] and gap > threshold else 0.0)
+        return max((sum(share * values[node] for node, share in row) for row in self.rows), default=0.0)
+
+
+@dataclass(frozen=True)
+class _Crossing:
+    """A joint that a gauge may cross: its level, extent, places and numbers of nodes, and the brick beyond it."""
+
+    level: float
+    low: float
+    high: float
+    at: FloatArray
+    node: list[int]
+    ahead: int
+
+    def read(self, place: float) -> list[tuple[int, float]]:
+        """Return the shares of the nodes in the opening at a place."""
+        place = float(np.clip(place, self.at[0], self.at[-1]))
+        i = int(np.clip(np.searchsorted(self.at, place + 1e-12, side="right") - 1, 0, max(len(self.at) - 2, 0)))
+        if len(self.at) == 1:
+            return [(self.node[0], 1.0)]
+        share = (place - self.at[i]) / (self.at[i + 1] - self.at[i])
+        return [(n, s) for n, s in ((self.node[i], 1.0 - share), (self.node[i + 1], share)) if s > 1e-9]
 
 
 def group_width(width: FloatArray, place: FloatArray, distance: float, count: int) -> float:
@@ -164,10 +275,10 @@ def group_width(width: FloatArray, place: FloatArray, distance: float, count: in
     return found
 
 
-def separation(wall: ArchivedWall, parts: Parts, opening: FloatArray, threshold: float) -> float:
-    """Return the length (m) over which the dpc is open by more than a threshold, the opening linear in between."""
+def separation(wall: ArchivedWall, parts: Parts, kind: int, opening: FloatArray, threshold: float) -> float:
+    """Return the length (m) over which a bed is open by more than a threshold, the opening linear in between."""
     total = 0.0
-    for number in np.flatnonzero(parts.dpc):
+    for number in np.unique(wall.interface[wall["contact_kind"] == kind]):
         mine = np.flatnonzero(wall.interface == number)
         x, gap = wall.place[mine, 0], opening[mine]
         order = np.argsort(x)

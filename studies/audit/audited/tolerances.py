@@ -41,7 +41,7 @@ class Tolerances:
 
     rounding: float = 1e-11
     unbalanced_slack: float = 1.05
-    explicit_slack: float = 1.5
+    explicit_slack: float = 2.0
     fallback: float = 1e-3
     strength_share: float = 1e-5
     stated_violation: float = 1e-4

@@ -235,6 +235,13 @@ class ArchivedWall:
         return np.column_stack([np.bincount(self.interface, weight * self.place[:, k]) / whole for k in (0, 1)])
 
     @cached_property
+    def ends(self) -> FloatArray:
+        """Ends of each interface (m), array (m, 2, 2)."""
+        first = np.unique(self.interface, return_index=True)[1]
+        reach = 0.5 * np.bincount(self.interface, self["contact_length"])[:, None] * self.tangent[first]
+        return np.stack((self.middle - reach, self.middle + reach), axis=1)
+
+    @cached_property
     def sides(self) -> tuple[IntArray, IntArray]:
         """Blocks before and behind each contact along its normal, (c,) each; n is the ground."""
         first = np.unique(self.interface, return_index=True)[1]
