@@ -315,10 +315,16 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
     supports = scene.rig.support_places(scene.wall.length)
     up = upward(geometry, footing, model.size)
     over = upward(geometry, footing, model.size, top=True)
+    deflection = deflection_of(over, supports[0], supports[-1])
+    if not (np.abs(deflection) > 1e-9).any():
+        raise InputError(
+            f"rig.supports: between {supports[0]:g} and {supports[-1]:g} m the footing is one rigid segment, which no "
+            "jack bends; put the supports farther apart, or give a footing.segment_length of less than half of that"
+        )
     return replace(
         model,
         span=supports[-1] - supports[0],
-        deflection=deflection_of(over, supports[0], supports[-1]),
+        deflection=deflection,
         jacks=jacks_model(scene, up),
     )
 

@@ -1,6 +1,7 @@
 """The footing of a model: its segments, what joins, carries and pushes them, and how its deflection is measured."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -245,6 +246,18 @@ def test_deflection_is_that_of_the_middle_between_the_outer_supports(supports, l
     moved = np.zeros(model.size)
     moved[1 : 3 * model.n_blocks : 3][: model.n_blocks - len(segments(model))] = 1.0  # bricks do not count
     assert model.deflection @ moved == 0.0
+
+
+@pytest.mark.parametrize("control", [{}, {"control": "load", "jack_load": 1e3}])
+def test_one_segment_between_the_supports_is_refused_as_no_jack_bends_it(control: dict[str, Any]):
+    scene = Scene(
+        wall=Wall(length=0.5, height=0.2, block_length=0.5, block_height=0.1),
+        movement=Movement(shape="jacks", central_deflection=1e-4),
+        rig=Rig(supports=(0.05, 0.45), jacks=(0.2,), **control),
+    )
+    with pytest.raises(InputError, match=r"rig\.supports: between 0\.05 and 0\.45 m .* one rigid segment"):
+        wall_model(scene)
+    wall_model(replace(scene, footing=Footing(segment_length=0.25)))
 
 
 def test_weight_of_the_footing_goes_with_its_width_and_any_line_load_is_on_it():

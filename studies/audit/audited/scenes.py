@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from stressed.scenes import tables as stress_tables
 
-from damagepred.assembly import wall_geometry
+from damagepred.assembly import wall_model
 from damagepred.errors import InputError
 from damagepred.scene import Scene
 
@@ -86,7 +86,7 @@ def scene_of(seed: int, number: int) -> Drawn:
         drawn = tables(np.random.default_rng([seed, number, attempt]))
         try:
             scene = Scene.from_dict(drawn)
-            wall_geometry(scene)
+            wall_model(scene)
         except InputError:
             continue
         return Drawn(scene, attempt, features(scene))
