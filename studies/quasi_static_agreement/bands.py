@@ -45,9 +45,7 @@ def cohesion_table() -> str:
         for word, brittle in (("kept", False), ("lost", True)):
             joint = replace(case.scene.joint, brittle_shear=brittle)
             scene = replace(case.scene, joint=joint)
-            rows.append(
-                (case.name, word, *widths(path_of(Case(case.name, scene, case.fields), SOLVERS["quasi-static"])))
-            )
+            rows.append((case.name, word, *widths(Case(case.name, scene, case.fields), SOLVERS["quasi-static"])))
             note(" ".join(map(str, rows[-1])))
     return table(("wall", "cohesion after slip", *HEADS), rows)
 
