@@ -61,6 +61,11 @@ class Solver:
     tolerance : float or None
         Forces are in balance when the largest unbalanced force is below this multiple of the mean block weight.
         None: 1e-6 for ``quasi_static``, 1e-3 for ``explicit``.
+    step_energy_tolerance : float
+        The quasi-static solver repeats a step of the movement in shorter ones where joints open or slide within it so
+        much that the energy error, summed along the path, would exceed this share of the largest external work. So it
+        follows opening and friction closely, whatever the number of increments. A large value leaves the steps as the
+        increments make them.
     condense : bool
         Whether the quasi-static solver condenses courses whose joints stay elastic to what they do to the course
         before, and opens them when one of their joints would slide or break; False looks at every joint in every step.
@@ -102,6 +107,7 @@ class Solver:
     contacts_per_interface: Count = Field(default=3, ge=1, le=9)
     no_tension_subdivisions: Count | None = Field(default=None, ge=1, le=16)
     tolerance: Pure | None = Field(default=None, gt=0)
+    step_energy_tolerance: Pure = Field(default=0.01, gt=0)
     condense: bool = True
     damping: Pure = Field(default=0.8, ge=0, lt=1)
     ramp_cycles: Count = Field(default=10_000, ge=1)

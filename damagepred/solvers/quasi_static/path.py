@@ -92,6 +92,49 @@ class StepControl:
 CONTROL = StepControl()
 
 
+@dataclass(frozen=True)
+class EnergyControl:
+    """Step control by the energy balance.
+
+    Between two equilibria joints open and slide. Work by the trapezoidal rule and dissipation by the return mapping
+    (backward Euler) are wrong there by second order of the step: the imbalance measures it. A step whose imbalance is
+    too large is repeated with a part of its length.
+
+    Attributes
+    ----------
+    tolerance : float
+        Energy error summed along the path over the largest external work (1).
+    share : float
+        Share of that, with the largest work so far, that one step may contribute (1).
+    safety, shortest_cut, growth : float
+        Factor on the length that the error asks for, least and largest factor from one step to the next (1).
+    refinements : int
+        Halvings of an increment down to its shortest step.
+    """
+
+    tolerance: float
+    share: float = 0.2
+    safety: float = 0.8
+    shortest_cut: float = 0.1
+    growth: float = 4.0
+    refinements: int = 7
+
+    def next_length(self, before: WorkBalance, after: WorkBalance, step: float) -> float:
+        """Return the length of a step whose imbalance would be just allowed: the next, or this one again if shorter.
+
+        Parameters
+        ----------
+        before, after : WorkBalance
+            At the two ends of the step.
+        step : float
+            Its length.
+        """
+        error = after.energy_error - before.energy_error
+        allowed = max(self.share * self.tolerance * after.largest_work, after.residual_work)
+        factor = self.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
+        return step * (max(factor, self.shortest_cut) if error > allowed else min(max(factor, 1.0), self.growth))
+
+
 @dataclass
 class Count:
     """Work done: Newton steps, factorisations, and times at which bonds broke."""
@@ -119,7 +162,8 @@ class Path:
         self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
         self.events, self._halvings = 0, HALVINGS + 1  # the first that are in vain do not count
         self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
-        self.balance = WorkBalance()
+        self.balance = WorkBalance(residual=self.tolerance * model.mean_block_weight)
+        self.control = EnergyControl(settings.step_energy_tolerance)
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
         largest = float(model.interfaces.contact_area.max(initial=0.0)) or 1.0
@@ -263,11 +307,15 @@ class Path:
         halvings = cuts = 0
         misses = 0  # times the tangent saw a bond break too soon
         far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
+        longest = np.inf  # step that the energy balance allows
+        least_step = distance(state, goal) / 2**self.control.refinements
         while True:
             if falls is not None and distance(state, falls) <= bracket:
                 self.standing, self.state = state.progress, fallen
                 return fell_by
             target = far or next_target(state, beyond or goal, doubted or falls, pains if doubted else 0.0)
+            if distance(state, target) > longest:
+                target = between(state, target, longest / distance(state, target))
             ahead, share = self.foresee(state, target)
             if far is None and share < 1.0:
                 share = min(share * 2.0**misses, 1.0)
@@ -310,8 +358,17 @@ class Path:
             if target == doubted:
                 doubted, pains = None, LESS_DOUBT * pains
             loaded, heaviest = self.bond_loads(trial)
-            if heaviest <= 1.0 + OVERLOAD:
+            step = distance(state, target)
+            at_event = heaviest <= 1.0 + NEAR or bool((loaded <= 1.0 + self._near).all())
+            if at_event or step <= shortest:
+                unopened, balance = self.unopened.copy(), copy(self.balance)
                 self.remember(trial, gave_way=jumped)
+                length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
+                if length < step and step > least_step and not self._sharply:  # live loads go in small steps anyhow
+                    self.unopened, self.balance, longest, far = unopened, balance, length, None
+                    continue
+                longest = length if longest < np.inf else np.inf
+            if heaviest <= 1.0 + OVERLOAD:
                 state, far, halvings, misses = trial, None, max(halvings - 1, 0), misses + 1
                 if self._lets_go:
                     state, worst = self.cascade(state, worst)
@@ -321,8 +378,7 @@ class Path:
                 if target == goal:
                     self.state = state
                     return worst
-            elif heaviest <= 1.0 + NEAR or (loaded <= 1.0 + self._near).all() or distance(state, target) <= shortest:
-                self.remember(trial, gave_way=jumped)
+            elif at_event or step <= shortest:
                 state, worst = self.cascade(trial, worst)
                 far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
                 if worst >= self.tolerance or self.equilibrium.lost(state):

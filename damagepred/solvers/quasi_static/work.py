@@ -49,6 +49,10 @@ class WorkBalance:
         Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
     energy_error : float
         What does not balance in the steps between, added up without sign: their length is what makes it.
+    largest_work : float
+        Largest external work so far, without sign.
+    residual, residual_work : float
+        Largest residual force (N), and what it may have worked in the last step (J).
     """
 
     external_work: float = 0.0
@@ -59,6 +63,9 @@ class WorkBalance:
     plastic_work: float = 0.0
     released_energy: float = 0.0
     energy_error: float = 0.0
+    largest_work: float = 0.0
+    residual: float = 0.0
+    residual_work: float = 0.0
 
     def begin(self, model: Model, state: State) -> None:
         """Note where the path begins."""
@@ -139,6 +146,8 @@ class WorkBalance:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
         self.external_work += work
+        self.largest_work = max(self.largest_work, abs(self.external_work))
+        self.residual_work = self.residual * float(np.abs(moved).sum())
         self.elastic_energy, self.fracture_work = stored, softened
         self.friction_work += spent.friction
         self.crushing_work += spent.crushing
