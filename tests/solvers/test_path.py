@@ -197,9 +197,10 @@ def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
         return found, worst
 
     monkeypatch.setattr(Path, "jump", jump)
+    long_steps = replace(WHOLE, step_energy_tolerance=1e9)  # in shorter ones these walls need not jump
     for law, seed in (("residual strength", 12), ("softening", 0)):
         scene, model = random_wall(law, seed)
-        steps = list(solve_path(model, WHOLE, scene.movement.increments))
+        steps = list(solve_path(model, long_steps, scene.movement.increments))
         assert len(steps) == scene.movement.increments + 1
         for step in steps:
             assert np.abs(unbalanced(model, step)).max() < 1.05e-6
