@@ -67,7 +67,7 @@ class Parts:
         self.ends = wall.ends
         self.gaps = self.ends[kind == CONTROL].reshape(-1, 2)
         self.near = 1e-6 * float(np.ptp(self.ends.reshape(-1, 2), axis=0).max())
-        self.gauges = Gauges(wall, self.proper, float(wall.scene["damage"].get("band_gauge", 0.75)))
+        self.gauges = Gauges(wall, self.proper, float(wall.scene["damage"]["band_gauge"]))
 
     def touching(self, one: int, other: int) -> bool:
         """Whether two interfaces share a corner that no control joint parts."""
@@ -108,14 +108,15 @@ def damage(wall: ArchivedWall, allowed: Tolerances) -> Iterator[Violation]:
         found = judged(wall, parts, step)
         ended = wall.collapsed and step == wall.steps - 1
         for name, value in found.items():
-            if name not in wall.ds or (ended and name == "damage_category"):
+            if ended and name.startswith("damage_category"):
                 continue
             archived = wall[name][step]
             if np.abs(archived - value).max() > allowed.damage_rounding * (1e-6 + np.abs(value).max()):
                 words = f"{name} = {archived}, from the contacts {value}"
                 yield Violation(name.replace("_", " "), step, float(np.abs(archived - value).max()), words)
-        if ended and wall["damage_category"][step] != highest(rules):
-            yield Violation("damage category", step, 1.0, f"collapsed, and category {wall['damage_category'][step]}")
+        for name in ("damage_category", "damage_category_band") if ended else ():
+            if wall[name][step] != highest(rules):
+                yield Violation(name.replace("_", " "), step, 1.0, f"collapsed, and category {wall[name][step]}")
 
 
 def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]:
@@ -142,8 +143,8 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
     from_first *= found["plasterboard"]["factor"] if rules["plasterboard"] else 1.0
     footing = float(width[bed].max(initial=0.0))
     widest = float(width[proper].max(initial=0.0))
-    band = max(widest, parts.gauges.width(opening, broken, rules.get("band_threshold", 0.0)))
-    counts_bed = rules.get("count_footing_gap", False) and not parts.dpc.any()
+    band = max(widest, parts.gauges.width(opening, broken, rules["band_threshold"]))
+    counts_bed = rules["count_footing_gap"] and not parts.dpc.any()
     by_joint, by_band = (
         category(max(value, footing) if counts_bed else value, ruling, rules)
         for value in (float(widths.max(initial=0.0)), band)
@@ -151,7 +152,7 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
     return {
         "crack_width_max": np.array(widest),
         "crack_band_width_max": np.array(band),
-        "damage_category": np.array(by_band if rules.get("measure") == "band" else by_joint),
+        "damage_category": np.array(by_band if rules["measure"] == "band" else by_joint),
         "damage_category_band": np.array(by_band),
         "crack_count": np.array((widths >= from_first).sum()),
         "crack_group_width": np.array(groups),
@@ -161,7 +162,7 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
         "dpc_separation_length": np.array(separation(wall, parts, DPC, opening, rules["dpc_threshold"])),
         "footing_opening_max": np.array(footing),
         "footing_separation_length": np.array(
-            separation(wall, parts, FOOTING, opening, rules.get("footing_threshold", 1e-3))),
+            separation(wall, parts, FOOTING, opening, rules["footing_threshold"])),
     }  # fmt: skip
 
 

@@ -276,7 +276,13 @@ def _settings(found: dict[str, Any], draw: Draw) -> None:
     table = draw.one("as2870", "as2870", "bre251")
     found["damage"] = {"table": table, "plasterboard": table == "as2870" and draw.chance(0.2),
                        "count_rule": draw.chance(0.8), "group_distance": draw.uniform(0.3, 2.0),
-                       "group_count": draw.one(2, 2, 3), "dpc_threshold": draw.log(1e-4, 2e-3)}  # fmt: skip
+                       "group_count": draw.one(2, 2, 3), "dpc_threshold": draw.log(1e-4, 2e-3),
+                       "measure": draw.one("joint", "joint", "band"),
+                       "band_gauge": draw.uniform(0.2, 1.5),
+                       "band_threshold": draw.one(0.0, 0.0, draw.log(1e-5, 1e-3)),
+                       "footing_threshold": draw.log(1e-4, 2e-3), "count_footing_gap": draw.chance(0.5)}  # fmt: skip
+    if found["movement"]["shape"] not in ("jacks", "mound") and draw.chance(0.2):
+        found["footing"] = {"joint": dict(found["joint"]) | {"friction": draw.uniform(0.3, 1.0)}}
 
 
 def features(scene: Scene) -> tuple[str, ...]:
@@ -300,7 +306,8 @@ def features(scene: Scene) -> tuple[str, ...]:
         f"jacks by {scene.rig.control}": movement.shape == "jacks",
         f"mound, {scene.mound.shape}": movement.shape == "mound",
         "footing of reinforced concrete": not movement.prescribed and scene.footing.concrete is not None,
-        "joint of the footing": not movement.prescribed and scene.footing.joint is not None,
+        "joint of the footing": scene.footing.joint is not None,
+        "category by band": scene.damage.measure == "band",
         f"{scene.solver.blocks} blocks": True,
     }  # fmt: skip
     return tuple(name for name, there in names.items() if there)

@@ -281,10 +281,9 @@ class ArchivedWall:
                        "shear_fracture_energy": 0.0} | scene.get("dpc", {})  # fmt: skip
         bare = {"tensile_strength": 0.0, "cohesion": 0.0, "friction": 0.0}
         held = bare | {"tensile_strength": np.inf, "cohesion": np.inf}
-        own_bed = bool(self.in_footing.any())
         table = {
             BED: joint, HEAD: joint | scene.get("head_joint", {}), DPC: dpc,
-            FOOTING: scene["footing"].get("joint", joint) if own_bed else joint,
+            FOOTING: scene["footing"].get("joint", joint),
             SOIL: bare | self._soil(), SUPPORT: self._support(bare, held), SECTION: held,
             CONTROL: bare | {name: joint[name] for name in ("normal_stiffness", "shear_stiffness")},
         }  # fmt: skip
