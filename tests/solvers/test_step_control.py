@@ -56,7 +56,7 @@ def walls(count: int) -> list[Scene]:
 
 
 def test_small_walls_drawn_at_random_balance() -> None:
-    """Left to their increments: 2.2 % of the work at the median, 34 % at most."""
+    """Left to their increments: 1.4 % of the work at the median, 34 % at most."""
     shares = [error_share(damagepred.solve(scene)) for scene in walls(20)]
     assert np.median(shares) < 0.006
     assert max(shares) < 0.03  # many short steps add up where bonds break one after the other
