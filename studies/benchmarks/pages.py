@@ -44,8 +44,8 @@ def keep_rows(rows: list[dict[str, Any]], file: Path) -> None:
     write_whole(file, lambda path: table.to_csv(path, index=False, float_format="%.5g"))
 
 
-def machine() -> str:
-    """Return, in general terms, what it was measured on."""
+def processor_model() -> str:
+    """Return the model of the processor, with its cache and whether it has AVX-512."""
     maker, cache = "", ""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -60,10 +60,15 @@ def machine() -> str:
         elif key == "flags" and "avx512f" in value.split():
             cache += ", AVX-512"
             break
+    return f"{maker or platform.processor() or platform.machine()} ({cache})"
+
+
+def machine() -> str:
+    """Return, in general terms, what it was measured on."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "scipy"))
     return (
-        f"{os.cpu_count()} cores of a {maker or platform.processor() or platform.machine()} ({cache}), "
+        f"{os.cpu_count()} cores of a {processor_model()}, "
         f"{memory:.0f} GiB, {platform.system()}, Python {platform.python_version()}, {libraries}"
     )
 

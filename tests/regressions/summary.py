@@ -15,14 +15,17 @@ TITLE = "Kernels, and what a user waits for"
 def text(folder: Path) -> str:
     """Return time by time what the baseline holds."""
     kept = json.loads((folder / "baseline.json").read_text(encoding="utf-8"))
-    rows = [
-        {"what": name, "time": case["time"], "unit": case["unit"], "over its yardstick": case["ratio"]}
-        for name, case in kept["cases"].items()
-    ]
-    return (
+    parts = [
         "Time of the processor, the shortest of some; over a yardstick of the same run, which is what the gate "
-        f"compares.\n\n{markdown(pd.DataFrame(rows))}"
-    )
+        "compares."
+    ]
+    for one in kept["processors"].values():
+        rows = [
+            {"what": name, "time": case["time"], "unit": case["unit"], "over its yardstick": case["ratio"]}
+            for name, case in one["cases"].items()
+        ]
+        parts.append(f"{one['machine']}:\n\n{markdown(pd.DataFrame(rows))}")
+    return "\n\n".join(parts)
 
 
 def minutes(folder: Path) -> float:

@@ -11,11 +11,11 @@ import pytest
 from damagepred.solvers import explicit
 from tests.regressions import cases
 from tests.regressions.cases import GATE, Case
-from tests.regressions.conftest import BASELINE
+from tests.regressions.conftest import BASELINE, OTHER_PROCESSOR, reference
 from tests.regressions.measure import TRIES, Rounds, Work, slow
 from tests.regressions.yardsticks import yardstick
 
-BASE = {name: kept["ratio"] for name, kept in json.loads(BASELINE.read_text(encoding="utf-8"))["cases"].items()}
+PROCESSORS = json.loads(BASELINE.read_text(encoding="utf-8"))["processors"]
 BY_NAME = {case.name: case for case in GATE}
 
 
@@ -105,6 +105,15 @@ def test_busy_neighbours_do_not_make_it_slow(tmp_path: Path) -> None:
 def test_each_case_has_a_baseline_and_a_name_of_its_own() -> None:
     names = [case.name for case in (*GATE, *cases.LONG)]
     assert len(set(names)) == len(names)
-    assert {case.name for case in GATE} <= set(BASE) <= set(names)
-    assert all(np.isfinite(ratio) and ratio > 0.0 for ratio in BASE.values())
+    for processor in PROCESSORS.values():
+        ratios = {name: kept["ratio"] for name, kept in processor["cases"].items()}
+        assert {case.name for case in GATE} <= set(ratios) <= set(names)
+        assert all(np.isfinite(ratio) and ratio > 0.0 for ratio in ratios.values())
     assert all(case.bound < 2.0 for case in GATE)  # so that work done twice is caught
+
+
+def test_a_processor_without_a_baseline_is_held_against_the_largest_ratio() -> None:
+    one, other = ({"cases": {"a": {"ratio": 1.0}, "b": {"ratio": 3.0}}}, {"cases": {"a": {"ratio": 2.0}}})
+    known = {"one": one, "other": other}
+    assert reference(known, "one") == (one["cases"], 1.0)
+    assert reference(known, "a third") == ({"a": {"ratio": 2.0}, "b": {"ratio": 3.0}}, OTHER_PROCESSOR)
