@@ -16,7 +16,7 @@ from stressed.campaign import in_processes
 
 import damagepred
 from audited.checks import Violation, check
-from audited.collapse import lifted_off, must_collapse
+from audited.collapse import must_collapse, pulls_on_a_support
 from audited.scenes import scene_of
 from audited.wall import ArchivedWall
 from damagepred.errors import DamagepredError
@@ -93,6 +93,9 @@ def one(job: Job) -> dict[str, Any]:
     row["seconds"] = time.process_time() - begun
     try:
         row |= examined(ds, [str(w.message) for w in warned if issubclass(w.category, RuntimeWarning)])
+        if row["outcome"] == "collapsed" and drawn.scene.movement.shape == "jacks":
+            latest = row["collapse_progress"] + ds.attrs["collapse_progress_uncertainty"]
+            row["must_collapse"] = row["must_collapse"] or lifts_off(drawn.scene, latest)
     except Exception as error:
         row |= {"outcome": "traceback", "words": f"in the checks: {type(error).__name__}: {_on_one_line(error)}"}
     row["seconds_of_checks"] = time.process_time() - begun - row["seconds"]
@@ -107,8 +110,7 @@ def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
     row: dict[str, Any] = {"outcome": "limit" if "limit" in ds.attrs and outcome == "solved" else outcome}
     words = [_on_one_line(ds.attrs["status_message"])] if outcome == "gave up" else []
     if wall.collapsed:
-        proven = "lifted" if lifted_off(wall) else must_collapse(wall)
-        row |= {"collapse_progress": ds.attrs["collapse_progress"], "must_collapse": proven}
+        row |= {"collapse_progress": ds.attrs["collapse_progress"], "must_collapse": must_collapse(wall)}
     last = max(wall.standing - 1, 0)
     for name, column in (("progress", "progress"), ("damage_category", "category"), ("crack_width_max", "crack_width"),
                          ("crack_band_width_max", "band_width"), ("unbalanced_force_ratio", "unbalanced"),
@@ -122,6 +124,15 @@ def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
         "increments": wall.increments,
         "words": " | ".join(words + [said(v) for v in found]),
     }
+
+
+def lifts_off(scene: Scene, progress: float) -> str:
+    """Return "lifted" if the footing would have to be held down where it was found to collapse, else ''."""
+    if scene.rig.support != "lift_off":
+        return ""
+    held = replace(scene, rig=replace(scene.rig, support="held", stop_at_zero=False))
+    wall = ArchivedWall(damagepred.solve(held, on_failure="return"))
+    return "lifted" if pulls_on_a_support(wall, float(np.nan_to_num(progress))) else ""
 
 
 def said(violation: Violation) -> str:

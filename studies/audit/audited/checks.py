@@ -328,7 +328,7 @@ def energy(wall: ArchivedWall, allowed: Tolerances) -> Found:
         own = strain_energy(wall, step)
         if own is not None:
             yield from _beyond("elastic energy", step, np.array([abs(own - stored[step])]),
-                               np.array([1e-6 * size[step] + tiny]), "J")  # fmt: skip
+                               np.array([1e-5 * size[step] + tiny]), "J")  # fmt: skip
         most = fracture_limit(wall, step)
         if most is not None:
             yield from _beyond("fracture energy", step, np.array([taken["fracture_work"][step]]),

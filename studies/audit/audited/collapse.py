@@ -11,16 +11,26 @@ UNBROKEN = 1e4
 """Force in mean block weights that stands for a strength without limit."""
 
 
-LIFTED = 1e-3
-"""Share of the weight below which a support that only pushes carries nothing."""
+def pulls_on_a_support(held: ArchivedWall, progress: float) -> bool:
+    """Return whether a footing on jacks would have to be held down at one of its two supports.
 
+    Where a support only pushes, the footing lifts off it then; what is left to carry the weight, the other support and
+    jacks of equal loads, is statically determinate, so no load of the jacks bends the footing farther. Between
+    increments the loads of the supports go straight.
 
-def lifted_off(wall: ArchivedWall) -> bool:
-    """Return whether a footing on jacks has lifted off supports that only push: no deflection takes it farther."""
-    if "support_load" not in wall.ds or wall.scene["rig"]["support"] != "lift_off":
+    Parameters
+    ----------
+    held : ArchivedWall
+        The same wall on supports that pull as well.
+    progress : float
+        Share of the movement at which the wall on supports that only push was found to have collapsed, at the latest.
+    """
+    if "support_load" not in held.ds or len(held["support_x"]) != 2:
         return False
-    carried = np.abs(wall["support_load"][-1]).min()
-    return bool(carried <= LIFTED * float((wall.weight + wall.roof).sum()))
+    load, at = (values[: held.standing] for values in (held["support_load"].min(axis=1), held["progress"]))
+    if not len(at):
+        return False
+    return bool(load[0] <= 0.0 or (at[-1] >= progress and np.interp(progress, at, load) <= 0.0))
 
 
 def must_collapse(wall: ArchivedWall) -> bool:
