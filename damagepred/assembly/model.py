@@ -462,3 +462,13 @@ class Model:
                 if total > 0:
                     return total
         return 1.0
+
+    @property
+    def block_share(self) -> FloatArray:
+        """Share of each block (n,) that is modelled: half of a block on the axis of a half wall, else all of it."""
+        return np.ones(self.n_blocks)
+
+    @property
+    def block_stress(self) -> float:
+        """Mean block weight over the largest contact area (Pa); the yardstick for joint stresses."""
+        return self.mean_block_weight / (float(self.interfaces.contact_area.max(initial=0.0)) or 1.0)

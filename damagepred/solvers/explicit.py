@@ -46,6 +46,7 @@ from damagepred.solvers.stiffness import (
     elastic_stiffness,
     held_dofs,
     live_load,
+    residual_scale,
     support_force,
 )
 from damagepred.solvers.zone_field import ZoneField
@@ -185,7 +186,7 @@ class Run:
             start=model.supports.start,
         )
         self.free = np.setdiff1d(np.arange(size), held)
-        self.arm = dof_arms(model)
+        self.arm, self._residual_scale = dof_arms(model), residual_scale(model)
         self.load_share = self.progress = 0.0
         self.cycles, self.damping = 0, settings.damping
         self.broken_at = np.full(model.interfaces.contact_area.shape, np.nan)
@@ -315,10 +316,10 @@ class Run:
         together.
         """
         force = np.zeros_like(self.motion.force)
-        force[self.free] = (self.motion.force / self.arm)[self.free]
+        force[self.free] = (self.motion.force / self._residual_scale)[self.free]
         if self.zones is not None:
             self.zones.add_up(force)
-        return np.abs(force) / self.model.mean_block_weight
+        return np.abs(force)
 
     def ramp(self, progress: float) -> None:
         """Bring on the movement, or the dead load."""

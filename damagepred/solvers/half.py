@@ -112,22 +112,35 @@ class Fold(NamedTuple):
     shear_sign: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HalfModel(Model):
     """Model of one half.
 
     Attributes
     ----------
-    yardstick : float
-        What unbalanced forces are measured by (N), in place of the mean weight of the half's blocks.
+    whole : Model
+        The wall, whose yardsticks for forces and stresses are those of its half.
+    share : array (h,)
+        Share of each of its blocks that is in the half.
     """
 
-    yardstick: float = 1.0
+    whole: Model
+    share: FloatArray
 
     @property
     def mean_block_weight(self) -> float:
         """The yardstick for unbalanced forces (N)."""
-        return self.yardstick
+        return self.whole.mean_block_weight
+
+    @property
+    def block_share(self) -> FloatArray:
+        """Share of each block (h,) that is modelled: half of a block on the axis."""
+        return self.share
+
+    @property
+    def block_stress(self) -> float:
+        """The yardstick for joint stresses (Pa)."""
+        return self.whole.block_stress
 
 
 @dataclass(frozen=True)
@@ -139,8 +152,8 @@ class Half:
     model : Model
         The half: blocks that the axis cuts have half their load, keep to the axis and do not turn; a joint on the axis
         is one with the ground, twice as stiff and without shear, for only half of its opening is on this side.
-        Unbalanced forces are measured by the mean block weight of the whole wall, or half of it where the axis cuts
-        blocks: the force on the whole of such a block is twice that on the half.
+        Unbalanced forces are measured by the mean block weight of the whole wall, or half of it for a block that the
+        axis cuts: the force on the whole of such a block is twice that on the half.
     whole : Model
         The wall.
     fold : Fold
@@ -154,8 +167,7 @@ class Half:
     def unfold(self, increment: Increment) -> Increment:
         """Return an increment of the whole wall.
 
-        Work done (``cycles`` and the like) is that for the half; ``unbalanced_force_ratio`` is that of the whole
-        wall, or at most twice as much where the axis cuts blocks.
+        Work done (``cycles`` and the like) is that for the half; ``unbalanced_force_ratio`` is that of the whole wall.
 
         Parameters
         ----------
@@ -196,7 +208,6 @@ def symmetric_half(model: Model) -> Half | None:
     fold = _known_fold(_Geometry(model.blocks, model.interfaces))
     if fold is None or not (_same_joints(model.properties, fold.mirror) and _same_actions(model, fold.mirror)):
         return None
-    weight = model.mean_block_weight
     half = HalfModel(
         blocks=fold.blocks,
         interfaces=fold.interfaces,
@@ -217,7 +228,8 @@ def symmetric_half(model: Model) -> Half | None:
         deflection=None if model.deflection is None else _folded(fold, model.deflection),
         jacks=_jacks_of_half(model, fold),
         sections=_sections_of_half(model, fold),
-        yardstick=weight / 2 if fold.cut.any() else weight,
+        whole=model,
+        share=np.where(fold.cut, 0.5, 1.0),
     )
     return Half(half, model, fold)
 

@@ -166,6 +166,16 @@ def dof_arms(model: Model) -> FloatArray:
     return arms
 
 
+def residual_scale(model: Model) -> FloatArray:
+    """Return the residual force (N, N m) of each degree of freedom that counts as one mean block weight (size,).
+
+    Of half a block, on the axis of a half wall, half as much counts: so it does on the whole of it.
+    """
+    scale = model.mean_block_weight * dof_arms(model)
+    scale[: 3 * model.n_blocks] *= np.repeat(model.block_share, 3)
+    return scale
+
+
 def held_dofs(model: Model) -> NDArray[np.int64]:
     """Return the degrees of freedom that do not move freely: supports, the ground, and what follows from others."""
     ground = 3 * model.n_blocks + np.arange(3)

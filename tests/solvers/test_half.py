@@ -144,8 +144,11 @@ WALLS = {
     "two windows on a dpc": replace(scene(opening=SIDES, dpc=Dpc()), movement=LITTLE["dishing"]),
     "two windows, doming": scene(kind="doming", opening=SIDES),
     "four midpoints": scene(solver=replace(QUASI_STATIC, quadrature="midpoint", contacts_per_interface=4)),
-    # where much slides without a bond, more than one state of friction is at rest: on the same steps it is the same
-    "no strength": scene(
+    "no strength": scene(joint=NO_STRENGTH),
+    "no strength, on the steps of the increments": scene(
+        joint=NO_STRENGTH, solver=replace(QUASI_STATIC, step_energy_tolerance=1e9)
+    ),
+    "no strength, few contacts": scene(
         joint=NO_STRENGTH, solver=replace(QUASI_STATIC, no_tension_subdivisions=1, step_energy_tolerance=1e9)
     ),
     "strength left": scene(joint=replace(WEAK, residual_cohesion=0.02e6)),
@@ -362,6 +365,32 @@ def test_energies_of_the_half_are_doubled() -> None:
         assert getattr(unfolded, name) == 2 * getattr(of_half, name)
         assert getattr(unfolded, name) == pytest.approx(getattr(whole, name), rel=1e-4, abs=1e-3)
     assert (unfolded.number, unfolded.cycles) == (of_half.number, of_half.cycles)
+
+
+@pytest.mark.parametrize("length", [EVEN, ODD])
+@pytest.mark.parametrize("bond", ["running", "stack"])
+def test_yardsticks_of_the_half_are_those_of_the_whole(length: float, bond: str) -> None:
+    """Both take the same decisions: residuals are the same shares of a block's weight, stresses of a block's stress."""
+    whole = model_of(length, bond=bond)
+    part = halved(whole)
+    draw = np.random.default_rng(5).normal(size=(whole.n_blocks, 3)) * (1e-5, 1e-5, 1e-4)
+    bent = mirrored_displacement(whole, draw)
+    ratios = []
+    for model, moved in ((whole, bent), (part.model, bent[part.fold.kept])):
+        state = quasi_static.path.State.rest(model)
+        state.load, state.displacement[: 3 * model.n_blocks] = 1.0, moved.ravel()
+        ratios.append(quasi_static.path.Equilibrium(model, 1e-6).unbalanced(state, state.displacement)[1])
+    assert ratios[0] > 10.0
+    assert ratios[1] == pytest.approx(ratios[0], rel=1e-9)
+    assert part.model.mean_block_weight == whole.mean_block_weight
+    assert part.model.block_stress == whole.block_stress
+
+
+def mirrored_displacement(model: Model, draw: np.ndarray) -> np.ndarray:
+    """Return the part of displacements (n, 3) that is its own mirror image."""
+    axis = (model.blocks.vertices[:, 0].min() + model.blocks.vertices[:, 0].max()) / 2
+    image = nearest(np.column_stack((model.blocks.x, model.blocks.y)), axis)
+    return (draw + draw[image] * (-1.0, 1.0, -1.0)) / 2
 
 
 def test_geometry_is_folded_once_for_walls_that_share_it() -> None:

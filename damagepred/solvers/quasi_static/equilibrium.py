@@ -23,7 +23,7 @@ from damagepred.solvers.quasi_static.equations import LevelEquations
 from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.state import JointMemory
-from damagepred.solvers.stiffness import block_of_dof, dead_load, dof_arms, held_dofs, live_load
+from damagepred.solvers.stiffness import block_of_dof, dead_load, dof_arms, held_dofs, live_load, residual_scale
 
 FloatArray = NDArray[np.float64]
 
@@ -51,9 +51,10 @@ ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
 class TrescaSearch:
     """Budget of a search for an equilibrium by the Tresca fixed point.
 
-    A search in vain costs more than dynamic relaxation. After each, the next search gets half the Newton iterations,
-    and the following 1, 3, 7, ... equilibria are sought by Newton's method alone. A search that succeeds takes one
-    failure back.
+    A search in vain costs more than dynamic relaxation. After each, the next search gets half the Newton iterations;
+    after the second, third, ... the following 1, 3, 7 equilibria are sought by Newton's method alone. The first takes
+    none away: where joints without a bond slide, half the step mostly finds what the whole did not. A search that
+    succeeds takes one failure back.
 
     Attributes
     ----------
@@ -142,7 +143,7 @@ class Equilibrium:
         self.solids = None if model.mesh is None else Solids(model, self.dead_load, self.live_load)
         self.weight = model.mean_block_weight
         self.arms = dof_arms(model)
-        self.per_weight = 1.0 / (self.arms * self.weight)
+        self.per_weight = 1.0 / residual_scale(model)
         self.newton = 0
         self.condensed = False
         shape = model.interfaces.contact_area.shape
@@ -383,7 +384,7 @@ class Equilibrium:
             worst = self._by_frozen_limits(state, near=False)
         failed = worst >= self.tolerance
         self._failures = min(self._failures + 1, SEARCH.max_failures) if failed else max(self._failures - 1, 0)
-        self._spared = 2**self._failures - 1 if failed else 0
+        self._spared = 2 ** (self._failures - 1) - 1 if failed else 0
         return worst
 
     def directly(self, state: State) -> tuple[float, FloatArray]:

@@ -162,12 +162,11 @@ class Path:
         self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
         self.events, self._halvings = 0, HALVINGS + 1  # the first that are in vain do not count
         self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
-        self.balance = WorkBalance(residual=self.tolerance * model.mean_block_weight)
+        self.balance = WorkBalance(residual=self.tolerance / self.equilibrium.per_weight)
         self.control = EnergyControl(settings.step_energy_tolerance)
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
-        largest = float(model.interfaces.contact_area.max(initial=0.0)) or 1.0
-        self._block_stress = model.mean_block_weight / largest
+        self._block_stress = model.block_stress
         self._no_strength = self.tolerance * self._block_stress
         weak = ((law.tensile_strength < self._block_stress) & ~law.brittle_shear)[:, None]
         self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)

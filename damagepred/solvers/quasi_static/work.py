@@ -35,6 +35,8 @@ class WorkBalance:
 
     Attributes
     ----------
+    residual : array (size,)
+        Largest residual force of each degree of freedom (N, N m).
     external_work : float
         Work of dead load, live load and movement on the wall.
     elastic_energy : float
@@ -51,10 +53,11 @@ class WorkBalance:
         What does not balance in the steps between, added up without sign: their length is what makes it.
     largest_work : float
         Largest external work so far, without sign.
-    residual, residual_work : float
-        Largest residual force (N), and what it may have worked in the last step (J).
+    residual_work : float
+        What it may have worked in the last step (J).
     """
 
+    residual: FloatArray
     external_work: float = 0.0
     elastic_energy: float = 0.0
     friction_work: float = 0.0
@@ -64,7 +67,6 @@ class WorkBalance:
     released_energy: float = 0.0
     energy_error: float = 0.0
     largest_work: float = 0.0
-    residual: float = 0.0
     residual_work: float = 0.0
 
     def begin(self, model: Model, state: State) -> None:
@@ -147,7 +149,7 @@ class WorkBalance:
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
         self.external_work += work
         self.largest_work = max(self.largest_work, abs(self.external_work))
-        self.residual_work = self.residual * float(np.abs(moved).sum())
+        self.residual_work = float(self.residual @ np.abs(moved))
         self.elastic_energy, self.fracture_work = stored, softened
         self.friction_work += spent.friction
         self.crushing_work += spent.crushing
