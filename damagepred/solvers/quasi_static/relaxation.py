@@ -8,7 +8,7 @@ Bonds do not break at once on the way: that is left to the path, which breaks th
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +37,47 @@ of the load has died away, which is what strong damping is for.
 """
 
 
+@dataclass
+class LoadCorrection:
+    """Corrections of the jacks' load while a wall relaxes, by the secant method; the deflection is given.
+
+    A correction waits until the wall has answered to the last one: earlier ones would add up. The first is a share of
+    the tangent's, as a wall that opens while its footing bends is softer by far. None is larger than the present load,
+    as a footing that yields goes a long way under little more.
+
+    Attributes
+    ----------
+    lift : float
+        Deflection per load (m/N): of the tangent, then the secant of the last correction.
+    smallest_reach : float
+        Correction that is always allowed (N).
+    settled : float
+        Change of the deflection from look to look over what is missing of it, up to which the wall has answered (1).
+    first_share : float
+        Share of the tangent's correction that is made first (1).
+    """
+
+    lift: float
+    smallest_reach: float
+    settled: float = 0.1
+    first_share: float = 0.1
+    _last: float = 0.0
+    _corrected_at: float = 0.0
+    _deflection: float = np.inf
+
+    def next(self, deflection: float, missing: float, load: float) -> float:
+        """Return what is to be added to a load (N), at a deflection of which some is missing (m)."""
+        change, self._deflection = abs(deflection - self._deflection), deflection
+        if not change <= self.settled * abs(missing):
+            return 0.0
+        secant = (deflection - self._corrected_at) / self._last if self._last != 0.0 else 0.0
+        share = 1.0 if secant > 0.0 else self.first_share
+        self.lift = secant if secant > 0.0 else self.lift
+        reach = max(abs(load), self.smallest_reach)
+        self._last, self._corrected_at = min(max(share * missing / self.lift, -reach), reach), deflection
+        return self._last
+
+
 def come_to_rest(
     model: Model, start: State, left: float, patience: float = 1.0, jacks: JackControl | None = None, lift: float = 0.0
 ) -> Iterator[State]:
@@ -56,7 +97,7 @@ def come_to_rest(
     patience : float
         Share of the cycles that it is given, unless it is slowing down.
     jacks : JackControl, optional
-        Jacks whose deflection is given: each time the wall is looked at, their load is corrected by what is missing.
+        Jacks whose deflection is given: their load is corrected by what is missing.
     lift : float
         Deflection per load of the jacks by the last tangent (m/N).
 
@@ -76,14 +117,17 @@ def come_to_rest(
     if start.progress != left:
         run.advance(ALONG, start.progress, load)
         run.halt()
-    load_of_jacks = start.jack
+    load_of_jacks, correction = start.jack, None
+    if jacks is not None and model.jacks is not None and lift > 0.0:
+        correction = LoadCorrection(lift, float(np.abs(model.supports.load).sum()) / len(model.jacks.at))
     cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
     while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
         if run.cycles > begun + SHAKEN:
             run.damping = max(EASED * run.damping, LEAST)
         before = run.motion.displacement.copy()
-        if jacks is not None and lift > 0.0:
-            more = jacks.gap(start.progress, before) / lift
+        if jacks is not None and correction is not None:
+            missing = jacks.gap(start.progress, before)
+            more = correction.next(float(jacks.weights @ before), missing, load_of_jacks)
             load_of_jacks += more
             run.motion.load[:] += more * jacks.push
         run.cycle(cycles)
