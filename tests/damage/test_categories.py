@@ -1,14 +1,17 @@
 """Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and what does not count."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 
+from damagepred.assembly import wall_model
 from damagepred.damage import Cracks, category_of, damage_table, group_widths, judge, largest_group, load_table
 from damagepred.damage.cracks import find_cracks
 from damagepred.errors import InputError
-from damagepred.scene import Damage, Scene
+from damagepred.path import joint_map
+from damagepred.scene import Damage, Dpc, Scene, Solver, Wall
 from tests.damage.pattern import COURSE, Pattern
 
 MM = 1e-3
@@ -291,3 +294,53 @@ def test_of_joints_as_wide_as_each_other_the_place_decides_where_a_crack_is():
     one = find_cracks(joints, wall.opening, wall.slip, wall.cracked)
     other = find_cracks(turned, wall.opening[order], wall.slip[order], wall.cracked[order])
     assert (one.x[0], one.y[0], one.width[0]) == (other.x[0], other.y[0], 2 * MM)
+
+
+@pytest.mark.parametrize("rule", [("midpoint", 2), ("midpoint", 3), ("midpoint", 7), ("lobatto", 2), ("lobatto", 3)])
+@pytest.mark.parametrize("where", [0.02, 0.3, 0.5, 0.9, 0.99])
+@pytest.mark.parametrize("kind", ["dpc", "footing"])
+def test_the_opening_is_carried_to_the_ends_of_joints(rule: tuple[Any, int], where: float, kind: str):
+    """A wall tilts as one block: its joint opens by theta (x - x_0), beyond w from x_0 + w/theta on, all the way."""
+    scene = Scene(
+        wall=Wall(length=1.2, height=0.3), dpc=Dpc(course=1) if kind == "dpc" else None,
+        solver=Solver(quadrature=rule[0], contacts_per_interface=rule[1]),
+    )  # fmt: skip
+    model = wall_model(scene)
+    joints, tilt = joint_map(model), 2e-3
+    number = getattr(joints, kind)
+    piece = number[np.argsort(joints.start[number, 0])[2]]
+    ends = np.sort([joints.start[piece, 0], joints.end[piece, 0]])
+    open_from = ends[0] + where * (ends[1] - ends[0])
+    for threshold in (0.1 * MM, 1 * MM):
+        opening = np.zeros_like(joints.contact_x)
+        opening[number] = threshold + tilt * (joints.contact_x[number] - open_from)
+        found = getattr(joints, f"{kind}_open_length")(opening, threshold)
+        assert found == pytest.approx(1.2 - open_from, rel=1e-9)
+        mirrored = 2 * threshold - opening
+        assert getattr(joints, f"{kind}_open_length")(mirrored, threshold) == pytest.approx(open_from, rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [3, 5, 7])
+def test_each_end_goes_on_as_the_contacts_beside_it(count: int):
+    """A joint that gapes at both ends, theta |x - m| about its middle, is open by more than w but for 2 w / theta."""
+    scene = Scene(wall=Wall(length=1.2, height=0.3), dpc=Dpc(course=1),
+                  solver=Solver(quadrature="midpoint", contacts_per_interface=count))  # fmt: skip
+    joints = joint_map(wall_model(scene))
+    piece = joints.dpc[2]
+    length = float(np.linalg.norm(joints.end[piece] - joints.start[piece]))
+    middle = joints.contact_x[piece].mean()
+    opening = np.full_like(joints.contact_x, -1.0)
+    threshold, closed = 1 * MM, (1 - 0.5 / count) * length  # beyond the outermost contacts
+    opening[piece] = 2 * threshold / closed * np.abs(joints.contact_x[piece] - middle)
+    assert joints.dpc_open_length(opening, threshold) == pytest.approx(length - closed, rel=1e-9)
+
+
+def test_one_contact_tells_nothing_of_a_tilt():
+    """With a single midpoint the joint counts as open all along, or not at all."""
+    scene = Scene(wall=Wall(length=1.2, height=0.3), dpc=Dpc(course=1),
+                  solver=Solver(quadrature="midpoint", contacts_per_interface=1))  # fmt: skip
+    joints = joint_map(wall_model(scene))
+    opening = np.full_like(joints.contact_x, -1.0)
+    opening[joints.dpc[:3]] = 2 * MM
+    length = np.linalg.norm(joints.end - joints.start, axis=1)[joints.dpc[:3]].sum()
+    assert joints.dpc_open_length(opening, 1 * MM) == pytest.approx(length)

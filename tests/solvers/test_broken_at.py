@@ -54,6 +54,26 @@ def test_bonds_worn_by_slip_have_a_place_on_the_path():
     assert np.isfinite(at).sum() > 10
 
 
+@pytest.mark.parametrize("share", [0.23, 0.61])
+def test_a_step_that_is_repeated_leaves_no_place(share: float):
+    """Slip begins at u_p = C / k_s, that share of the way. The step that is too long to tell does not count."""
+    joint = Joint(tensile_strength=1e6, cohesion=0.2e6, friction=0.0, fracture_energy=50.0, shear_fracture_energy=100.0)
+    begins = joint.cohesion / joint.shear_stiffness
+    found = []
+    for tolerance in (1e-2, 1e-3, 1e9):
+        wall = Assembly(gravity=(0.0, 0.0), joint=joint)
+        wall.support(wall.add_block(rectangle(-1.0, -0.1, 3.0, 0.0)))
+        brick = wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
+        wall.support(brick)
+        wall.move(brick, x=begins / share)
+        ds = solve(wall, solver=Solver(lump_block_elasticity=False, step_energy_tolerance=tolerance), increments=1)
+        found.append(np.unique(ds["contact_broken_at"].values[np.isfinite(ds["contact_broken_at"].values)]))
+        assert (found[-1] >= share * (1 - 1e-9)).all()
+    assert found[2] == 1.0  # one step
+    assert found[0] < 1.0
+    assert found[1] <= found[0]
+
+
 def test_both_solvers_agree():
     quasi, explicit = np.nanmin(broken_at(8)), np.nanmin(broken_at(8, method="explicit"))
     assert explicit == pytest.approx(quasi, abs=1.5 / 100 / 8)  # a ramp has 100 stages, the steepest 1.5 times as long

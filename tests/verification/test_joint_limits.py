@@ -107,6 +107,29 @@ def test_a_joint_without_tension_opens_as_it_comes(verify: Verify, solver: Solve
     assert push @ ds["contact_x"].values == pytest.approx(share * unit.b * force, rel=1e-5)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.38])
+@pytest.mark.parametrize("unit", [BRICK, STONE], ids=str)
+def test_contacts_of_a_dry_joint_that_never_open_are_not_cracked(solver: Solver, unit: Unit, share: float) -> None:
+    """The part that the closed form presses is intact, the part it opens is cracked, though neither has a bond.
+
+    In time steps the block swings while its load comes on: contacts beyond the edge open once, and close.
+    """
+    force = 1e5 * unit.area
+    assembly, block = on_plate(unit, unit.joint(), (0.0, 0.0))
+    assembly.load(block, y=-force, at=(share * unit.b, unit.h))
+    ds = damagepred.solve(assembly, solver=solver, increments=2)
+    edge = unit.b / 2 - min(3 * (unit.b / 2 - share * unit.b), unit.b)  # left end of what is pressed
+    x, state = ds["contact_x"].values, ds["contact_state"].values
+    cracked = ds["contact_state"].attrs["flag_meanings"].split().index("cracked")
+    margin, swing = 0.08 * unit.b, (0.08 if solver.method == "quasi_static" else 0.35) * unit.b
+    assert (state[:, x > edge + swing] != cracked).all()
+    assert (state[-1, x < edge - margin] == cracked).all()
+    assert (x < edge - margin).any() == (share > 0.2)
+    if solver.method == "quasi_static":
+        opened = ds["contact_opening"].values.max(axis=0) > 0.0
+        np.testing.assert_array_equal(state[-1] == cracked, opened)
+
+
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.35])
 @pytest.mark.parametrize(("unit", "contacts"), [(BRICK, 9), (BLOCK, 5), (STONE, 7)])
 def test_a_plate_on_springs_lifts(verify: Verify, solver: Solver, unit: Unit, contacts: int, share: float) -> None:

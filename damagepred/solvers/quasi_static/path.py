@@ -360,11 +360,12 @@ class Path:
             step = distance(state, target)
             at_event = heaviest <= 1.0 + NEAR or bool((loaded <= 1.0 + self._near).all())
             if at_event or step <= shortest:
-                unopened, balance = self.unopened.copy(), copy(self.balance)
+                noted = self.unopened.copy(), copy(self.balance), self.broken_at.copy()
+                balance = noted[1]
                 self.remember(trial, gave_way=jumped)
                 length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
                 if length < step and step > least_step and not self._sharply:  # live loads go in small steps anyhow
-                    self.unopened, self.balance, longest, far = unopened, balance, length, None
+                    (self.unopened, self.balance, self.broken_at), longest, far = noted, length, None
                     continue
                 longest = length if longest < np.inf else np.inf
             if heaviest <= 1.0 + OVERLOAD:
