@@ -3,6 +3,7 @@
 import importlib
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -102,3 +103,16 @@ def test_a_heavier_footing_bends_less() -> None:
         assert wall.attrs["status"] == "complete"
         bent[footing] = float(np.ptp(wall["central_deflection"].values))
     assert 0 < 1.3 * bent["full_masonry"] < bent["light"]
+
+
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+def test_softer_soil_bends_the_footing_less(kind: str) -> None:
+    """So a stiffness that is too small is unsafe."""
+    scene = module("run").settings("veneer", kind, 20.0).scene
+    scene = replace(scene, solver=scene.solver.with_accuracy("draft"), movement=replace(scene.movement, increments=1))
+    bent = []
+    for stiffness in (1e6, 4e6):
+        soil = replace(scene.soil, swelling_stiffness=stiffness, shrinking_stiffness=stiffness)
+        ends = damagepred.solve(replace(scene, soil=soil))["block_displacement_y"].values
+        bent.append(float(np.ptp(ends[-1] - ends[0])))
+    assert 0 < 1.2 * bent[0] < bent[1]
