@@ -43,7 +43,7 @@ STEP = 5.0
 """Increments of the movement (mm)."""
 STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
 PICTURE = ("veneer", "dishing", 100.0)
-"""Footing, way of movement and y_s (mm) of the wall that is drawn: the one of largest damage at median crack width."""
+"""Footing, way of movement and y_s (mm) of the wall that is drawn."""
 
 
 def main() -> int:
