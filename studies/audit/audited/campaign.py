@@ -127,12 +127,17 @@ def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def lifts_off(scene: Scene, progress: float) -> str:
-    """Return "lifted" if the footing would have to be held down where it was found to collapse, else ''."""
+    """Return "lifted" if the footing would have to be held down by where it was found to collapse, else ''."""
     if scene.rig.support != "lift_off":
         return ""
-    held = replace(scene, rig=replace(scene.rig, support="held", stop_at_zero=False))
-    wall = ArchivedWall(damagepred.solve(held, on_failure="return"))
-    return "lifted" if pulls_on_a_support(wall, float(np.nan_to_num(progress))) else ""
+    # until a support carries nothing, supports that pull and those that only push are the same
+    way = float(np.nan_to_num(progress)) * scene.movement.central_deflection
+    held = replace(
+        scene,
+        rig=replace(scene.rig, support="held", stop_at_zero=False),
+        movement=replace(scene.movement, central_deflection=way),
+    )
+    return "lifted" if pulls_on_a_support(ArchivedWall(damagepred.solve(held, on_failure="return"))) else ""
 
 
 def said(violation: Violation) -> str:

@@ -11,26 +11,20 @@ UNBROKEN = 1e4
 """Force in mean block weights that stands for a strength without limit."""
 
 
-def pulls_on_a_support(held: ArchivedWall, progress: float) -> bool:
+def pulls_on_a_support(held: ArchivedWall) -> bool:
     """Return whether a footing on jacks would have to be held down at one of its two supports.
 
     Where a support only pushes, the footing lifts off it then; what is left to carry the weight, the other support and
-    jacks of equal loads, is statically determinate, so no load of the jacks bends the footing farther. Between
-    increments the loads of the supports go straight.
+    jacks of equal loads, is statically determinate, so no load of the jacks bends the footing farther.
 
     Parameters
     ----------
     held : ArchivedWall
-        The same wall on supports that pull as well.
-    progress : float
-        Share of the movement at which the wall on supports that only push was found to have collapsed, at the latest.
+        The same wall on supports that pull as well, moved as far as to where it was found to collapse.
     """
-    if "support_load" not in held.ds or len(held["support_x"]) != 2:
+    if "support_load" not in held.ds or len(held["support_x"]) != 2 or not held.standing:
         return False
-    load, at = (values[: held.standing] for values in (held["support_load"].min(axis=1), held["progress"]))
-    if not len(at):
-        return False
-    return bool(load[0] <= 0.0 or (at[-1] >= progress and np.interp(progress, at, load) <= 0.0))
+    return bool(held["support_load"][: held.standing].min() <= 0.0)
 
 
 def must_collapse(wall: ArchivedWall) -> bool:
