@@ -49,11 +49,12 @@ def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
     ds = open_study(old)
     assert ds["status"].values.tolist() == [0, 0, 2, 0]
     np.testing.assert_array_equal(ds["crack_width_max"].values[:2], archived["crack_width_max"].values[:2])
-    # solved by today's program it is the same, to what changes of the solver may do
+    # solved by today's program it is the same but for the steps: the movement at which a bond breaks is found to 1 % of
+    # its strength
     with ThreadPoolExecutor(1) as executor:
         study.run(old.with_name("new.dp"), samples=2, executor=executor)
     new = open_study(old.with_name("new.dp"))
-    np.testing.assert_allclose(new["crack_width_max"].values, ds["crack_width_max"].values[:2], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(new["crack_width_max"].values, ds["crack_width_max"].values[:2], rtol=1e-5, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,7 @@ def test_the_rule_for_the_contacts(verify: Verify, solver: Solver, rule: str, co
 
 
 @pytest.mark.parametrize(
-    ("unit", "degrees", "cohesion"), [(BRICK, 1.0, 0.0), (BRICK, 20.0, 1e4), (UNITS[1], 15.0, 1e4), (STONE, 10.0, 1e5)]
+    ("unit", "degrees", "cohesion"), [(BRICK, 0.5, 0.0), (BRICK, 20.0, 1e4), (UNITS[1], 15.0, 1e4), (STONE, 10.0, 1e5)]
 )
 def test_a_block_sticks_on_an_incline(
     verify: Verify, solver: Solver, unit: Unit, degrees: float, cohesion: float
