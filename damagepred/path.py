@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.archive.cautions import energy_error_share
+from damagepred.archive.cautions import energy_error_share, snap_through_share
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.assembly import Assembly, Kind, Model, wall_model
@@ -39,7 +39,7 @@ FloatArray = NDArray[np.float64]
 QUALITY = (
     "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "crushing_work",
     "plastic_work",
-    "released_energy", "energy_error",
+    "released_energy", "snap_through_energy", "energy_error",
 )  # fmt: skip
 """What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
 
@@ -271,7 +271,7 @@ def solve(
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     method = settings.method if run is None else "dynamic"
     ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
-    ending["energy_tolerance"] = settings.energy_tolerance
+    ending |= {name: getattr(settings, name) for name in ("energy_tolerance", "snap_through_tolerance")}
     ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, attributes | ending, store_zones)
     if isinstance(scene, Scene):
@@ -483,8 +483,9 @@ def _collect(
          "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
          **_zoning(model)},
     )  # fmt: skip
-    if np.isfinite(share := energy_error_share(values)):
-        ds.attrs["energy_error_share"] = share
+    for share in (energy_error_share, snap_through_share):
+        if np.isfinite(found := share(values)):
+            ds.attrs[share.__name__] = found
     for name, more in kept_rules(damage).items():
         ds[name].attrs.update(more)
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")

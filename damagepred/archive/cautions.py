@@ -1,4 +1,4 @@
-"""What a reader must know of how walls were solved: energy that does not balance, bonds that could not soften."""
+"""What a reader must know of how walls were solved: energy that does not balance, snap-through, brittle bonds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WORKS = (
     "crushing_work", "plastic_work", "damping_work", "released_energy",
 )  # fmt: skip
 """Terms of the energy balance (J), its error apart."""
-STUDIED = ("energy_error_share", "snap_back_limited")
+STUDIED = ("energy_error_share", "snap_through_share", "snap_back_limited")
 """Results of a study that ``study_cautions`` looks at."""
 
 
@@ -43,10 +43,26 @@ def energy_error_share(values: Mapping[Any, Any]) -> float:
     values : mapping of str to array (increments,)
         With ``energy_error`` and terms of the balance.
     """
-    error = np.abs(np.asarray(values["energy_error"], dtype=np.float64))
-    error = error[np.isfinite(error)]
+    return _share(values, "energy_error")
+
+
+def snap_through_share(values: Mapping[Any, Any]) -> float:
+    """Return the energy set free in snap-through over the largest work done on a path; NaN if it is not counted.
+
+    Parameters
+    ----------
+    values : mapping of str to array (increments,)
+        With ``snap_through_energy``, ``energy_error`` and terms of the balance.
+    """
+    return _share(values, "snap_through_energy")
+
+
+def _share(values: Mapping[Any, Any], name: str) -> float:
+    """Return the largest of an energy over the largest work done."""
+    energy = np.abs(np.asarray(values[name], dtype=np.float64))
+    energy = energy[np.isfinite(energy)]
     most = float(work_done(values).max(initial=0.0))
-    return float(error.max() / most) if error.size and most > 0.0 else float("nan")
+    return float(energy.max() / most) if energy.size and most > 0.0 else float("nan")
 
 
 def wall_cautions(ds: xr.Dataset) -> list[str]:
@@ -64,11 +80,21 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
             f"Energy that does not balance is {share:.2g} of the largest work done, more than energy_tolerance = "
             f"{limit:g}: the steps are too long. Take more increments."
         )
+    share, limit = (float(ds.attrs.get(f"snap_through_{name}", np.nan)) for name in ("share", "tolerance"))
+    if share > limit:
+        said.append(
+            f"Energy set free in snap-through is {share:.2g} of the largest work done, more than "
+            f"snap_through_tolerance = {limit:g}: {_SNAP_THROUGH}"
+        )
     if count := int(ds.attrs.get("snap_back_limited_joints", 0)):
         said.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
     return said
 
 
+_SNAP_THROUGH = (
+    "no equilibrium was near, and the wall moved by itself to one that is not the only one. Places of bricks and "
+    "widths of cracks depend on the number of increments there. Solve with another number and compare."
+)
 _SNAP_BACK = (
     "fracture_energy or shear_fracture_energy is less than the joint holds elastically as it breaks (snap-back). The "
     "other mode softens if its energy suffices; slip without a softening tension leaves the bond as it is."
@@ -91,6 +117,14 @@ def study_cautions(ds: xr.Dataset) -> list[str]:
             said.append(
                 f"In {count} walls energy that does not balance is more than energy_tolerance = {limit:g} of the "
                 f"largest work done, {np.nanmax(share):.2g} at most: the steps are too long. Take more increments."
+            )
+    if "snap_through_share" in ds:
+        share = np.asarray(ds["snap_through_share"].values, dtype=np.float64)
+        limit = float(ds["snap_through_share"].attrs.get("tolerance", np.nan))
+        if count := int((share > limit).sum()):
+            said.append(
+                f"In {count} walls energy set free in snap-through is more than snap_through_tolerance = {limit:g} of "
+                f"the largest work done, {np.nanmax(share):.2g} at most: {_SNAP_THROUGH}"
             )
     if "snap_back_limited" in ds:
         counts = np.maximum(np.nan_to_num(np.asarray(ds["snap_back_limited"].values, dtype=np.float64)), 0.0)

@@ -106,6 +106,9 @@ VARIABLES: dict[str, Variable] = {
     "damping_work": Variable(_STEP, "J", "work taken so far by damping in a dynamic run"),
     "searches": Variable(_STEP, "1", "times a dynamic run has looked so far for what blocks are near"),
     "released_energy": Variable(_STEP, "J", "energy set free so far where bonds broke or the wall gave way"),
+    "snap_through_energy": Variable(
+        _STEP, "J", "part of released_energy: where the wall moved by itself to an equilibrium that was not near"
+    ),
     "energy_error": Variable(_STEP, "J", "work that does not balance so far, between the places where bonds broke"),
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
     # the verdict
@@ -298,6 +301,9 @@ VARIABLES: dict[str, Variable] = {
     ),
     "energy_error_share": Variable(
         ("sample",), "1", "largest energy that does not balance over the largest work done; NaN where it is not counted"
+    ),
+    "snap_through_share": Variable(
+        ("sample",), "1", "energy set free in snap-through over the largest work done; NaN where it is not counted"
     ),
     "snap_back_limited": Variable(
         ("sample",), "1", "joints whose fracture energy is less than they hold as they crack: their bond breaks at once"

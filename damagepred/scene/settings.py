@@ -85,6 +85,10 @@ class Solver:
     energy_tolerance : float
         Energy that may not balance, as a share of the largest work done, before a run says so on the screen, in the
         archive and in the report; changes no result.
+    snap_through_tolerance : float
+        Energy that the quasi-static solver may find set free in snap-through (the wall moves by itself to an
+        equilibrium that is not near), as a share of the largest work done, before a run says so in the same places: its
+        result then depends on the number of increments. Changes no result.
     symmetric_half : bool
         Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
         movement; False solves it in full.
@@ -115,6 +119,7 @@ class Solver:
     maximum_cycles: Count = Field(default=200_000, ge=1)
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     energy_tolerance: Pure = Field(default=0.05, gt=0)
+    snap_through_tolerance: Pure = Field(default=0.05, gt=0)
     symmetric_half: bool = True
 
     @model_validator(mode="before")

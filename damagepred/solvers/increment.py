@@ -83,6 +83,9 @@ class Increment:
         stored in the joints; taken by friction; taken by softening bonds; taken by crushing; set free where bonds
         broke; and what does not balance in between. Of dynamic runs too, summed in time; then external work is that of
         loads, ground and supports.
+    snap_through_energy : float
+        Part of ``released_energy`` of the quasi-static solver: set free where the wall moved by itself to an
+        equilibrium that was not near.
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
@@ -132,6 +135,7 @@ class Increment:
     crushing_work: float = float("nan")
     plastic_work: float = float("nan")
     released_energy: float = float("nan")
+    snap_through_energy: float = float("nan")
     energy_error: float = float("nan")
     joint_law_violation: float = float("nan")
     standing_progress: float = float("nan")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.archive.cautions import energy_error_share
+from damagepred.archive.cautions import energy_error_share, snap_through_share
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
@@ -300,6 +300,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "environment": np.array([0]),
         "snap_back_limited": np.array([model.snap_back_limited]),
         "energy_error_share": np.array([energy_error_share(values)]),
+        "snap_through_share": np.array([snap_through_share(values)]),
     }
     columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
     table = damage_table(settings.scene.damage)
@@ -311,6 +312,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ),
         *kept_rules(settings.scene.damage).items(),
         ("energy_error_share", {"tolerance": settings.scene.solver.energy_tolerance}),
+        ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
     if "surface_movement" in columns:

@@ -72,6 +72,8 @@ def test_a_study_says_what_must_be_known(command: Run, tmp_path: Path, joint: st
     assert command("report", folder, "-o", page).code == 0
     ds = open_study(folder)
     assert (ds["energy_error_share"].values > 0).all()
+    assert (ds["snap_through_share"].values < 0.05).all()
+    assert ds["snap_through_share"].attrs["tolerance"] == 0.05
     assert ((ds["snap_back_limited"].values > 0) == bool(joint)).all()
     for text in (ran.out, command("status", folder).out, page.read_text()):
         for words in (UNBALANCED, SNAP_BACK):

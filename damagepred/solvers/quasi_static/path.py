@@ -263,8 +263,8 @@ class Path:
         """Write down at which progress bonds broke that have broken since the last time."""
         self.broken_at[state.memory.cracked & self._bonded & np.isnan(self.broken_at)] = state.progress
 
-    def remember(self, state: State, gave_way: bool) -> None:
-        """Let the joints remember this equilibrium."""
+    def remember(self, state: State, gave_way: bool, snapped: bool = False) -> None:
+        """Let the joints remember this equilibrium, which bonds that broke or a snap-through led to, or a step."""
         model = self.model
         friction, crushing, torn = settle(
             self.equilibrium.equations.active, model.interfaces, model.properties,
@@ -278,7 +278,7 @@ class Path:
             yielding = solids.settle(state.displacement, state.plastic)
         spent = Spent(friction, crushing, yielding)
         beyond = self.equilibrium.stored_beyond(state)
-        self.balance.add(state, spent, torn, self._support_power(state), gave_way, solids, beyond)
+        self.balance.add(state, spent, torn, self._support_power(state), gave_way, snapped, solids, beyond)
 
     def _support_power(self, state: State) -> float:
         """Return the work of what moves the supports per progress (J)."""
@@ -362,7 +362,7 @@ class Path:
             if at_event or step <= shortest:
                 noted = self.unopened.copy(), copy(self.balance), self.broken_at.copy()
                 balance = noted[1]
-                self.remember(trial, gave_way=jumped)
+                self.remember(trial, gave_way=jumped, snapped=jumped)
                 length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
                 if length < step and step > least_step and not self._sharply:  # live loads go in small steps anyhow
                     (self.unopened, self.balance, self.broken_at), longest, far = noted, length, None
@@ -475,12 +475,13 @@ class Path:
                 return state, worst
             trial = state.copy()
             worst = self.equilibrium.find(trial)
-            if worst >= self.tolerance and not self.equilibrium.lost(trial):
+            snapped = worst >= self.tolerance and not self.equilibrium.lost(trial)
+            if snapped:
                 trial, worst = self.jump(state, state.progress)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
                 return trial, worst
             state = trial
-            self.remember(state, gave_way=True)
+            self.remember(state, gave_way=True, snapped=snapped)
 
     def hold_again(self, state: State, except_for: BoolArray) -> bool:
         """Let cracked joints with residual tensile strength hold again where nearly closed; tell whether any does."""
@@ -538,6 +539,7 @@ class Path:
             crushing_work=balance.crushing_work,
             plastic_work=balance.plastic_work,
             released_energy=balance.released_energy,
+            snap_through_energy=balance.snap_through_energy,
             energy_error=balance.energy_error,
             joint_law_violation=law_violation(model, state, sigma, tau),
             standing_progress=self.standing if collapsed else np.nan,

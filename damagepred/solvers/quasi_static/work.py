@@ -49,6 +49,8 @@ class WorkBalance:
         Taken by zones that yield.
     released_energy : float
         Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
+    snap_through_energy : float
+        Part of that: set free where the wall moved by itself to an equilibrium that was not near.
     energy_error : float
         What does not balance in the steps between, added up without sign: their length is what makes it.
     largest_work : float
@@ -65,6 +67,7 @@ class WorkBalance:
     crushing_work: float = 0.0
     plastic_work: float = 0.0
     released_energy: float = 0.0
+    snap_through_energy: float = 0.0
     energy_error: float = 0.0
     largest_work: float = 0.0
     residual_work: float = 0.0
@@ -97,6 +100,7 @@ class WorkBalance:
         torn: float,
         reaction: float,
         gave_way: bool,
+        snapped: bool,
         solids: Solids | None,
         beyond: tuple[IntArray, float],
     ) -> None:
@@ -113,7 +117,9 @@ class WorkBalance:
         reaction : float
             Work per progress of what moves the supports in the new equilibrium (J).
         gave_way : bool
-            Whether the step broke bonds at standing movement.
+            Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
+        snapped : bool
+            Whether it led to an equilibrium that was not near.
         solids : Solids or None
             Deformable blocks.
         beyond : (array of int, float)
@@ -156,6 +162,7 @@ class WorkBalance:
         self.plastic_work += spent.yielding
         if gave_way and missing > 0.0:
             self.released_energy += missing
+            self.snap_through_energy += missing if snapped else 0.0
         else:  # what gives way can only lose energy
             self.energy_error += abs(missing)
         self._keep(state)

@@ -1,0 +1,84 @@
+"""Walls without a bond that move by themselves to an equilibrium that is not near: counted, and said."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred import solve
+from damagepred.archive.cautions import snap_through_share, study_cautions, wall_cautions
+from damagepred.scene import Joint, Movement, Scene, Solver, Wall
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+DRY = Joint(tensile_strength=0.0, cohesion=0.0)
+DEFLECTION = 4e-3
+
+
+def dry_wall(kind: str, length: float, height: float, increments: int, **solver: float) -> xr.Dataset:
+    movement = Movement(kind=kind, central_deflection=DEFLECTION, increments=increments)  # type: ignore[arg-type]
+    wall = Wall(length=length, height=height)
+    return solve(Scene(wall=wall, joint=DRY, movement=movement, solver=Solver(**solver)))  # type: ignore[arg-type]
+
+
+def difference(one: xr.Dataset, other: xr.Dataset) -> float:
+    """Largest difference of a block's place at the end, over the movement."""
+    x, y = (one[f"block_displacement_{a}"].values[-1] - other[f"block_displacement_{a}"].values[-1] for a in "xy")
+    return float(np.hypot(x, y).max()) / DEFLECTION
+
+
+def said(ds: xr.Dataset) -> bool:
+    return any("snap-through" in line for line in wall_cautions(ds))
+
+
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+def test_where_nothing_is_said_the_increments_do_not_count(kind: str) -> None:
+    coarse, fine = (dry_wall(kind, 1.68, 0.6, n) for n in (20, 160))
+    assert not said(coarse)
+    assert not said(fine)
+    assert coarse.attrs["snap_through_share"] < 1e-3
+    assert difference(coarse, fine) < 0.01
+
+
+def test_where_they_count_it_is_said() -> None:
+    """In four increments the wall is let go again and again, in 160 it is followed; bricks end elsewhere."""
+    coarse, fine = (dry_wall("doming", 2.4, 0.9, n) for n in (4, 160))
+    assert difference(coarse, fine) > 0.1
+    assert said(coarse)
+    assert not said(fine)
+    share = coarse["snap_through_energy"].values.max() / np.abs(coarse["external_work"].values).max()
+    assert coarse.attrs["snap_through_share"] == pytest.approx(share)
+    assert (coarse["snap_through_energy"].values <= coarse["released_energy"].values).all()
+    assert f"{share:.2g} of the largest work done" in wall_cautions(coarse)[-1]
+    coarse.attrs["snap_through_tolerance"] = 1.0
+    assert not said(coarse)
+
+
+@pytest.mark.parametrize("name", ["dishing", "window_doming"])
+def test_bonds_that_break_are_no_snap_through(name: str) -> None:
+    """They set energy free, and equilibrium is near."""
+    ds = solve(Scene.from_toml(DATA / f"bryant_{name}.toml"))
+    assert ds["released_energy"].values[-1] > 0.01 * ds["external_work"].values[-1]
+    assert ds.attrs["snap_through_share"] < 1e-3
+    assert not said(ds)
+
+
+def test_the_limit_is_the_users() -> None:
+    scene = Scene(wall=Wall(length=0.72, height=0.225), movement=Movement(increments=1))
+    ds = solve(replace(scene, solver=Solver(snap_through_tolerance=0.3)))
+    assert ds.attrs["snap_through_tolerance"] == 0.3
+    explicit = solve(replace(scene, solver=Solver(method="explicit")))
+    assert np.isnan(explicit["snap_through_energy"].values).all()
+    assert "snap_through_share" not in explicit.attrs
+
+
+def test_a_study_counts_its_walls() -> None:
+    values = {"energy_error": np.zeros(2), "external_work": [1.0, 4.0], "snap_through_energy": [0.0, 2.0]}
+    assert snap_through_share(values) == 0.5
+    share = xr.DataArray([0.0, 0.5, np.nan, 0.06], dims="sample", attrs={"tolerance": 0.05})
+    lines = study_cautions(xr.Dataset({"snap_through_share": share}))
+    assert len(lines) == 1
+    assert lines[0].startswith("In 2 walls energy set free in snap-through is more than snap_through_tolerance = 0.05")
+    assert "0.5 at most" in lines[0]
+    assert study_cautions(xr.Dataset({"snap_through_share": 0.0 * share})) == []
