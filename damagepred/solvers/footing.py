@@ -85,6 +85,9 @@ def section_response_of(model: Model, memory: SectionMemory, displacement: Float
 def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, float]:
     """Return what cracking sections store beyond their contacts as whole ones would, and what a step took (J).
 
+    The step is straight, by the trapezoidal rule. Where the curvature changes its sign the secant stiffness is that of
+    the other face: the section unloads to where it began and is loaded from there, by which nothing is dissipated.
+
     Parameters
     ----------
     model : Model
@@ -99,9 +102,11 @@ def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> 
     squares = law.normal_stiffness[here, None] * apart**2 + law.shear_stiffness[here, None] * shear[:, None] ** 2
     as_whole = 0.5 * float((face.contact_area[here] * squares).sum())
     then = np.zeros_like(now) if before is None else before
-    stored, was = (0.5 * float((v[:, :3] * v[:, 3:]).sum()) for v in (now, then))
-    work = 0.5 * float(((now[:, 3:] + then[:, 3:]) * (now[:, :3] - then[:, :3])).sum())
-    return stored - as_whole, work - (stored - was)
+    stored, was = (0.5 * (v[:, :3] * v[:, 3:]).sum(axis=1) for v in (now, then))
+    work = 0.5 * ((now[:, 3:] + then[:, 3:]) * (now[:, :3] - then[:, :3])).sum(axis=1)
+    reverses = turn * then[:, 2] < 0.0
+    dissipated = np.where(reverses, 0.0, work - (stored - was))
+    return float(stored.sum()) - as_whole, float(dissipated.sum())
 
 
 def as_if_straight(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
