@@ -15,6 +15,10 @@ gradient of that energy at any rotation, and they turn nothing: Q U is symmetric
 zone, where T and U have the same axes; it is not with plastic strain or damping. Angles do not occur, nothing drifts,
 and however far a block turns, what it holds depends on its strains alone.
 
+Of the bending of its cell a zone is strained by B R^T q in addition (``damagepred.solvers.zoned.Bending``), with q the
+hourglass displacement of the cell, which turns as the cell does. With a = B^T T and p = R^T q that adds V R a to what
+resists q, and, as p turns with R, -(a_x p_y - a_y p_x) / tr U to k. T and a are of the whole strain, k has U.
+
 Contacts know bodies with poses, not gridpoints. A facet, and every place of a facet to which a joint belongs, is such a
 body (``SIDE``): it is where its two gridpoints put it, and turned as their chord. The force (X, Y) and the moment M on
 it go to the two gridpoints so that they do the same work: shares of (X, Y), and M over the length of the chord, across
@@ -36,11 +40,13 @@ YIELDING, DRAGGED, ZONE_TALLIES = 0, 1, 2
 ZONE = np.dtype(
     [
         ("a", "i8"), ("b", "i8"), ("c", "i8"), ("block", "i8"), ("memory", "i8"),
-        ("b_x", "f8"), ("b_y", "f8"), ("c_x", "f8"), ("c_y", "f8"), ("volume", "f8"),
+        ("b_x", "f8"), ("b_y", "f8"), ("c_x", "f8"), ("c_y", "f8"), ("volume", "f8"), ("gamma", "f8"),
+        ("xx_x", "f8"), ("xx_y", "f8"), ("yy_x", "f8"), ("yy_y", "f8"), ("xy_x", "f8"), ("xy_y", "f8"),
     ]
 )  # fmt: skip
 """A zone: its gridpoints, block, place of its memory, -1 if it has none; slopes of the shape functions of b and c
-(1/m); area times thickness (m3)."""
+(1/m); area times thickness (m3); share of a's displacement in the hourglass displacement of its cell of four zones; by
+how much e_xx, e_yy, g_xy grow with that in x and in y (1/m)."""
 
 SIDE = np.dtype([("start", "i8"), ("end", "i8"), ("share", "f8"), ("along_x", "f8"), ("along_y", "f8")])
 """A body on a facet: the facet's gridpoints, counter-clockwise; where it is between them, 0 at the start, 1 at the end;
@@ -124,23 +130,37 @@ def zones_act(grid, per_step):
     """
     moved, force, zones, moduli = grid.displacement, grid.force, grid.zones, grid.elasticity
     past, dragged = grid.past, grid.past.shape[0] > 0
+    q_x, q_y, against_x, against_y = 0.0, 0.0, 0.0, 0.0
     for z in range(zones.size):
         zone = zones[z]
+        if z % 4 == 0:
+            q_x, q_y, against_x, against_y = 0.0, 0.0, 0.0, 0.0
+            for i in range(z, z + 4):
+                q_x += zones[i].gamma * moved[zones[i].a, 0]
+                q_y += zones[i].gamma * moved[zones[i].a, 1]
         h_xx, h_xy, h_yx, h_yy = gradient(zone, moved)
-        e_xx, e_yy, u_xy, c, s, inverse = stretch(h_xx, h_xy, h_yx, h_yy)
+        u_xx, u_yy, u_xy, c, s, inverse = stretch(h_xx, h_xy, h_yx, h_yy)
+        p_x, p_y = c * q_x + s * q_y, c * q_y - s * q_x
+        e_xx = u_xx + zone.xx_x * p_x + zone.xx_y * p_y
+        e_yy = u_yy + zone.yy_x * p_x + zone.yy_y * p_y
+        g_xy = 2.0 * u_xy + zone.xy_x * p_x + zone.xy_y * p_y
         if zone.memory < 0:
             c11, c12 = moduli[zone.block, 0], moduli[zone.block, 1]
-            s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, 2.0 * moduli[zone.block, 2] * u_xy
+            s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, moduli[zone.block, 2] * g_xy
         else:
             s_xx, s_yy, s_xy = yielding_stress(
-                zone, e_xx, e_yy, 2.0 * u_xy, moduli, grid.strength, grid.plastic, grid.stress, grid.state,
+                zone, e_xx, e_yy, g_xy, moduli, grid.strength, grid.plastic, grid.stress, grid.state,
                 grid.tallies,
             )  # fmt: skip
         if dragged:
             s_xx, s_yy, s_xy = dragged_stress(
-                past, z, zone.volume, e_xx, e_yy, 2.0 * u_xy, s_xx, s_yy, s_xy, per_step, grid.tallies
+                past, z, zone.volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, grid.tallies
             )
-        k = inverse * (s_xy * (e_xx - e_yy) - (s_xx - s_yy) * u_xy)
+        a_x = zone.xx_x * s_xx + zone.yy_x * s_yy + zone.xy_x * s_xy
+        a_y = zone.xx_y * s_xx + zone.yy_y * s_yy + zone.xy_y * s_xy
+        against_x += zone.volume * (c * a_x - s * a_y)
+        against_y += zone.volume * (s * a_x + c * a_y)
+        k = inverse * (s_xy * (u_xx - u_yy) - (s_xx - s_yy) * u_xy - (a_x * p_y - a_y * p_x))
         s_xx, s_yy = zone.volume * s_xx, zone.volume * s_yy
         q_xy, q_yx = zone.volume * (s_xy + k), zone.volume * (s_xy - k)
         p_xx, p_xy, p_yx, p_yy = c * s_xx - s * q_yx, c * q_xy - s * s_yy, s * s_xx + c * q_yx, s * q_xy + c * s_yy
@@ -152,6 +172,10 @@ def zones_act(grid, per_step):
         force[zone.b, 1] -= b_y
         force[zone.c, 0] -= c_x
         force[zone.c, 1] -= c_y
+        if z % 4 == 3:
+            for i in range(z - 3, z + 1):
+                force[zones[i].a, 0] -= zones[i].gamma * against_x
+                force[zones[i].a, 1] -= zones[i].gamma * against_y
 
 
 @rule

@@ -14,27 +14,36 @@ BACKING = 1e-5
 
 
 @law
-def trial(zone, slopes, moduli, plastic, u):
+def trial(zones, z, slopes, moduli, plastic, bending, u):
     """Return s_xx, s_yy, s_xy, s_zz (Pa) of a zone if it does not yield any further.
 
     Parameters
     ----------
-    zone : array of int (3,)
+    zones : array of int (z, 3)
         Gridpoints.
+    z : int
+        Which zone.
     slopes : array (4,)
         Of the second and third shape function, x and y (1/m).
     moduli : tuple
         See ``zone_law``.
     plastic : array (4,)
         Plastic strain so far.
+    bending : NamedTuple of arrays
+        See ``damagepred.solvers.zoned.Bending``.
     u : array (2 gridpoints,)
         Displacement x, y in turn (m).
     """
-    a, b, c = 2 * zone[0], 2 * zone[1], 2 * zone[2]
+    a, b, c, first = 2 * zones[z, 0], 2 * zones[z, 1], 2 * zones[z, 2], z - z % 4
+    q_x, q_y, bent = 0.0, 0.0, bending.strain[z]
+    for k in range(first, first + 4):
+        q_x += bending.gamma[k] * u[2 * zones[k, 0]]
+        q_y += bending.gamma[k] * u[2 * zones[k, 0] + 1]
     x_b, y_b, x_c, y_c = u[b] - u[a], u[b + 1] - u[a + 1], u[c] - u[a], u[c + 1] - u[a + 1]
-    e_xx = slopes[0] * x_b + slopes[2] * x_c - plastic[0]
-    e_yy = slopes[1] * y_b + slopes[3] * y_c - plastic[1]
-    g_xy = slopes[1] * x_b + slopes[3] * x_c + slopes[0] * y_b + slopes[2] * y_c - plastic[2]
+    e_xx = slopes[0] * x_b + slopes[2] * x_c + bent[0, 0] * q_x + bent[0, 1] * q_y - plastic[0]
+    e_yy = slopes[1] * y_b + slopes[3] * y_c + bent[1, 0] * q_x + bent[1, 1] * q_y - plastic[1]
+    g_xy = slopes[1] * x_b + slopes[3] * x_c + slopes[0] * y_b + slopes[2] * y_c
+    g_xy += bent[2, 0] * q_x + bent[2, 1] * q_y - plastic[2]
     e_zz = -plastic[3]
     c11, c12, c33, c13, czz = moduli[0], moduli[1], moduli[2], moduli[3], moduli[4]
     return (
@@ -52,12 +61,12 @@ def seven(values):
 
 
 @kernel_making_arrays
-def resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, stiffness):
+def resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness):
     """Fill the forces on gridpoints that hold a block's zones, and their slopes.
 
     Parameters
     ----------
-    zones, slopes, volume, elasticity, strength, plastic, u
+    zones, slopes, volume, elasticity, strength, plastic, bending, u
         As ``solid_response``.
     force : array (2 g,)
         Filled.
@@ -65,23 +74,33 @@ def resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, s
         Filled, unless it has no size.
     """
     moduli, limits = seven(elasticity), seven(strength)
-    rows, tangent = np.zeros((3, 6)), np.zeros((3, 3))
+    rows, tangent, dof = np.zeros((3, 10)), np.zeros((3, 3)), np.zeros(10, dtype=np.int64)
     force[:] = 0.0
     stiffness[:] = 0.0
     largest = 0.0
     for z in range(zones.shape[0]):
-        t = trial(zones[z], slopes[z], moduli, plastic[z], u)
+        t = trial(zones, z, slopes[z], moduli, plastic[z], bending, u)
         s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
-        rows[0, 2] = rows[2, 3] = slopes[z, 0]
-        rows[1, 3] = rows[2, 2] = slopes[z, 1]
-        rows[0, 4] = rows[2, 5] = slopes[z, 2]
-        rows[1, 5] = rows[2, 4] = slopes[z, 3]
-        for j in range(3):
-            rows[j, 0] = -(rows[j, 2] + rows[j, 4])
-            rows[j, 1] = -(rows[j, 3] + rows[j, 5])
-        for i in range(6):
+        first, number = z - z % 4, z % 4
+        for k in range(4):
+            dof[2 * k], dof[2 * k + 1] = 2 * zones[first + k, 0], 2 * zones[first + k, 0] + 1
+            for j in range(3):
+                rows[j, 2 * k] = bending.gamma[first + k] * bending.strain[z, j, 0]
+                rows[j, 2 * k + 1] = bending.gamma[first + k] * bending.strain[z, j, 1]
+        dof[8], dof[9] = 2 * zones[z, 2], 2 * zones[z, 2] + 1
+        rows[:, 8:] = 0.0
+        for k, x, y in (
+            (number, -slopes[z, 0] - slopes[z, 2], -slopes[z, 1] - slopes[z, 3]),
+            ((number + 1) % 4, slopes[z, 0], slopes[z, 1]),
+            (4, slopes[z, 2], slopes[z, 3]),
+        ):
+            rows[0, 2 * k] += x
+            rows[2, 2 * k + 1] += x
+            rows[1, 2 * k + 1] += y
+            rows[2, 2 * k] += y
+        for i in range(10):
             pull = volume[z] * (rows[0, i] * s_xx + rows[1, i] * s_yy + rows[2, i] * s_xy)
-            force[2 * zones[z, i // 2] + i % 2] += pull
+            force[dof[i]] += pull
             largest = max(largest, abs(pull))
         if stiffness.size == 0:
             continue
@@ -98,15 +117,14 @@ def resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, s
             tangent[0, 0] += BACKING * moduli[0]
             tangent[1, 1] += BACKING * moduli[0]
             tangent[2, 2] += BACKING * moduli[2]
-        for i in range(6):
-            row = 2 * zones[z, i // 2] + i % 2
+        for i in range(10):
             for k in range(3):
                 left = 0.0
                 for j in range(3):
                     left += rows[j, i] * tangent[j, k]
                 left *= volume[z]
-                for c in range(6):
-                    stiffness[row, 2 * zones[z, c // 2] + c % 2] += left * rows[k, c]
+                for c in range(10):
+                    stiffness[dof[i], dof[c]] += left * rows[k, c]
     return largest
 
 
@@ -118,6 +136,7 @@ def solid_response(
     elasticity,
     strength,
     plastic,
+    bending,
     place,
     count,
     flexibility,
@@ -139,6 +158,8 @@ def solid_response(
         See ``zone_law``.
     plastic : array (z, 4)
         Plastic strain of the last equilibrium.
+    bending : NamedTuple of arrays
+        See ``damagepred.solvers.zoned.Bending``, of these zones.
     place : array of int (2 g,)
         The block's degrees of freedom: those of the rim, then those inside.
     count : int
@@ -158,7 +179,7 @@ def solid_response(
     rim, inside = place[:count], place[count:]
     force, stiffness = np.zeros(size), np.zeros((size, size))
     nothing = np.zeros((0, 0))
-    largest = resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, stiffness)
+    largest = resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
     gap = acting - force[inside]
     worst = np.abs(gap).max() if gap.size > 0 else 0.0
     within = np.zeros((inside.size, inside.size))
@@ -178,14 +199,14 @@ def solid_response(
         for _ in range(CLOSER):
             for i in range(inside.size):
                 u[inside[i]] = start[i] + share * step[i]
-            largest = resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, nothing)
+            largest = resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, nothing)
             gap = acting - force[inside]
             now = np.dot(gap, step)
             if now >= -BACK * slope:
                 break
             share *= min(max(slope / (slope - now), 0.1), 0.9)
         worst = np.abs(gap).max()
-        resistance(zones, slopes, volume, elasticity, strength, plastic, u, force, stiffness)
+        resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
     if not worst <= 1e3 * tolerance * largest:
         rim_force[:] = np.nan
         rim_stiffness[:] = stiffness[:count, :count]
@@ -211,12 +232,12 @@ def solid_response(
 
 
 @kernel_making_arrays
-def yield_work(zones, slopes, volume, elasticity, strength, u, plastic, state):
+def yield_work(zones, slopes, volume, elasticity, strength, bending, u, plastic, state):
     """Let zones remember an equilibrium; return the work that yielding took (J).
 
     Parameters
     ----------
-    zones, slopes, volume, elasticity, strength, u
+    zones, slopes, volume, elasticity, strength, bending, u
         As ``solid_response``.
     plastic : array (z, 4)
         Plastic strain, brought up to date.
@@ -226,7 +247,7 @@ def yield_work(zones, slopes, volume, elasticity, strength, u, plastic, state):
     moduli, limits = seven(elasticity), seven(strength)
     work = 0.0
     for z in range(zones.shape[0]):
-        t = trial(zones[z], slopes[z], moduli, plastic[z], u)
+        t = trial(zones, z, slopes[z], moduli, plastic[z], bending, u)
         s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
         state[z] = how
         if how != 0:

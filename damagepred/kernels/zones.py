@@ -1,10 +1,12 @@
 """Zones of deformable blocks in the explicit solver: strain, stress, forces on gridpoints; eight blocks side by side.
 
 Strain and stress are constant in a triangle (paper, Eqs 5 and 6): with the gridpoints' displacement u relative to the
-first one and the slopes of the shape functions, e = sum of u grad N. The law is written in total strain with the
-plastic strain as memory, so what stays elastic remembers nothing and is not rounded. A batch is up to eight blocks
-with zones of the same pattern: one value of each block side by side. Zones come in cells of four, which share a
-gridpoint.
+first one and the slopes of the shape functions, e = sum of u grad N + B q. The second term, with the hourglass
+displacement q = sum of gamma u of the cell's corners, gives the cell the stiffness of a beam in bending (see
+``damagepred.solvers.zoned.Bending``); forces are the exact gradient of the energy of these strains. The law is written
+in total strain with the plastic strain as memory, so what stays elastic remembers nothing and is not rounded. A batch
+is up to eight blocks with zones of the same pattern: one value of each block side by side. Zones come in cells of four,
+which share a gridpoint.
 """
 
 import numpy as np
@@ -21,9 +23,15 @@ def shape_type():
     """Return the record type of the shape of a cell, four zones round their common gridpoint, in a batch's blocks.
 
     ``slopes``: of the shape functions of a zone's second gridpoint along x and y, and of the common one (1/m).
-    ``volume``: area times thickness (m3).
+    ``volume``: area times thickness (m3). ``gamma``: share of each corner's displacement in the hourglass displacement
+    q (1). ``bending``: e_xx, e_yy and g_xy of a zone, each for q in x and in y (1/m).
     """
-    return np.dtype([("slopes", "f8", (4, 4, LANES)), ("volume", "f8", (4, LANES))])
+    return np.dtype(
+        [
+            ("slopes", "f8", (4, 4, LANES)), ("volume", "f8", (4, LANES)), ("gamma", "f8", (4, LANES)),
+            ("bending", "f8", (4, 6, LANES)),
+        ]
+    )  # fmt: skip
 
 
 def memory_type():
@@ -37,15 +45,16 @@ def memory_type():
 def work_type():
     """Return the record type of what a cell works with.
 
-    ``moved``, ``push``: displacement of, and force on, the four corners and the common gridpoint, x and y. ``beyond``:
+    ``moved``, ``push``: displacement of, and force on, the four corners and the common gridpoint, x and y.
+    ``hourglass``: hourglass displacement, x and y. ``beyond``:
     1 where the stress of a zone is more than it bears.  ``lanes``: 8. All that the law needs being in records, the
     compiler knows that nothing overlaps and works on all lanes at once; it would not if it knew their number, for then
     it would write them out one by one.
     """
     return np.dtype(
         [
-            ("moved", "f8", (5, 2, LANES)), ("push", "f8", (5, 2, LANES)), ("beyond", "f8", (4, LANES)),
-            ("lanes", "u8"),
+            ("moved", "f8", (5, 2, LANES)), ("push", "f8", (5, 2, LANES)), ("hourglass", "f8", (2, LANES)),
+            ("beyond", "f8", (4, LANES)), ("lanes", "u8"),
         ]
     )  # fmt: skip
 
@@ -92,7 +101,7 @@ def hand_on(facets, force):
 
 
 @law
-def gather(displacement, start, corners, work):
+def gather(displacement, start, corners, cell, work):
     """Bring the displacements of a cell's gridpoints to where its law reads them.
 
     Parameters
@@ -103,6 +112,8 @@ def gather(displacement, start, corners, work):
         Where those of the batch begin.
     corners : array of unsigned int (5,)
         Where those of the cell's gridpoints begin in the batch.
+    cell : record
+        Of ``shape_type``.
     work : record
         Of ``work_type``.
     """
@@ -111,6 +122,13 @@ def gather(displacement, start, corners, work):
         for lane in range(work.lanes):
             work.moved[p, 0, lane] = displacement[at + lane]
             work.moved[p, 1, lane] = displacement[at + Y + lane]
+    gamma, u = cell.gamma, work.moved
+    for axis in range(2):
+        for lane in range(work.lanes):
+            work.hourglass[axis, lane] = (
+                gamma[0, lane] * u[0, axis, lane] + gamma[1, lane] * u[1, axis, lane]
+                + gamma[2, lane] * u[2, axis, lane] + gamma[3, lane] * u[3, axis, lane]
+            )  # fmt: skip
 
 
 @law
@@ -126,13 +144,15 @@ def scatter(work, start, corners, force):
 @law
 def elastic_stress(work, cell, k, moduli, lane):
     """Return s_xx, s_yy and s_xy (Pa) of zone k of a cell if it never yields; see ``zone_law``."""
-    c, slopes, at = moduli.elasticity, cell.slopes, work.moved
+    c, slopes, at, bent = moduli.elasticity, cell.slopes, work.moved, cell.bending
+    q_x, q_y = work.hourglass[0, lane], work.hourglass[1, lane]
     b = (k + 1) % 4
     x_b, y_b = at[b, 0, lane] - at[k, 0, lane], at[b, 1, lane] - at[k, 1, lane]
     x_c, y_c = at[4, 0, lane] - at[k, 0, lane], at[4, 1, lane] - at[k, 1, lane]
-    e_xx = slopes[k, 0, lane] * x_b + slopes[k, 2, lane] * x_c
-    e_yy = slopes[k, 1, lane] * y_b + slopes[k, 3, lane] * y_c
+    e_xx = slopes[k, 0, lane] * x_b + slopes[k, 2, lane] * x_c + bent[k, 0, lane] * q_x + bent[k, 1, lane] * q_y
+    e_yy = slopes[k, 1, lane] * y_b + slopes[k, 3, lane] * y_c + bent[k, 2, lane] * q_x + bent[k, 3, lane] * q_y
     g_xy = slopes[k, 1, lane] * x_b + slopes[k, 3, lane] * x_c + slopes[k, 0, lane] * y_b + slopes[k, 2, lane] * y_c
+    g_xy += bent[k, 4, lane] * q_x + bent[k, 5, lane] * q_y
     return c[0, lane] * e_xx + c[1, lane] * e_yy, c[1, lane] * e_xx + c[0, lane] * e_yy, c[2, lane] * g_xy
 
 
@@ -153,25 +173,43 @@ def trial_stress(work, cell, memory, k, moduli, lane):
 
 @law
 def pull(cell, k, s_xx, s_yy, s_xy, lane):
-    """Return force x, y with which zone k of a cell, stressed (Pa), resists at its second and its third gridpoint."""
-    volume, slopes = cell.volume[k, lane], cell.slopes
+    """Return force x, y with which zone k of a cell, stressed (Pa), resists.
+
+    At its second and its third gridpoint, and against the hourglass displacement.
+    """
+    volume, slopes, bent = cell.volume[k, lane], cell.slopes, cell.bending
     s_xx, s_yy, s_xy = volume * s_xx, volume * s_yy, volume * s_xy
     return (
         slopes[k, 0, lane] * s_xx + slopes[k, 1, lane] * s_xy,
         slopes[k, 0, lane] * s_xy + slopes[k, 1, lane] * s_yy,
         slopes[k, 2, lane] * s_xx + slopes[k, 3, lane] * s_xy,
         slopes[k, 2, lane] * s_xy + slopes[k, 3, lane] * s_yy,
+        bent[k, 0, lane] * s_xx + bent[k, 2, lane] * s_yy + bent[k, 4, lane] * s_xy,
+        bent[k, 1, lane] * s_xx + bent[k, 3, lane] * s_yy + bent[k, 5, lane] * s_xy,
     )
 
 
 @law
-def push_all(work, p, q, r, s, lane):
+def push_all(work, cell, p, q, r, s, lane):
     """Note the forces on a cell's gridpoints from what its four zones pull with; those of each add up to nothing."""
-    push = work.push
-    push[0, 0, lane], push[0, 1, lane] = p[0] + p[2] - s[0], p[1] + p[3] - s[1]
-    push[1, 0, lane], push[1, 1, lane] = q[0] + q[2] - p[0], q[1] + q[3] - p[1]
-    push[2, 0, lane], push[2, 1, lane] = r[0] + r[2] - q[0], r[1] + r[3] - q[1]
-    push[3, 0, lane], push[3, 1, lane] = s[0] + s[2] - r[0], s[1] + s[3] - r[1]
+    push, gamma = work.push, cell.gamma
+    x, y = (p[4] + q[4]) + (r[4] + s[4]), (p[5] + q[5]) + (r[5] + s[5])
+    push[0, 0, lane], push[0, 1, lane] = (
+        p[0] + p[2] - s[0] - gamma[0, lane] * x,
+        p[1] + p[3] - s[1] - gamma[0, lane] * y,
+    )
+    push[1, 0, lane], push[1, 1, lane] = (
+        q[0] + q[2] - p[0] - gamma[1, lane] * x,
+        q[1] + q[3] - p[1] - gamma[1, lane] * y,
+    )
+    push[2, 0, lane], push[2, 1, lane] = (
+        r[0] + r[2] - q[0] - gamma[2, lane] * x,
+        r[1] + r[3] - q[1] - gamma[2, lane] * y,
+    )
+    push[3, 0, lane], push[3, 1, lane] = (
+        s[0] + s[2] - r[0] - gamma[3, lane] * x,
+        s[1] + s[3] - r[1] - gamma[3, lane] * y,
+    )
     push[4, 0, lane], push[4, 1, lane] = -((p[2] + q[2]) + (r[2] + s[2])), -((p[3] + q[3]) + (r[3] + s[3]))
 
 
@@ -187,7 +225,7 @@ def elastic_cell(work, cell, moduli):
     """Let a cell push back whose zones never yield."""
     for lane in range(work.lanes):
         push_all(
-            work, elastic_pull(work, cell, 0, moduli, lane), elastic_pull(work, cell, 1, moduli, lane),
+            work, cell, elastic_pull(work, cell, 0, moduli, lane), elastic_pull(work, cell, 1, moduli, lane),
             elastic_pull(work, cell, 2, moduli, lane), elastic_pull(work, cell, 3, moduli, lane), lane,
         )  # fmt: skip
 
@@ -216,7 +254,8 @@ def yielding_cell(work, cell, memory, moduli):
     """Let a cell push back as if nothing yielded; return how many zones are beyond what they bear."""
     for lane in range(work.lanes):
         push_all(
-            work, trial_pull(work, cell, memory, 0, moduli, lane), trial_pull(work, cell, memory, 1, moduli, lane),
+            work, cell,
+            trial_pull(work, cell, memory, 0, moduli, lane), trial_pull(work, cell, memory, 1, moduli, lane),
             trial_pull(work, cell, memory, 2, moduli, lane), trial_pull(work, cell, memory, 3, moduli, lane), lane,
         )  # fmt: skip
     beyond = 0.0
@@ -245,7 +284,10 @@ def give_way(work, cell, memory, moduli):
             p[k, 2, lane] += p_xy
             p[k, 3, lane] += p_zz
             memory.state[k, lane] = how
-            x_b, y_b, x_c, y_c = pull(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            x_b, y_b, x_c, y_c, x_q, y_q = pull(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            for corner in range(4):
+                push[corner, 0, lane] -= cell.gamma[corner, lane] * x_q
+                push[corner, 1, lane] -= cell.gamma[corner, lane] * y_q
             b = (k + 1) % 4
             push[k, 0, lane] += x_b + x_c
             push[k, 1, lane] += y_b + y_c
@@ -273,7 +315,7 @@ def zone_forces(zones, displacement, force):
         moduli = zones.moduli[batch]
         for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
             corners, cell = zones.corners[first + i], zones.shapes[shape + i]
-            gather(displacement, start, corners, work)
+            gather(displacement, start, corners, cell, work)
             if memory < 0:
                 elastic_cell(work, cell, moduli)
             elif yielding_cell(work, cell, zones.memory[memory + i], moduli) > 0.0:
@@ -300,8 +342,8 @@ def zone_stresses(zones, displacement, stress):
         shape, memory = zones.first_shape[batch], zones.first_memory[batch]
         moduli = zones.moduli[batch]
         for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
-            gather(displacement, start, zones.corners[first + i], work)
             cell = zones.shapes[shape + i]
+            gather(displacement, start, zones.corners[first + i], cell, work)
             for k in range(4):
                 for lane in range(work.lanes):
                     if memory < 0:

@@ -29,8 +29,8 @@ class Solver:
         ``damagepred.scene.accuracy``.
     blocks : {"rigid", "deformable", "auto"}
         ``rigid``: their elasticity is lumped in series with the joints. ``deformable``: cut into constant-strain
-        triangles, zones. ``auto``: the wall is solved with rigid blocks first, and those are cut for which the joints'
-        forces say that it matters; see ``rigid_error``.
+        triangles, zones, with assumed strains in bending. ``auto``: the wall is solved with rigid blocks first, and
+        those are cut for which the joints' forces say that it matters; see ``rigid_error``.
     rigid_error : float
         For ``auto``: the strain energy that rigid blocks leave out or make up, in all, as a share of that in the wall.
     above_dpc, below_dpc : {"rigid", "deformable"} or None

@@ -19,7 +19,15 @@ from damagepred.assembly import Model
 from damagepred.kernels.zones import zones_beyond
 from damagepred.scene import Solver
 from damagepred.solvers.increment import Increment
-from damagepred.solvers.zoned import block_moduli, can_yield, rigid_motion, spread, strain_rows, zone_stiffness
+from damagepred.solvers.zoned import (
+    block_moduli,
+    can_yield,
+    cell_gridpoints,
+    rigid_motion,
+    spread,
+    strain_rows,
+    zone_stiffness,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -94,7 +102,7 @@ class BlockLoads:
         self.whole, self.cut, self.mesh = whole, cut, cut.mesh
         self._alike = self._flexibilities(zone_stiffness(cut))
         self._motion = rigid_motion(cut)
-        self._rows = strain_rows(self.mesh)
+        self._rows = strain_rows(cut)
         self._moduli, strength = block_moduli(cut)
         # stress of NEAR_STRENGTH times the strength counts as yielding: all strengths scale with the stress
         self._strength = strength.copy()
@@ -179,10 +187,9 @@ class BlockLoads:
 
     def _near_yield(self, displacement: FloatArray) -> IntArray:
         mesh = self.mesh
-        u = np.stack((displacement[mesh.dof_x[mesh.zones]], displacement[mesh.dof_y[mesh.zones]]), axis=2).reshape(
-            -1, 6
-        )
-        e_xx, e_yy, g_xy = np.einsum("zij,zj->iz", self._rows, u)
+        points = cell_gridpoints(mesh.zones)
+        u = np.stack((displacement[mesh.dof_x[points]], displacement[mesh.dof_y[points]]), axis=2).reshape(-1, 10)
+        e_xx, e_yy, g_xy = np.einsum("zij,zj->iz", self._rows, np.repeat(u, 4, axis=0))
         c11, c12, c33, c13, *_ = self._moduli[mesh.zone_block].T
         stress = np.stack((c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, c33 * g_xy, c13 * (e_xx + e_yy)), axis=1)
         beyond = np.zeros(len(stress), dtype=np.bool_)

@@ -184,16 +184,21 @@ def test_edges_of_a_block_are_its_own_where_the_ground_has_steps() -> None:
 
 
 def test_held_gridpoints_begin_in_equilibrium_too() -> None:
-    beam = Assembly(thickness=THICKNESS)
-    beam.add_block(rectangle(0.0, 0.0, 1.0, 0.1), zone_size=0.1)
-    beam.hold_points(0, lambda x, y: x < 1e-9, x=0.0, y=0.0)
-    course = started(beam.build(STIFF), 0.01, 2, new_contacts=False)
-    assert course.begins_in_equilibrium
-    path = list(course)
-    # what is left is that of large movement: rotations of 2e-4
-    assert path[-1].kinetic_energy < 1e-5 * path[-1].elastic_energy
+    ratio = {}
+    for share in (1.0, 0.1):
+        beam = Assembly(thickness=THICKNESS, gravity=(0.0, -share * G))
+        beam.add_block(rectangle(0.0, 0.0, 1.0, 0.1), zone_size=0.1)
+        beam.hold_points(0, lambda x, y: x < 1e-9, x=0.0, y=0.0)
+        course = started(beam.build(STIFF), 0.01, 2, new_contacts=False)
+        assert course.begins_in_equilibrium
+        path = list(course)
+        ratio[share] = path[-1].kinetic_energy / path[-1].elastic_energy
+    # what is left is that of large movement, of the order of (A L²/I) θ² at rotations θ of 4e-4: a beam that began off
+    # its equilibrium by a share of its load would keep the ratio
+    assert ratio[1.0] < 12 * (1.0 / 0.1) ** 2 * 4e-4**2
+    assert ratio[0.1] < 0.011 * ratio[1.0]
     assert path[-1].support_force is not None
-    weight = DENSITY * 0.1 * THICKNESS * G
+    weight = DENSITY * 0.1 * THICKNESS * 0.1 * G
     assert path[-1].support_force[0] == pytest.approx([0.0, weight, 0.0], abs=0.01 * weight)
 
 

@@ -102,7 +102,8 @@ def test_stiffness_of_levels_is_that_of_all_gridpoints_condensed() -> None:
 @pytest.mark.parametrize("material", [BlockMaterial(elastic_modulus=3e9), WEAK], ids=["elastic", "weak"])
 def test_both_solvers_agree(material: BlockMaterial, plane: str) -> None:
     quasi, explicit = (dataclasses.replace(s, plane=plane) for s in (QUASI, EXPLICIT))  # type: ignore[type-var]
-    found = list(solve_path(panel(material).build(quasi), quasi, 12))
+    # plastic strain comes in one step in each increment: its error falls with their number
+    found = list(solve_path(panel(material).build(quasi), quasi, 24))[::2]
     expected = list(solve_path(panel(material).build(explicit), explicit, 12))
     push = [[float(i.support_force[-1, 0]) for i in path] for path in (found, expected)]  # type: ignore[index]
     yields = material.yields

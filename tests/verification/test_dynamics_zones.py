@@ -168,7 +168,7 @@ def hurled(
 def test_a_wave_runs_through_a_bar(verify: Verify) -> None:
     level = 0.5 * DENSITY * SPEED * HURLED
     errors = []
-    for size, tolerance in ((0.05, 0.02), (0.02, 8e-3)):
+    for size, tolerance in ((0.05, 0.02), (0.02, 8e-3), (0.01, 5e-3)):
         course = hurled(left_end, 0.9, 360, size)
         history = np.array([sections(course.model, i, 20) for i in course])
         time = np.linspace(0.0, 0.9 * LENGTH / SPEED, 361)
@@ -180,9 +180,10 @@ def test_a_wave_runs_through_a_bar(verify: Verify) -> None:
             computed=found, exact=SPEED, tolerance=tolerance,
         )  # fmt: skip
     assert errors[1] < 0.7 * errors[0]
+    assert errors[2] < 0.7 * errors[1]
     verify(
-        WAVE, case="2 m in cells of 20 mm, t = 0.9 L/c", solver="dynamic", quantity="σ behind the front", unit="Pa",
-        computed=history[-1, :16], exact=np.full(16, -2 * level), tolerance=0.015,
+        WAVE, case="2 m in cells of 10 mm, t = 0.9 L/c", solver="dynamic", quantity="σ behind the front", unit="Pa",
+        computed=history[-1, :16], exact=np.full(16, -2 * level), tolerance=8e-3,
     )  # fmt: skip
 
 
@@ -230,17 +231,19 @@ def test_an_end_that_is_moved_sends_a_wave_and_does_the_work(verify: Verify) -> 
 
 
 def test_a_bar_that_strikes_a_wall_leaves_when_the_wave_is_back(verify: Verify) -> None:
+    height = 0.01
     block = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=dry(1e13, 0.0))
     block.add_block(rectangle(-0.1, -0.1, 0.0, 0.12))
     block.support(0)
-    block.add_block(rectangle(0.001, 0.0, LENGTH + 0.001, 0.02), BAR, zone_size=0.02)
+    block.add_block(rectangle(0.001, 0.0, LENGTH + 0.001, height), BAR, zone_size=height)
     block.set_velocity(1, x=-HURLED)
-    course = started(block.build(STIFF), 0.001 + 2.2 * LENGTH / SPEED, 600, start="unstressed")
+    # the facet rings against the wall: fewer outputs would be a sample of its force, not its mean
+    course = started(block.build(STIFF), 0.001 + 2.2 * LENGTH / SPEED, 2700, start="unstressed")
     path = list(course)
     time = np.array([i.time for i in path])
     force = np.array([0.0 if i.support_force is None else -i.support_force[0, 0] for i in path])
     push = float(np.abs(force).sum() * (time[1] - time[0]))
-    pressed = DENSITY * SPEED * HURLED * 0.02 * THICKNESS
+    pressed = DENSITY * SPEED * HURLED * height * THICKNESS
     early = (time > 0.001 + 0.3 * LENGTH / SPEED) & (time < 0.001 + 1.7 * LENGTH / SPEED)
     case = "2 m, v = 1 m/s, k_n = 1e13 Pa/m"
     verify(
@@ -249,13 +252,13 @@ def test_a_bar_that_strikes_a_wall_leaves_when_the_wave_is_back(verify: Verify) 
     )  # fmt: skip
     verify(
         STRIKE, case=case, solver="dynamic", quantity="impulse", unit="N s", computed=push,
-        exact=2 * DENSITY * LENGTH * 0.02 * THICKNESS * HURLED, tolerance=0.01,
+        exact=2 * DENSITY * LENGTH * height * THICKNESS * HURLED, tolerance=0.01,
     )  # fmt: skip
     verify(
         STRIKE, case=case, solver="dynamic", quantity="duration, impulse over force", unit="s",
         computed=push / np.abs(force[early]).mean(), exact=2 * LENGTH / SPEED, tolerance=0.01,
     )  # fmt: skip
-    speed = (path[-1].displacement[1, 0] - path[-11].displacement[1, 0]) / (time[-1] - time[-11])
+    speed = (path[-1].displacement[1, 0] - path[-46].displacement[1, 0]) / (time[-1] - time[-46])
     verify(
         STRIKE, case=case, solver="dynamic", quantity="speed it leaves with", unit="m/s", computed=speed,
         exact=HURLED, tolerance=0.01,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
+from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.points import Where
 from damagepred.scene import BlockMaterial, Solver
 from tests.verification.manual import ClosedForm, Verify
@@ -50,6 +51,16 @@ DEEP = ClosedForm(
     source="Timoshenko and Goodier, Theory of Elasticity, art. 22, turned upside down (y up, load q on top).",
     note="Span 2 l = twice the height 2 c. The ends bear the tractions of the solution, the axis is supported there. "
     "Order as for the cantilever.",
+)
+
+
+BRICK = ClosedForm(
+    chapter=CHAPTER,
+    title="Brick of default zones in pure bending",
+    formula="W = E I κ² L / 2;   plane strain: E/(1 - ν²)",
+    source="Theory of elasticity: plane sections stay plane.",
+    note="Both ends are turned by κ L/2. Zones of the default size. Energy is as much too large as the "
+    "brick is too stiff.",
 )
 
 
@@ -202,6 +213,51 @@ def test_a_deep_beam_bends(verify: Verify, solver: Solver, height: float, materi
 
     name = f"{2 * half:g} x {height:g} m, plane {plane}: {NAMES[material]}"
     converge(verify, DEEP, name, solver, plane, beam, build, height, (0.0, 0.0))
+
+
+@pytest.mark.parametrize("plane", ["stress", "strain"])
+@pytest.mark.parametrize(
+    ("length", "height", "material", "angle"),
+    [
+        (0.24, 0.075, BRICKWORK, 0.0), (0.23, 0.076, RUBBER, 0.0), (0.29, 0.09, CONCRETE, 0.4),
+        (0.11, 0.075, BRICKWORK, 0.0), (0.2, 0.2, CONCRETE, 0.0), (1.2, 0.1, BRICKWORK, -1.0),
+    ],
+)  # fmt: skip
+def test_a_brick_of_default_zones_bends(
+    verify: Verify, solver: Solver, length: float, height: float, material: BlockMaterial, angle: float, plane: str
+) -> None:
+    """In pure bending, whichever way the brick lies, at the default size of zones of each solver."""
+    bend, half = 1e-6 / height, length / 2
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    corners = np.array(rectangle(-half, -height / 2, half, height / 2)) @ turn.T
+    size = default_zone_size(corners, solver.method)
+
+    def own(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.stack((x, y), axis=-1) @ turn
+
+    def exact(x: FloatArray, y: FloatArray) -> FloatArray:
+        _, ratio = moduli(material, plane)
+        s, t = own(x, y).T
+        return np.stack((-bend * s * t, 0.5 * bend * (s**2 + ratio * t**2)), axis=-1) @ turn.T
+
+    assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), block=material)
+    block = assembly.add_block(corners, zone_size=size)
+    assembly.hold_points(
+        block, lambda x, y: np.abs(np.abs(own(x, y)[:, 0]) - half) < 1e-9, x=lambda x, y: exact(x, y)[:, 0],
+        y=lambda x, y: exact(x, y)[:, 1],
+    )  # fmt: skip
+    model, path = solved(assembly, solver, plane, maximum_cycles=2_000_000)
+    assert model.mesh is not None
+    s_xx, s_yy, s_xy, s_zz = zones_of(path[-1]).stress.T
+    nu = material.poisson_ratio
+    squares = s_xx**2 + s_yy**2 + s_zz**2 - 2 * nu * (s_xx * s_yy + s_yy * s_zz + s_zz * s_xx) + 2 * (1 + nu) * s_xy**2
+    work = 0.5 * float(squares @ model.mesh.zone_area) * THICKNESS / material.elastic_modulus
+    second = THICKNESS * height**3 / 12
+    verify(
+        BRICK, case=f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}",
+        solver=solver.method, quantity="W", unit="J", computed=work,
+        exact=0.5 * moduli(material, plane)[0] * second * bend**2 * length, tolerance=1e-3,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])

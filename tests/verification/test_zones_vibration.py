@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import linalg, sparse
+from scipy.sparse.linalg import eigsh
 
 from damagepred import Assembly
 from damagepred.assembly import Model
@@ -34,7 +35,8 @@ LAME = ClosedForm(
     formula="ω = π √(2 G/ρ) n/a,   u = cos(n π x/a) sin(n π y/a), v = -sin(n π x/a) cos(n π y/a)",
     source="Lamé (1852): without change of volume or traction on any edge, hence the same for plane stress, plane "
     "strain and any ν.",
-    note="Of all modes the one that is most like it: its frequency, and the cosine of the two shapes, by mass.",
+    note="Of all modes the one that is most like it: its frequency, and the cosine of the two shapes, by mass. A "
+    "square has another mode of this symmetry a tenth above the first; cells are so small that the two are apart.",
 )
 PULSE = ClosedForm(
     chapter=CHAPTER,
@@ -78,13 +80,18 @@ def masses(model: Model) -> FloatArray:
     return mass
 
 
-def modes(model: Model) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Return frequencies (rad/s), shapes and their degrees of freedom."""
+def modes(model: Model, near: float | None = None) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Return frequencies (rad/s), shapes and their degrees of freedom: all, or the twelve nearest to one."""
     mass = masses(model)
     free = np.setdiff1d(np.flatnonzero(mass), held_dofs(model))
-    root = 1.0 / np.sqrt(mass[free])
-    stiffness = elastic_stiffness(model)[free][:, free].toarray() * root[:, None] * root
-    square, shape = linalg.eigh(0.5 * (stiffness + stiffness.T))
+    root = sparse.diags_array(1.0 / np.sqrt(mass[free]))
+    stiffness = root @ elastic_stiffness(model)[free][:, free] @ root
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    if near is None:
+        square, shape = linalg.eigh(stiffness.toarray())
+    else:  # shifted a little: a stiffness that is singular has no inverse
+        start = np.random.default_rng(1).standard_normal(len(free))
+        square, shape = eigsh(stiffness.tocsc(), k=12, sigma=1.0001 * near**2, v0=start)
     return np.sqrt(np.maximum(square, 0.0)), shape, free
 
 
@@ -121,7 +128,7 @@ def test_frequencies_of_a_bar(verify: Verify, material: BlockMaterial, plane: st
 @pytest.mark.parametrize(("material", "side", "n"), [(BRICKWORK, 1.0, 1), (RUBBER, 0.2, 2)])
 def test_lames_mode_of_a_square(verify: Verify, material: BlockMaterial, side: float, n: int, plane: str) -> None:
     exact = n * np.pi * np.sqrt(2 * material.shear_modulus / material.density) / side
-    off, cells = [], (4 * n, 6 * n, 8 * n)
+    off, cells = [], (16, 24, 32)
     name = f"n = {n}, a = {side:g} m, plane {plane}: {NAMES[material]}"
     for count in cells:
         assembly = Assembly(thickness=0.1, block=material)
@@ -129,7 +136,7 @@ def test_lames_mode_of_a_square(verify: Verify, material: BlockMaterial, side: f
         model = assembly.build(Solver(plane=plane))  # type: ignore[arg-type]
         mesh = model.mesh
         assert mesh is not None
-        frequency, shape, free = modes(model)
+        frequency, shape, free = modes(model, exact)
         wave = np.zeros(model.size)
         kx, ky = n * np.pi * mesh.x / side, n * np.pi * mesh.y / side
         wave[mesh.dof_x], wave[mesh.dof_y] = np.cos(kx) * np.sin(ky), -np.sin(kx) * np.cos(ky)

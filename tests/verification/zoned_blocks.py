@@ -13,7 +13,7 @@ from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.increment import ZonePicture
-from damagepred.solvers.zoned import strain_rows
+from damagepred.solvers.zoned import cell_gridpoints, strain_rows
 
 FloatArray = NDArray[np.float64]
 Field = Callable[[FloatArray, FloatArray], FloatArray]
@@ -77,10 +77,9 @@ def point_forces(model: Model, stress: FloatArray) -> FloatArray:
     mesh = model.mesh
     assert mesh is not None
     volume = mesh.zone_area * model.block_law.thickness[mesh.zone_block]
-    each = np.einsum("zki,zk->zi", strain_rows(mesh), stress[:, :3]) * volume[:, None]
+    each = np.einsum("zki,zk->zi", strain_rows(model), stress[:, :3]) * volume[:, None]
     force = np.zeros((mesh.x.size, 2))
-    for corner in range(3):
-        np.add.at(force, mesh.zones[:, corner], each[:, 2 * corner : 2 * corner + 2])
+    np.add.at(force, cell_gridpoints(mesh.zones), each.reshape(-1, 4, 5, 2).sum(axis=1))
     return force
 
 

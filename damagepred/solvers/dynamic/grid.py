@@ -15,7 +15,7 @@ from damagepred.solvers.dynamic.sides import sides_of
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.increment import ZonePicture, ZoneState
 from damagepred.solvers.stiffness import dead_load, live_load
-from damagepred.solvers.zoned import block_moduli, can_yield, gridpoint_mass, zone_slopes
+from damagepred.solvers.zoned import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -146,6 +146,9 @@ def _zones(model: Model) -> NDArray[Any]:
     zones["memory"] = np.where(yields, np.cumsum(yields) - 1, -1)
     slopes = zone_slopes(mesh)
     zones["b_x"], zones["b_y"], zones["c_x"], zones["c_y"] = slopes.reshape(-1, 4).T
+    zones["gamma"], extra = bending(model)
+    for name, values in zip(("xx_x", "xx_y", "yy_x", "yy_y", "xy_x", "xy_y"), extra.reshape(-1, 6).T):
+        zones[name] = values
     zones["volume"] = mesh.zone_area * model.block_law.thickness[block]
     return zones
 
@@ -210,6 +213,10 @@ def stretches(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
             2.0 * (cosine * h_xy + sine * (1.0 + h_yy)), np.zeros(len(zones)),
         )
     )  # fmt: skip
+    hourglass = np.repeat((zones["gamma"][:, None] * u[zones["a"]]).reshape(-1, 4, 2).sum(axis=1), 4, axis=0)
+    p_x, p_y = cosine * hourglass[:, 0] + sine * hourglass[:, 1], cosine * hourglass[:, 1] - sine * hourglass[:, 0]
+    for i, name in enumerate(("xx", "yy", "xy")):
+        strain[:, i] += zones[f"{name}_x"] * p_x + zones[f"{name}_y"] * p_y
     return strain, cosine, sine
 
 

@@ -18,7 +18,17 @@ from damagepred.kernels.solids import solid_response, yield_work
 from damagepred.kernels.zones import hand_on, place_facets, zones_beyond
 from damagepred.solvers.increment import ZonePicture
 from damagepred.solvers.zone_field import ZoneField, picture
-from damagepred.solvers.zoned import block_moduli, can_yield, facets_of, gridpoint_arms, zone_matrices, zone_slopes
+from damagepred.solvers.zoned import (
+    Bending,
+    bending,
+    block_moduli,
+    can_yield,
+    cell_gridpoints,
+    cell_matrices,
+    facets_of,
+    gridpoint_arms,
+    zone_slopes,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,7 +100,7 @@ class Solids:
                 load[kin.rim] -= load[kin.inside] @ kin.follow
                 load[kin.inside] = 0.0
         self._kin_of = {int(d): (kin, at) for kin in self.kin for at, d in enumerate(kin.member)}
-        self._slopes = zone_slopes(self.mesh).reshape(-1, 4)
+        self._slopes, self._bending = zone_slopes(self.mesh).reshape(-1, 4), bending(model)
         self._volume = self.mesh.zone_area * model.block_law.thickness[self.mesh.zone_block]
         self._elasticity, self._strength = block_moduli(model)
 
@@ -132,11 +142,13 @@ class Solids:
 
     def _condense(self, members: IntArray) -> Kin:
         mesh, d = self.mesh, int(members[0])
-        zones = mesh.zones[mesh.first_zone[d] : mesh.first_zone[d + 1]] - mesh.first_gridpoint[d]
+        cells = (
+            cell_gridpoints(mesh.zones)[mesh.first_zone[d] // 4 : mesh.first_zone[d + 1] // 4] - mesh.first_gridpoint[d]
+        )
         size = 2 * (mesh.first_gridpoint[d + 1] - mesh.first_gridpoint[d])
-        local = (2 * zones[:, :, None] + np.arange(2)).reshape(-1, 6)
+        local = (2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)
         stiffness = np.zeros((size, size))
-        matrices = zone_matrices(self.model, slice(mesh.first_zone[d], mesh.first_zone[d + 1]))
+        matrices = cell_matrices(self.model, slice(mesh.first_zone[d], mesh.first_zone[d + 1]))
         np.add.at(stiffness, (local[:, :, None], local[:, None, :]), matrices)
         kept = np.repeat(mesh.on_boundary[mesh.first_gridpoint[d] : mesh.first_gridpoint[d + 1]], 2)
         kept |= np.isin(self._dofs(d), self.model.supports.prescribed)
@@ -209,13 +221,16 @@ class Solids:
         force, tangent = np.zeros(count), np.zeros((count, count))
         solid_response(
             mesh.zones[zones] - mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
-            self._elasticity[block], self._strength[block], plastic[zones], place, count, kin.flexibility,
-            acting, INNER, u, force, tangent,
+            self._elasticity[block], self._strength[block], plastic[zones], self._bent(zones), place, count,
+            kin.flexibility, acting, INNER, u, force, tangent,
         )  # fmt: skip
         if np.isfinite(force).all():
             self._apart[d] = u[place[count:]] - elastic
         displacement[kin.inside[at]] = u[place[count:]]
         return force, tangent
+
+    def _bent(self, zones: slice) -> Bending:
+        return Bending(self._bending.gamma[zones], self._bending.strain[zones])
 
     # -- what lies inside -----------------------------------------------------------------------------------------
 
@@ -282,8 +297,8 @@ class Solids:
             block = int(self.mesh.block[d])
             work += yield_work(
                 self.mesh.zones[zones] - self.mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
-                self._elasticity[block], self._strength[block], displacement[self._dofs(d)], plastic[zones],
-                self.state[zones],
+                self._elasticity[block], self._strength[block], self._bent(zones), displacement[self._dofs(d)],
+                plastic[zones], self.state[zones],
             )  # fmt: skip
         return work
 
