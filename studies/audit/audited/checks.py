@@ -83,7 +83,7 @@ ABSENT = {"contact_broken_at", "opening_width_change", "opening_distortion", "op
 """What may be no number: a bond that holds, an opening at the wall's end."""
 NOT_EXPLICIT = {
     "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "crushing_work",
-    "plastic_work", "released_energy", "energy_error",
+    "plastic_work", "released_energy", "snap_through_energy", "energy_error",
 }  # fmt: skip
 """What the explicit solver does not tell."""
 
