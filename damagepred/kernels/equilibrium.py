@@ -644,10 +644,12 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
             sigma = properties.normal_stiffness[i] * (u_n - memory.dilated[i, k])
+            if properties.gap[i] > 0.0:
+                slides |= sigma < 0.0  # closed here, whatever the other contacts do
+                continue
             if sigma > properties.tensile_strength[i]:
                 slides = False  # it breaks before, and is dealt with then
                 break
-            slides |= properties.gap[i] > 0.0  # it has closed
             limit, _ = shear_limit(properties, i, memory.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
             slides |= abs(properties.shear_stiffness[i] * u_s) > limit
             slides |= sigma < -properties.compressive_strength[i]

@@ -187,3 +187,25 @@ def test_beside_a_window_that_reaches_the_top():
     at_joint = ds.contact_kind.values == Kind.CONTROL_JOINT
     assert ds.contact_y.values[at_joint].max() < 0.45
     assert ds.control_joint_opening_max[-1] > 1e-4
+
+
+def test_a_joint_that_closes_at_one_end_only_is_found_by_the_condensed_wall():
+    """The upper contacts close while the lower ones are still apart: condensed or not, the path is the same."""
+    tall = Scene(
+        wall=Wall(length=0.93, height=0.63, thickness=0.104, block_length=0.31, block_height=0.21),
+        control_joint=(ControlJoint(x=0.402, width=0.3324e-3),),
+        joint=Joint(
+            normal_stiffness=302e9, shear_stiffness=117.2e9, tensile_strength=45.33e3, cohesion=30.1e3, friction=0.4585
+        ),
+        movement=Movement(kind="dishing", central_deflection=2.8656e-3, increments=16, shape="parabola"),
+        loads=Loads(roof=5e3),
+    )
+    condensed, whole = (
+        damagepred.solve(tall, solver=Solver(condense=condense, lump_block_elasticity=False))
+        for condense in (True, False)
+    )
+    closed = condensed["contact_normal_stress"].values[:, condensed["contact_kind"].values == Kind.CONTROL_JOINT] < 0
+    assert (closed.any(axis=1) & ~closed.all(axis=1)).any()
+    for name in ("block_displacement_x", "block_displacement_y"):
+        np.testing.assert_allclose(condensed[name], whole[name], atol=1e-7)
+    np.testing.assert_allclose(condensed["external_work"], whole["external_work"], rtol=1e-3)
