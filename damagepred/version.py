@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import sys
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
 __version__ = "0.1.0"
@@ -14,6 +13,8 @@ __version__ = "0.1.0"
 @cache
 def kernel_hash() -> str:
     """Return a hash of the sources of all kernels, of numba's version and of Python's: of the same, the same code."""
+    from importlib.metadata import version  # slow to import, and most imports need no hash
+
     digest = hashlib.sha256(f"{version('numba')} {sys.version_info[:3]}".encode())
     for source in sorted((Path(__file__).parent / "kernels").glob("*.py")):
         digest.update(source.read_bytes())
