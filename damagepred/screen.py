@@ -157,7 +157,7 @@ class StudyBar:
 def wall_table(ds: xr.Dataset) -> None:
     """Print what became of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions
-    from damagepred.rejudge import footing_gap_note, shown_gaps
+    from damagepred.rejudge import footing_gap_note, has_dpc, shown_gaps
 
     names = ds["damage_category"].attrs["flag_meanings"].split()
     columns: list[tuple[str, list[str]]] = []
@@ -172,11 +172,13 @@ def wall_table(ds: xr.Dataset) -> None:
     else:
         add("deflection\nmm", "central_deflection", ".2f")
     add("widest crack\nmm", "crack_width_max", ".3f")
-    columns.append(("damage\ncategory", [_category(int(c), names) for c in ds["damage_category"].values]))
-    add("crack band\nmm", "crack_band_width_max", ".3f")
     if "damage_category_band" in ds:
-        columns.append(("category\nby band", [str(int(c)) for c in ds["damage_category_band"].values]))
+        both = zip(ds["crack_band_width_max"].values, ds["damage_category_band"].values)
+        columns.append(("band, mm\n(category)", [f"{1e3 * width:.3f} ({int(c)})" for width, c in both]))
+    columns.append(("damage\ncategory", [_category(int(c), names) for c in ds["damage_category"].values]))
     for part in shown_gaps(ds):
+        if part == "footing" and has_dpc(ds) and not ds["footing_separation_length"].values.any():
+            continue  # a gap below a dpc that is nowhere wider than the threshold: for the report
         what = {"dpc": "dpc", "footing": "bed on footing"}[part]
         threshold = 1e3 * float(ds[f"{part}_separation_length"].attrs["opening_threshold"])
         add(f"{what}\nopening\nmm", f"{part}_opening_max", ".3f")
