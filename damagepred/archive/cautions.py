@@ -110,21 +110,18 @@ def study_cautions(ds: xr.Dataset) -> list[str]:
         With what it has of ``STUDIED``.
     """
     said = []
-    if "energy_error_share" in ds:
-        share = np.asarray(ds["energy_error_share"].values, dtype=np.float64)
-        limit = float(ds["energy_error_share"].attrs.get("tolerance", np.nan))
+    for quantity, what, option, consequence in (
+        ("energy_error", "that does not balance", "energy_tolerance", "the steps are too long. Take more increments."),
+        ("snap_through", "set free in snap-through", "snap_through_tolerance", _SNAP_THROUGH),
+    ):
+        if f"{quantity}_share" not in ds:
+            continue
+        share = np.asarray(ds[f"{quantity}_share"].values, dtype=np.float64)
+        limit = float(ds[f"{quantity}_share"].attrs.get("tolerance", np.nan))
         if count := int((share > limit).sum()):
             said.append(
-                f"In {count} walls energy that does not balance is more than energy_tolerance = {limit:g} of the "
-                f"largest work done, {np.nanmax(share):.2g} at most: the steps are too long. Take more increments."
-            )
-    if "snap_through_share" in ds:
-        share = np.asarray(ds["snap_through_share"].values, dtype=np.float64)
-        limit = float(ds["snap_through_share"].attrs.get("tolerance", np.nan))
-        if count := int((share > limit).sum()):
-            said.append(
-                f"In {count} walls energy set free in snap-through is more than snap_through_tolerance = {limit:g} of "
-                f"the largest work done, {np.nanmax(share):.2g} at most: {_SNAP_THROUGH}"
+                f"In {count} walls energy {what} is more than {option} = {limit:g} of the largest work done, "
+                f"{np.nanmax(share):.2g} at most: {consequence}"
             )
     if "snap_back_limited" in ds:
         counts = np.maximum(np.nan_to_num(np.asarray(ds["snap_back_limited"].values, dtype=np.float64)), 0.0)
