@@ -79,8 +79,7 @@ def gauges(model: Model) -> Gauges:
     """Return what a model is measured with; that of another model of the very same geometry, if there was one."""
     parts = (model.interfaces, model.blocks, model.jambs)
     for other, known in _KNOWN:
-        same = all(a is b for a, b in zip(parts, (other.interfaces, other.blocks, other.jambs)))
-        if same and other.thickness == model.thickness:
+        if all(a is b for a, b in zip(parts, (other.interfaces, other.blocks, other.jambs))):
             return known
     blocks, jambs, joints = model.blocks, model.jambs, joint_map(model)
     centroid = np.column_stack((blocks.x, blocks.y))
@@ -100,7 +99,7 @@ def joint_map(model: Model) -> JointMap:
     return JointMap.from_contacts(
         face.x[:, None] + tangent[:, :1] * face.contact_offset,
         face.y[:, None] + tangent[:, 1:] * face.contact_offset,
-        face.contact_area / model.thickness,
+        face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None],
         np.column_stack((face.normal_x, face.normal_y)),
         face.kind,
         np.column_stack((face.block_a, face.block_b)),
@@ -463,6 +462,7 @@ def _collect(
         "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
         "contact_x": joints.contact_x.ravel(), "contact_y": joints.contact_y.ravel(),
         "contact_length": joints.contact_length.ravel(),
+        "contact_thickness": (face.contact_area / joints.contact_length).ravel(),
         "contact_kind": spread(face.kind), "contact_joint": spread(face.joint),
         "contact_interface": spread(np.arange(len(face.kind))),
         "contact_normal_x": spread(face.normal_x), "contact_normal_y": spread(face.normal_y),

@@ -218,6 +218,7 @@ VARIABLES: dict[str, Variable] = {
     "contact_interface": Variable(_CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"),
     "contact_joint": Variable(_CONTACT, "1", "mortar joint the contact belongs to"),
     "contact_length": Variable(_CONTACT, "m", "length of joint the contact stands for"),
+    "contact_thickness": Variable(_CONTACT, "m", "thickness of the joint: the lesser of the blocks beside it"),
     "contact_normal_x": Variable(_CONTACT, "1", "unit normal of the joint, along the wall"),
     "contact_normal_y": Variable(_CONTACT, "1", "unit normal of the joint, upwards"),
     "contact_tensile_strength": Variable(_CONTACT, "Pa", "tensile strength in effect"),

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import damagepred
+from damagepred.archive.schema import KINDS
 from damagepred.scene import (
     Damage,
     Dpc,
@@ -26,6 +27,7 @@ from damagepred.scene import (
     Wall,
 )
 
+FOOTING_BED = KINDS.index("footing_interface")
 STUDIES = Path(__file__).parents[2] / "studies"
 FOLDERS = [str(STUDIES / "audit"), str(STUDIES / "benchmarks"), str(STUDIES / "benchmarks" / "stress")]
 WALL = Wall(length=1.2, height=0.6, block_length=0.3, block_height=0.15)
@@ -212,6 +214,37 @@ def test_walls_on_a_footing_pass(shape: Any) -> None:
         soil=Soil(shrinking_stiffness=2e7),
     )
     assert not [one for one in checked(damagepred.solve(scene)).values() if not one.stated]
+
+
+def test_a_joint_on_a_footing_narrower_than_the_wall_keeps_its_length() -> None:
+    """Its area is that of the footing's width, its length that of the brick: the gap is measured along all of it."""
+    scene = Scene(
+        wall=WALL,
+        footing=Footing(width=0.08, joint=Joint(tensile_strength=0.0, cohesion=0.0)),
+        movement=Movement(kind="doming", shape="jacks", central_deflection=2e-3, increments=3),
+        rig=Rig(support="held", stop_at_zero=False),
+        damage=Damage(footing_threshold=1e-4),
+    )
+    ds = damagepred.solve(scene)
+    assert float(ds["footing_separation_length"][-1]) > 0.3
+    assert not checked(ds)
+    bed = ds["contact_kind"].values == FOOTING_BED
+    assert ds["contact_length"].values[bed].sum() == pytest.approx(WALL.length, rel=1e-12)
+    np.testing.assert_allclose(ds["contact_thickness"].values[bed], 0.08, rtol=1e-12)
+
+
+def test_no_slope_is_asked_for_where_a_door_leaves_no_two_bricks_far_enough_apart() -> None:
+    scene = Scene(
+        wall=Wall(length=1.92, height=0.56, block_length=0.48, block_height=0.14),
+        opening=(Opening(kind="door", x=0.81, width=0.66, height=0.3),),
+        movement=Movement(kind="doming", central_deflection=1e-4, increments=1),
+    )
+    ds = damagepred.solve(scene)
+    assert np.isnan(ds["base_slope_max"]).all()  # centroids 0.41 and 1.02 m apart
+    assert np.isfinite(ds["slope_max"]).all()
+    assert not checked(ds)
+    spoilt = ds.assign(slope_max=ds["slope_max"] * np.nan)
+    assert "finite" in checked(spoilt)
 
 
 def test_the_category_is_read_from_the_table() -> None:

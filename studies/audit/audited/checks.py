@@ -117,7 +117,8 @@ SLOPES = ("tilt_max", "slope_max", "base_slope_max")
 def measurable(wall: ArchivedWall, name: str) -> bool:
     """Whether the wall has two bricks between which a slope can be measured without doubt.
 
-    For a tilt these stand one right over the other and far apart, for a slope side by side in one course.
+    For a tilt these stand one right over the other, for a slope in one course. A pair is at most a metre apart, and at
+    least half of that, or of the wall or course where that is shorter: a door may leave none.
     """
     course = wall["block_course"]
     dpc = wall.place[wall["contact_kind"] == DPC, 1].max(initial=-np.inf)
@@ -127,8 +128,13 @@ def measurable(wall: ArchivedWall, name: str) -> bool:
     if name == "tilt_max":
         far = (apart > 0) & (apart >= 0.5 * min(1.0, float(np.ptp(y))) * (1 + 1e-9)) & (apart <= 1.0)
         return bool((far & (np.abs(x[:, None] - x) < 1e-6)).any())
-    level = course[own][:, None] == course[own]
-    return bool((level & (np.abs(x[:, None] - x) > 1e-6) & (np.abs(x[:, None] - x) <= 1.0)).any())
+    for level in np.unique(course[own]):
+        place = x[course[own] == level]
+        apart = np.abs(place[:, None] - place)
+        far = (apart > 1e-6) & (apart >= 0.5 * min(1.0, float(np.ptp(place))) * (1 + 1e-9)) & (apart <= 1.0)
+        if far.any():
+            return True
+    return False
 
 
 # -- statics -----------------------------------------------------------------------------------------------------------

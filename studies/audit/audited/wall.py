@@ -205,7 +205,7 @@ class ArchivedWall:
     @cached_property
     def contact_area(self) -> FloatArray:
         """Area that each contact stands for (m2)."""
-        return self["contact_length"] * float(self.ds.attrs["thickness"])
+        return self["contact_length"] * self["contact_thickness"]
 
     @cached_property
     def place(self) -> FloatArray:
