@@ -306,7 +306,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     steps : list of Step
         Its path.
     """
-    _, lines, frames = gauges(model)
+    joints, lines, frames = gauges(model)
     moved = np.array([s.increment.displacement for s in steps])
     progress = np.array([s.increment.progress for s in steps])
     deflection = progress * model.central_deflection
@@ -329,7 +329,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     control = model.interfaces.kind == Kind.CONTROL_JOINT
     if control.any():
         for way, name in ((1.0, "opening"), (-1.0, "closing")):
-            most = [float((way * s.increment.opening[control]).max()) for s in steps]
+            most = [float(joints.widest(way * s.increment.opening)[control].max()) for s in steps]
             values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
     if model.surface_movement is not None:
         values["surface_movement"] = progress * model.surface_movement

@@ -32,8 +32,8 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "crack_branches": Variable(_BOTH, "1", "parts of the crack that leave its longest course"),
     "crack_inclination": Variable(_BOTH, "degree", "of the crack's mean line from the horizontal, rising to the right"),
     "crack_orientation": Variable(_BOTH, None, "how the crack runs", ORIENTATIONS),
-    "crack_x": Variable(_BOTH, "m", "place of the largest opening along the wall"),
-    "crack_y": Variable(_BOTH, "m", "height of the largest opening"),
+    "crack_x": Variable(_BOTH, "m", "contact nearest to the largest opening, along the wall"),
+    "crack_y": Variable(_BOTH, "m", "height of that contact"),
     "first_increment": Variable(_CRACK, "1", "increment in which the crack's first bond broke, or it first slid"),
     "first_central_deflection": Variable(_CRACK, "m", "central deflection of that increment"),
     "first_x": Variable(_CRACK, "m", "place along the wall where the crack began"),
@@ -46,9 +46,9 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "piece_kind": Variable(_PIECE, None, "what the piece lies in", (*KINDS, "block")),
     **{f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
        for end in ("start", "end") for axis in "xy"},
-    "piece_x": Variable(_PIECE, "m", "where the piece's displacement is that of its contact, along the wall"),
+    "piece_x": Variable(_PIECE, "m", "place of the piece's contact along the wall"),
     "piece_y": Variable(_PIECE, "m", "height of the piece's contact"),
-    "piece_opening": Variable(_PIECE, "m", "opening normal to the joint; NaN in a brick"),
+    "piece_opening": Variable(_PIECE, "m", "largest opening normal to the joint; NaN in a brick"),
     "piece_width": Variable(_PIECE, "m", "opening normal to the crack's mean line; NaN in a brick"),
     "piece_displacement": Variable(_PIECE, "m", "relative displacement of the faces; NaN in a brick"),
 }  # fmt: skip

@@ -20,6 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from damagepred.damage.joints import Ends
+
 if TYPE_CHECKING:
     from damagepred.damage.joints import JointMap
 
@@ -36,16 +38,15 @@ class BandGauges:
     ----------
     contacts : array of int (k, q)
         Contacts, as positions among all m q, of the mortar joints of the wall proper, in order along each joint.
-    carry : array (k, 2) or None
-        Distance of each end of a joint from its outermost contact, over that to the next contact (1); None where the
-        outermost contacts lie at the ends.
+    ends : Ends or None
+        How the openings at the ends of the joints follow; None where the outermost contacts lie at the ends.
     sums : sparse array (g, k q) or (g, k (q + 2))
         Share of the opening at each contact, of the ends before and behind them, too, in each reading of a gauge that
         crosses several joints.
     """
 
     contacts: IntArray
-    carry: FloatArray | None
+    ends: Ends | None
     sums: sparse.csr_array
 
     @classmethod
@@ -62,16 +63,12 @@ class BandGauges:
         chosen = np.flatnonzero(joints.is_wall)
         order, way = joints.contacts_along(chosen)
         contacts = chosen[:, None] * order.shape[1] + order
-        whole = np.linalg.norm(joints.end[chosen] - joints.start[chosen], axis=1)
-        before, behind = way[:, 0], whole - way[:, -1]
-        carry, nodes = None, way
-        if (np.maximum(before, behind) > 1e-9 * whole).any():
-            nodes = np.column_stack((np.zeros(len(chosen)), way, whole))
-            carry = np.zeros((len(chosen), 2))
-            if way.shape[1] > 1:
-                carry = np.column_stack((before, behind)) / np.diff(way, axis=1)[:, [0, -1]]
+        ends, nodes = None, way
+        if way.shape[1] == 1 or joints.ends.share.any():
+            nodes = np.column_stack((np.zeros(len(chosen)), way, joints.length[chosen]))
+            ends = joints.ends.of(chosen)
         parts = [_readings(joints, chosen, nodes, axis, length) for axis in (0, 1)]
-        return cls(contacts, carry, sparse.csr_array(sparse.vstack(parts)))
+        return cls(contacts, ends, sparse.csr_array(sparse.vstack(parts)))
 
     def width(self, opening: FloatArray, cracked: BoolArray, threshold: float = 0.0) -> float:
         """Return the width of the widest crack band (m).
@@ -89,11 +86,9 @@ class BandGauges:
         if not broken.any():
             return 0.0
         gap = opening.ravel()[self.contacts]
-        if self.carry is not None:
-            ends = gap[:, [0, -1]]
-            if gap.shape[1] > 1:  # straight on, as between rigid blocks
-                ends = ends + self.carry * (ends - gap[:, [1, -2]])
-            gap = np.column_stack((ends[:, 0], gap, ends[:, 1]))
+        if self.ends is not None:
+            first, last = self.ends(opening).T
+            gap = np.column_stack((first, gap, last))
             broken = np.column_stack((broken[:, 0], broken, broken[:, -1]))
         counted = np.where(broken & (gap > threshold), gap, 0.0).ravel()
         return float(max(counted.max(), (self.sums @ counted).max(initial=0.0)))

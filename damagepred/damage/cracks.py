@@ -28,7 +28,7 @@ class Cracks(NamedTuple):
     width : array (c,)
         Largest opening normal to the joint (m).
     x, y : array (c,)
-        Where that is (m).
+        Where that is, or the contact nearest to it (m).
     joints : array of int (c,)
         Number of interfaces it runs through.
     """
@@ -57,6 +57,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     cracked : array of bool (m, q)
         Whether the bond is broken.
     """
+    opening = joints.widest(opening)
     beyond = (cracked & (opening > HAIRLINE)) | (slip > HAIRLINE) | (slip < -HAIRLINE)
     part = np.zeros(len(joints.kind), dtype=np.bool_)
     part[np.flatnonzero(beyond) // opening.shape[1]] = True

@@ -87,7 +87,9 @@ class Growth:
         links : Links, optional
             What joins cracks through bricks.
         """
-        opening, slip, cracked = np.ravel(opening), np.ravel(slip), np.ravel(cracked)
+        joints = self.pieces.joints
+        opening = joints.widest(np.reshape(opening, joints.contact_x.shape)).ravel()
+        slip, cracked = np.ravel(slip), np.ravel(cracked)
         is_open = opening > self.hairline
         slid = np.abs(slip) > self.hairline
         self._begin(increment, opening, cracked | slid | (is_open & self._own[DPC_OPENING]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,37 @@ IntArray = NDArray[np.int64]
 
 BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE, SOIL, SUPPORT, FOOTING_SECTION, CONTROL_JOINT = range(8)
 """Kinds of interface, as the archive's flag values of ``contact_kind``."""
+
+
+class Ends(NamedTuple):
+    """How the opening at the ends of n interfaces follows from the contacts.
+
+    The opening of an interface is a straight line: with its outermost contact and the one beside it, it is known at the
+    end. Of an interface with a single contact, the line goes through that of the next interface between the same two
+    blocks; where there is none, the opening is that of the contact all along.
+
+    Attributes
+    ----------
+    contact, beside : array of int (n, 2)
+        Outermost contact at start and end, and the one that gives the line with it, as positions among all m q.
+    share : array (n, 2)
+        Distance of the end from the outermost contact, over the distance of that from the one beside it; negative where
+        the end lies between the two, 0 where the contact lies at the end.
+    """
+
+    contact: IntArray
+    beside: IntArray
+    share: FloatArray
+
+    def of(self, number: IntArray) -> Ends:
+        """Return those of some of the interfaces."""
+        return Ends(self.contact[number], self.beside[number], self.share[number])
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Return values at start and end of each interface, (n, 2), from those at all contacts, (m, q)."""
+        flat = np.ravel(values)
+        outermost = flat[self.contact]
+        return np.asarray(outermost + self.share * (outermost - flat[self.beside]))
 
 
 @dataclass(frozen=True)
@@ -86,13 +117,14 @@ class JointMap:
         ds : xarray.Dataset
             Of one wall with its contacts.
         with_blocks : bool
-            Whether to find out which blocks lie on either side of each interface.
+            Whether to find out which blocks lie on either side of each interface, where ``ends`` does not need them.
         """
         shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
         x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
         found = cls.from_contacts(x, y, length, normal, kind[:, 0])
-        return replace(found, blocks=_blocks_beside(ds, found)) if with_blocks else found
+        wanted = with_blocks or x.shape[1] == 1
+        return replace(found, blocks=_blocks_beside(ds, found)) if wanted else found
 
     @cached_property
     def is_dpc(self) -> BoolArray:
@@ -142,12 +174,70 @@ class JointMap:
         return order, np.take_along_axis(way, order, axis=1)
 
     @cached_property
-    def _dpc_along(self) -> tuple[IntArray, FloatArray]:
-        return self.contacts_along(self.dpc)
+    def length(self) -> FloatArray:
+        """Length of each interface (m), (m,)."""
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
     @cached_property
-    def _footing_along(self) -> tuple[IntArray, FloatArray]:
-        return self.contacts_along(self.footing)
+    def ends(self) -> Ends:
+        """How an opening at the ends of all interfaces follows from the contacts."""
+        order, way = self.contacts_along(np.arange(len(self.kind)))
+        contact = order[:, [0, -1]] + (order.shape[1] * np.arange(len(self.kind)))[:, None]
+        distance = np.column_stack((way[:, 0], self.length - way[:, -1]))
+        distance[distance <= 1e-9 * self.length[:, None]] = 0.0
+        if way.shape[1] > 1:
+            beside = order[:, [1, -2]] + contact - order[:, [0, -1]]
+            return Ends(contact, beside, distance / np.diff(way, axis=1)[:, [0, -1]])
+        beside = self._next_between_the_same_blocks
+        other = beside[:, ::-1]
+        gap = distance + distance[beside, [1, 0]]
+        share = np.where(beside >= 0, -distance / gap, np.where(other >= 0, distance / gap[:, ::-1], 0.0))
+        return Ends(contact, np.maximum(np.where(beside >= 0, beside, other), 0), share)
+
+    @cached_property
+    def _next_between_the_same_blocks(self) -> IntArray:
+        """The interface that each goes over into at its start and at its end, (m, 2), -1 where there is none."""
+        _, pair = np.unique(self.blocks, axis=0, return_inverse=True)
+        key = pair.reshape(-1, 1) * (self.corner_numbers.max() + 1) + self.corner_numbers
+        found = np.empty(key.shape, dtype=np.int64)
+        for here, there in ((0, 1), (1, 0)):
+            order = np.argsort(key[:, there])
+            at = order[np.minimum(np.searchsorted(key[order, there], key[:, here]), len(order) - 1)]
+            found[:, here] = np.where(key[at, there] == key[:, here], at, -1)
+        found[self.blocks.max(axis=1) < 0] = -1  # blocks that are not known
+        return found
+
+    def widest(self, opening: FloatArray) -> FloatArray:
+        """Return the widest opening of the piece of joint that each contact stands for (m), (m, q), its ends included.
+
+        Parameters
+        ----------
+        opening : array (m, q)
+            Of all contacts (m).
+        """
+        if not self.ends.share.any():
+            return opening
+        found = opening.ravel().copy()
+        np.maximum.at(found, self.ends.contact, self.ends(opening))
+        return found.reshape(opening.shape)
+
+    def along(self, number: IntArray, opening: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the way along some interfaces (m), from start to end, and the opening there (m), (n, q + 2).
+
+        Parameters
+        ----------
+        number : array of int (n,)
+            The interfaces.
+        opening : array (m, q)
+            Of all contacts (m).
+        """
+        order, way = self.contacts_along(number)
+        ends = self.ends(opening)[number]
+        inside = np.take_along_axis(opening[number], order, axis=1)
+        return (
+            np.column_stack((np.zeros(len(number)), way, self.length[number])),
+            np.column_stack((ends[:, 0], inside, ends[:, 1])),
+        )
 
     def dpc_open_length(self, opening: FloatArray, threshold: float) -> float:
         """Return the length (m) over which the dpc is open by more than a threshold.
@@ -162,7 +252,7 @@ class JointMap:
         threshold : float
             In m.
         """
-        return self._open_length(self.dpc, self._dpc_along, opening, threshold)
+        return self._open_length(self.dpc, opening, threshold)
 
     def footing_open_length(self, opening: FloatArray, threshold: float) -> float:
         """Return the length (m) over which the footing bed is open by more than a threshold; see ``dpc_open_length``.
@@ -174,24 +264,13 @@ class JointMap:
         threshold : float
             In m.
         """
-        return self._open_length(self.footing, self._footing_along, opening, threshold)
+        return self._open_length(self.footing, opening, threshold)
 
-    def _open_length(
-        self, number: IntArray, along: tuple[IntArray, FloatArray], opening: FloatArray, threshold: float
-    ) -> float:
+    def _open_length(self, number: IntArray, opening: FloatArray, threshold: float) -> float:
         if not number.size:
             return 0.0
-        order, way = along
-        beyond = np.take_along_axis(opening[number], order, axis=1) - threshold
-        length = np.linalg.norm(self.end[number] - self.start[number], axis=1)
-        ends = np.column_stack((np.zeros(len(length)), length))
-        if way.shape[1] > 1:
-            slope = np.diff(beyond, axis=1)[:, [0, -1]] / np.diff(way, axis=1)[:, [0, -1]]
-        else:
-            slope = np.zeros_like(ends)
-        at_ends = beyond[:, [0, -1]] + slope * (ends - way[:, [0, -1]])
-        way = np.column_stack((ends[:, 0], way, ends[:, 1]))
-        beyond = np.column_stack((at_ends[:, 0], beyond, at_ends[:, 1]))
+        way, opening = self.along(number, opening)
+        beyond = opening - threshold
         first, second = beyond[:, :-1], beyond[:, 1:]
         rise = np.abs(second - first)
         crossing = np.maximum(first, second) / np.where(rise > 0.0, rise, 1.0)

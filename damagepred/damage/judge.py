@@ -21,7 +21,7 @@ GROUP_COUNTS = (2, 3, 4, 5)
 
 
 class Verdict(NamedTuple):
-    """What is wrong with a wall.
+    """What is wrong with a wall. Openings are the widest along the whole of a joint, up to its ends.
 
     Attributes
     ----------
@@ -151,8 +151,8 @@ def judge(
     groups = group_widths(cracks, settings.group_distance, (*GROUP_COUNTS, settings.group_count))
     widest = cracks.width[0] if len(cracks.width) else 0.0
     broken = np.flatnonzero(cracked)
-    gap, interface = np.ravel(opening)[broken], broken // opening.shape[1]
-    dpc_gap = opening[joints.dpc]
+    widths = joints.widest(opening)
+    gap, interface = widths.ravel()[broken], broken // opening.shape[1]
     joint = float(gap[joints.is_wall[interface]].max(initial=0.0))
     band = max(joint, joints.band_gauges(settings.band_gauge).width(opening, cracked, settings.band_threshold))
     footing = float(gap[joints.is_footing[interface]].max(initial=0.0))
@@ -168,7 +168,7 @@ def judge(
         crack_count=int((cracks.width >= table.limits[0]).sum()),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
-        dpc_opening_max=float(dpc_gap.max(initial=0.0)),
+        dpc_opening_max=float(widths[joints.dpc].max(initial=0.0)),
         dpc_separation_length=joints.dpc_open_length(opening, settings.dpc_threshold),
         dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
         footing_opening_max=footing,

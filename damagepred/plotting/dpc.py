@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from numpy.typing import NDArray
 
-from damagepred.damage.joints import DPC, FOOTING_INTERFACE
+from damagepred.damage.joints import DPC, FOOTING_INTERFACE, JointMap
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -93,9 +93,8 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
         say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course" if kind == DPC else f"no {name}")
         set_title(ax, title)
         return ax
-    order = contacts_along(ds, kind)
-    place, opening = ds["contact_x"].values[order], ds["contact_opening"].values[:, order] * MM
-    pieces = _pieces(ds, order)
+    place, opening, pieces = opening_along(ds, kind)
+    opening = opening * MM
     deflection = ds["central_deflection"].values * MM
     colours, norm = path_colours(), Normalize(0.0, max(float(deflection.max()), 1e-9))
     for step in spread_evenly(len(deflection), MOST_LINES):
@@ -119,23 +118,6 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
         + _reach(stretches, limit, left),
     )
     return ax
-
-
-def contacts_along(ds: xr.Dataset, kind: int = DPC) -> IntArray:
-    """Return the numbers of the contacts of the dpc, or of another bed, from left to right; of one place by interface.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    kind : int
-        Value of ``contact_kind``.
-    """
-    dpc = np.flatnonzero(ds["contact_kind"].values == kind)
-    _, face = np.unique(ds["contact_interface"].values[dpc], return_inverse=True)
-    x = ds["contact_x"].values[dpc]
-    middle = (np.bincount(face, x) / np.bincount(face))[face]
-    return dpc[np.lexsort((x, middle))]
 
 
 def spread_evenly(count: int, most: int) -> IntArray:
@@ -166,12 +148,41 @@ def open_stretches(place: FloatArray, opening: FloatArray, threshold: float) -> 
     return [(float(a), float(b)) for a, b in zip(ends[::2], ends[1::2])]
 
 
-def _pieces(ds: xr.Dataset, order: IntArray) -> list[IntArray]:
-    """Split the dpc's contacts where it is interrupted, as by a door; return positions in ``order``."""
-    place, reach = ds["contact_x"].values[order], ds["contact_length"].values[order]
-    # neighbouring contacts of one dpc lie no further apart than the lengths they stand for
-    interrupted = np.diff(place) > reach[:-1] + reach[1:] + 1e-9
-    return np.split(np.arange(len(order)), np.flatnonzero(interrupted) + 1)
+def opening_along(ds: xr.Dataset, kind: int = DPC) -> tuple[FloatArray, FloatArray, list[IntArray]]:
+    """Return the opening of the dpc, or of another bed, from left to right, up to the ends of its joints.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    kind : int
+        Value of ``contact_kind``.
+
+    Returns
+    -------
+    place : array (c,)
+        Along the wall (m).
+    opening : array (increments, c)
+        In m.
+    pieces : list of array of int
+        Positions along ``place`` of each piece, where the bed is interrupted, as by a door.
+    """
+    joints = JointMap.from_dataset(ds)
+    number = np.flatnonzero(joints.kind == kind)
+    left, right = np.sort(np.column_stack((joints.start[number, 0], joints.end[number, 0])), axis=1).T
+    order = np.argsort(left)
+    number, left, right = number[order], left[order], right[order]
+    shape = joints.contact_x.shape
+    along = [joints.along(number, opening.reshape(shape)) for opening in ds["contact_opening"].values]
+    opening = np.stack([values for _, values in along])
+    backwards = joints.start[number, 0] > joints.end[number, 0]
+    place = np.where(backwards, -1.0, 1.0)[:, None] * along[0][0] + joints.start[number, :1]
+    place[backwards], opening[:, backwards] = place[backwards, ::-1], opening[:, backwards, ::-1]
+    here = slice(None) if joints.ends.share.any() else slice(1, -1)
+    place, opening = place[:, here], opening[..., here]
+    interrupted = np.flatnonzero(left[1:] > right[:-1] + 1e-9) + 1
+    pieces = np.split(np.arange(place.size), interrupted * place.shape[1])
+    return place.ravel(), opening.reshape(len(opening), -1), pieces
 
 
 def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left: float, right: float) -> None:

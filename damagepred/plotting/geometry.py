@@ -17,6 +17,7 @@ from damagepred.damage.joints import (
     HEAD_JOINT,
     SOIL,
     SUPPORT,
+    JointMap,
 )
 
 FloatArray = NDArray[np.float64]
@@ -110,9 +111,9 @@ class Faces:
     kind : array of int (m,)
         Flag value of ``contact_kind``.
     opening : array (m,)
-        Widest opening of a contact (m), 0 if none is open.
+        Widest opening (m), up to the joint's ends, 0 where it is closed.
     crack : array (m,)
-        Widest opening of a cracked contact (m), 0 if none is.
+        The same where the bond is broken, 0 if it is nowhere.
     slip : array (m,)
         Largest plastic slip of a contact that is closed (m), either way, 0 if none slips.
     """
@@ -128,23 +129,20 @@ class Faces:
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Faces:
         """Gather the contacts of a one-wall dataset by interface, at the increment with that position."""
-        step = ds.isel(increment=increment)
-        _, first, face = np.unique(ds["contact_interface"].values, return_index=True, return_inverse=True)
-        length = ds["contact_length"].values
-        whole = np.bincount(face, length)
-        place = np.column_stack([ds[f"contact_{axis}"].values for axis in "xy"])
-        middle = np.column_stack([np.bincount(face, length * along) / whole for along in place.T])
-        normal = np.column_stack([ds[f"contact_normal_{axis}"].values[first] for axis in "xy"])
-        half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
-        opening, crack, slip = (np.zeros(len(first)) for _ in range(3))
-        cracked = step["contact_state"].values == 1
-        np.maximum.at(opening, face, step["contact_opening"].values)
-        np.maximum.at(crack, face, np.where(cracked, step["contact_opening"].values, 0.0))
+        joints = JointMap.from_dataset(ds)
+        shape = joints.contact_x.shape
+
+        def at(name: str) -> FloatArray:
+            return np.asarray(ds[f"contact_{name}"].values[increment]).reshape(shape)
+
+        gap = joints.widest(at("opening"))
+        crack = np.where(at("state") == 1, gap, 0.0)
+        slip = np.zeros(shape)
         if "contact_slip" in ds.variables:
-            closed = step["contact_opening"].values <= 0.0
-            np.maximum.at(slip, face, np.where(closed, np.abs(step["contact_slip"].values), 0.0))
-        kind = np.asarray(ds["contact_kind"].values[first], dtype=np.int64)
-        return cls(middle - half, middle + half, normal, kind, opening, crack, slip)
+            slip = np.where(at("opening") <= 0.0, np.abs(at("slip")), 0.0)
+        normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
+        widest = (values.max(axis=1, initial=0.0) for values in (gap, crack, slip))
+        return cls(joints.start, joints.end, normal, joints.kind.astype(np.int64), *widest)
 
     @property
     def middle_y(self) -> FloatArray:

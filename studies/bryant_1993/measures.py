@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import BED_JOINT, DPC, HEAD_JOINT
-from damagepred.plotting.dpc import contacts_along, open_stretches
+from damagepred.plotting.dpc import open_stretches
 from damagepred.plotting.stress import block_stress, one_of
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +50,7 @@ class Dpc:
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Dpc:
         """Read it."""
-        order = contacts_along(ds)
+        order = _contacts_along(ds)
         along = (ds[f"contact_{name}"].values[increment, order] for name in ("opening", "normal_stress", "slip"))
         x = ds["vertex_x"].values
         return cls(
@@ -91,6 +91,15 @@ class Dpc:
     def sliding(self) -> float:
         """Largest plastic slip where it carries (m)."""
         return float(np.abs(self.slip[self.stress < 0]).max(initial=0.0))
+
+
+def _contacts_along(ds: xr.Dataset) -> NDArray[np.int64]:
+    """Return the numbers of the contacts of the dpc from left to right; of one place by interface."""
+    dpc = np.flatnonzero(ds["contact_kind"].values == DPC)
+    _, face = np.unique(ds["contact_interface"].values[dpc], return_inverse=True)
+    x = ds["contact_x"].values[dpc]
+    middle = (np.bincount(face, x) / np.bincount(face))[face]
+    return dpc[np.lexsort((x, middle))]
 
 
 @dataclass(frozen=True)

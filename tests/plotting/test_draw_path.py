@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import damagepred
+from damagepred.damage.joints import DPC
 from damagepred.errors import InputError
 from damagepred.plotting import draw_dpc_opening, draw_history, draw_opening_width_change
 from damagepred.plotting.categories import COLOURS
-from damagepred.plotting.dpc import contacts_along, open_stretches, spread_evenly
+from damagepred.plotting.dpc import open_stretches, opening_along, spread_evenly
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 
 
@@ -21,12 +22,13 @@ def lines(ax, label):
 
 def test_dpc_lines_carry_the_openings_in_mm(on_dpc):
     ax = draw_dpc_opening(on_dpc)
-    order = contacts_along(on_dpc)
-    x = on_dpc.contact_x.values[order]
+    x, opening, _ = opening_along(on_dpc)
     assert (np.diff(x) >= -1e-12).all()
+    of_dpc = on_dpc.contact_kind.values == DPC
+    assert np.sort(opening[-1]).tolist() == np.sort(on_dpc.contact_opening.values[-1, of_dpc]).tolist()
     last = [line for line in ax.lines if len(line.get_xdata()) == len(x)][-1]
     assert last.get_xdata() == pytest.approx(x)
-    assert last.get_ydata() == pytest.approx(1e3 * on_dpc.contact_opening.values[-1, order])
+    assert last.get_ydata() == pytest.approx(1e3 * opening[-1])
     (threshold,) = lines(ax, "threshold 0.2 mm")
     assert threshold.get_ydata() == pytest.approx([0.2, 0.2])
     assert ax.get_xlabel() == "along the wall (m)"
@@ -37,9 +39,7 @@ def test_distance_from_the_ends_is_marked(on_dpc):
     ax = draw_dpc_opening(on_dpc)
     (marks,) = lines(ax, "passed at the last increment")
     left, right = sorted(marks.get_xdata())[0], sorted(marks.get_xdata())[-1]
-    order = contacts_along(on_dpc)
-    opening = on_dpc.contact_opening.values[-1, order]
-    x = on_dpc.contact_x.values[order]
+    x, (*_, opening), _ = opening_along(on_dpc)
     assert (opening[(x < left - 1e-9)] <= 0.2e-3).all()
     assert (opening[(x > right + 1e-9)] <= 0.2e-3).all()
     assert f"{left:.2f} m from the left end" in texts(ax)

@@ -124,10 +124,11 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
     rules = wall.scene["damage"]
     opening, slip = wall["contact_opening"][step], wall["contact_slip"][step]
     broken = wall["contact_state"][step] == CRACKED
-    width = np.where(broken, np.maximum(opening, 0.0), 0.0)
+    widest = up_to_ends(wall, opening)
+    width = np.where(broken, np.maximum(widest, 0.0), 0.0)
     proper, base, dpc = (mask[wall.interface] for mask in (parts.proper, parts.base, parts.dpc))
     bed = wall["contact_kind"] == FOOTING
-    part = ((broken & (opening > HAIRLINE)) | (np.abs(slip) > HAIRLINE)) & proper
+    part = ((broken & (widest > HAIRLINE)) | (np.abs(slip) > HAIRLINE)) & proper
     cracks = []
     for piece in parts.components(np.unique(wall.interface[part])):
         mine = np.flatnonzero(np.isin(wall.interface, piece))
@@ -142,28 +143,44 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
     from_first = min(c["from"] for c in found["category"] if c["number"] == 1)
     from_first *= found["plasterboard"]["factor"] if rules["plasterboard"] else 1.0
     footing = float(width[bed].max(initial=0.0))
-    widest = float(width[proper].max(initial=0.0))
-    band = max(widest, parts.gauges.width(opening, broken, rules["band_threshold"]))
+    joint = float(width[proper].max(initial=0.0))
+    band = max(joint, parts.gauges.width(opening, broken, rules["band_threshold"]))
     counts_bed = rules["count_footing_gap"] and not parts.dpc.any()
     by_joint, by_band = (
         category(max(value, footing) if counts_bed else value, ruling, rules)
         for value in (float(widths.max(initial=0.0)), band)
     )
     return {
-        "crack_width_max": np.array(widest),
+        "crack_width_max": np.array(joint),
         "crack_band_width_max": np.array(band),
         "damage_category": np.array(by_band if rules["measure"] == "band" else by_joint),
         "damage_category_band": np.array(by_band),
         "crack_count": np.array((widths >= from_first).sum()),
         "crack_group_width": np.array(groups),
         "base_crack_width_max": np.array(width[base].max(initial=0.0)),
-        "dpc_opening_max": np.array(np.maximum(opening[dpc], 0.0).max(initial=0.0)),
+        "dpc_opening_max": np.array(np.maximum(widest[dpc], 0.0).max(initial=0.0)),
         "dpc_slip_max": np.array(np.abs(slip[dpc]).max(initial=0.0)),
         "dpc_separation_length": np.array(separation(wall, parts, DPC, opening, rules["dpc_threshold"])),
         "footing_opening_max": np.array(footing),
         "footing_separation_length": np.array(
             separation(wall, parts, FOOTING, opening, rules["footing_threshold"])),
     }  # fmt: skip
+
+
+def up_to_ends(wall: ArchivedWall, opening: FloatArray) -> FloatArray:
+    """Return the openings, of the outermost contacts that of the joint's end where it is larger (m).
+
+    The opening of a joint is a straight line, here that of least squares through its contacts.
+    """
+    found = opening.copy()
+    for number, (start, end) in enumerate(wall.ends):
+        mine = np.flatnonzero(wall.interface == number)
+        way = (wall.place[mine] - start) @ (end - start) / ((end - start) @ (end - start))
+        first, last = mine[np.argmin(way)], mine[np.argmax(way)]
+        if len(mine) > 1 and max(way.min(), 1.0 - way.max()) > 1e-9:
+            slope, level = np.polyfit(way, opening[mine], 1)
+            found[first], found[last] = max(found[first], level), max(found[last], level + slope)
+    return found
 
 
 class Gauges:
