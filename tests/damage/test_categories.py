@@ -205,6 +205,15 @@ def test_a_dpc_under_pressure_is_closed(on_dpc: Pattern):
     assert on_dpc.judge().dpc_opening_max == 0.0
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_slip_of_the_dpc_counts_either_way_and_that_of_other_joints_not(on_dpc: Pattern, way: int):
+    on_dpc.slide("bed", 20, 2, 3 * way * MM)
+    on_dpc.slide("bed", 21, 2, -2 * way * MM)
+    on_dpc.slide("bed", 20, 3, 8 * way * MM)
+    on_dpc.slide("bed", 20, 1, -9 * way * MM)
+    assert on_dpc.judge().dpc_slip_max == pytest.approx(3 * MM)
+
+
 def test_courses_below_the_dpc_are_told_apart(on_dpc: Pattern):
     on_dpc.open("head", 21, 1, 6 * MM)
     on_dpc.open("bed", 20, 1, 7 * MM)

@@ -51,6 +51,17 @@ def test_a_stepped_crack_is_one_crack_of_known_length_and_course():
     assert crack.inclination == pytest.approx(np.degrees(np.arctan2(COURSE, HALF)), abs=1.0)  # that of its steps
 
 
+def test_the_mean_line_of_a_bent_crack_is_the_axis_of_its_second_moments():
+    """Of a bed of length a that a perpend of height b ends: by hand, about the centroid of the two lines."""
+    wall = Pattern()
+    wall.open("bed", 3, 4, 1 * MM)
+    wall.open("head", 4, 4, 1 * MM)
+    a, b, whole = HALF, COURSE, HALF + COURSE
+    xx, yy = a**3 / 3 - a**4 / (4 * whole), b**3 / 3 - b**4 / (4 * whole)
+    xy = a**2 * b**2 / (4 * whole)
+    assert only(wall).crack.inclination == pytest.approx(np.degrees(0.5 * np.arctan2(2 * xy, xx - yy)))
+
+
 @pytest.mark.parametrize("shift", [(1 * MM, -2 * MM), (3 * MM, -0.5 * MM), (1 * MM, -1 * MM)])
 def test_width_normal_to_a_stepped_crack_is_the_same_all_along_it(shift: tuple[float, float]):
     """Two halves of a wall that move apart as wholes are as far apart at perpends as at beds."""

@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -52,6 +53,35 @@ def test_a_margin_is_negative_where_the_category_is_reached() -> None:
             assert first - step <= (found + 1) * 4e-3 <= first * (1 + 1e-12)
         else:
             assert found > 1
+
+
+@pytest.mark.parametrize("measure", ["joint", "band"])
+@pytest.mark.parametrize(
+    ("widths", "expected"),
+    [
+        # category 2 begins at 1 mm: half way from 0.4 to 1.6 mm, between 8/3 and 4 mm of 4 mm asked for
+        ((0.2, 0.4, 1.6, 3.0, 4.0, 4.5), (10 / 3) / 4 - 1),
+        ((0.0, 0.0, 0.1, 0.4, 0.7, 1.3), (20 / 3 + 4 / 6) / 4 - 1),
+        ((0.0, 0.1, 0.2, 0.3, 0.4, 0.5), 8 / 4 - 1 + 0.5),  # followed to 8 mm, as wide as half the limit
+    ],
+)
+def test_a_margin_lies_where_the_width_passes_the_limit(
+    widths: tuple[float, ...], expected: float, measure: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = asked_of(settings(f'{TINY}\n[scene.damage]\nmeasure = "{measure}"\n'), ASKED)
+    scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
+
+    def made_up(*given: object) -> Iterator[object]:
+        for k, width in enumerate((0.0, *widths)):
+            joint, band = (width, 9.0) if measure == "joint" else (0.0, width)
+            verdict = SimpleNamespace(
+                crack_width_max=joint * 1e-3, crack_band_width_max=band * 1e-3, footing_opening_max=0.02,
+                damage_category=2 if width >= 1.0 else 0,
+            )  # fmt: skip
+            yield SimpleNamespace(increment=SimpleNamespace(progress=k / 6), verdict=verdict)
+
+    monkeypatch.setattr(capacity, "follow", made_up)
+    assert margin(scene, fields, ASKED).least == pytest.approx(expected)
 
 
 def _joints(asked: StudySettings) -> int:

@@ -32,6 +32,27 @@ def test_unbiased_and_as_sure_as_stated(correlation: float) -> None:
     assert hits < 390
 
 
+@pytest.mark.parametrize("slope", [1.0, 0.5])
+def test_where_coarse_results_tell_the_fine_ones_all_of_them_count(slope: float) -> None:
+    """Fine results in proportion to coarse ones: the estimate is that of all coarse results, and so is its error."""
+    coarse, further = np.arange(40) % 2 * 1.0, (np.arange(120) % 4 < 1) * 1.0
+    found = two_level(slope * coarse, coarse, further)
+    assert found.value == pytest.approx(slope * (20 + 30) / 160)
+    # n s^2 + m t^2 over (n + m)^2, with the variances of the two
+    error = slope * np.sqrt(40 * coarse.var(ddof=1) + 120 * further.var(ddof=1)) / 160
+    assert found.error == pytest.approx(error)
+
+
+def test_scrambles_where_coarse_results_tell_the_fine_ones() -> None:
+    """Each scramble's estimate is the mean of its coarse results: 0.3, 0.4, 0.5 and 0.6 of ten each."""
+    label = np.arange(40) % 4
+    hits = (np.arange(40) // 4 < np.array([3, 4, 5, 6])[label]) * 1.0
+    coarse, further = hits[8:28], np.append(hits[28:], hits[:8])
+    found = two_level(coarse, coarse, further, replicates=4)
+    assert found.value == pytest.approx(0.45)
+    assert found.error == pytest.approx(np.sqrt(0.05 / 3) / 2)
+
+
 def whole_procedure(seed: int, counted: bool) -> float:
     """A pilot of 32, then what it says with a budget of 128; the pilot's samples counted or not. Exact: 0.05."""
 

@@ -128,6 +128,17 @@ def test_replicates_of_a_mean_cover() -> None:
     assert np.mean([f.error for f in found]) < 0.1 * np.exp(1.5) / np.sqrt(128)
 
 
+def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:
+    """Four scrambles of five hits with means of 0.2, 0.4, 0.4 and 0.6: their deviation is sqrt(0.08 / 3)."""
+    label = np.arange(20) % 4
+    hit = np.arange(20) // 4 < np.array([1, 2, 2, 3])[label]
+    error = np.sqrt(0.08 / 3) / 2
+    found = mean(hit, replicate=label)
+    assert (found.value, found.error) == (pytest.approx(0.4), pytest.approx(error))
+    assert found.half_width == pytest.approx(stats.t.ppf(0.95, 3) * error)
+    assert probability(hit, replicate=label).error == pytest.approx(error)
+
+
 def test_nothing_seen_still_has_an_interval() -> None:
     for hit in (np.zeros(50), np.ones(50)):
         e = probability(hit)

@@ -109,6 +109,18 @@ def test_medians_cover(replicates: int) -> None:
     assert stats.binom.cdf(hits, 40, 0.9) > 1e-3
 
 
+def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
+    """From the medians without one scramble after the other, by their own fits."""
+    random = np.random.default_rng(2)
+    shared = 0.1 * random.standard_normal(5)[np.arange(60) % 5]
+    capacity = 0.008 * np.exp(0.3 * random.standard_normal(60) + shared)
+    found = median_movement(study(capacity, replicates=5), 1)
+    others = np.log([median_movement(study(capacity[np.arange(60) % 5 != k]), 1).value for k in range(5)])
+    error = np.sqrt(4 / 5 * ((others - others.mean()) ** 2).sum())
+    assert found.error == pytest.approx(found.value * error, rel=1e-6)
+    assert found.upper == pytest.approx(found.value * np.exp(stats.t.ppf(0.95, 4) * error), rel=1e-6)
+
+
 def test_a_rule_says_what_it_takes() -> None:
     for bad in (
         {"category": 1, "at": 0.01},
