@@ -1,0 +1,200 @@
+"""Every number on the screen, in the unit that stands beside it, against the dataset in SI."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred import screen
+from damagepred.archive.folder import StudyFolder
+from damagepred.rejudge import judge_again, shares
+from damagepred.uq.fragility import fit_fragility
+from damagepred.wall_cracks import crack_frame, cracks
+from tests.made_up import made_up_study
+from tests.report.test_numbers import compare, each, numbers
+
+UNIT = "(mm|m|s)"
+
+
+class Screen:
+    """What is printed: tables as heads and rows, and lines."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.tables: list[tuple[str, list[str], list[list[str]]]] = []
+        self.lines: list[str] = []
+        monkeypatch.setattr(screen, "table", lambda *given: self.tables.append(given))  # type: ignore[arg-type]
+        monkeypatch.setattr(screen, "say", lambda line, **how: self.lines.append(line))
+
+    def check(self, expected: Mapping[str, Sequence[Sequence[float]] | None]) -> None:
+        """Compare the only table with columns; a head says with UNIT where its unit stands. None: words."""
+        ((_, heads, rows),) = self.tables
+        assert len(heads) == len(expected), heads
+        for position, (head, (pattern, column)) in enumerate(zip(heads, expected.items())):
+            match = re.fullmatch(pattern, head)
+            assert match, (head, pattern)
+            for row, cells in enumerate(rows):
+                if column is not None:
+                    compare(cells[position], match[1] if match.groups() else "", column[row], head)
+
+
+@pytest.fixture
+def shown(monkeypatch: pytest.MonkeyPatch) -> Screen:
+    return Screen(monkeypatch)
+
+
+def compare_line(line: str, expected: Mapping[str, float]) -> None:
+    """Compare numbers of a line with their units: each key says, with {} for number and unit, where it stands."""
+    for words, value in expected.items():
+        match = re.search(words.replace("{}", r"([-\d.e+]+) (kN|J|Pa|us|block weights)"), line)
+        assert match, (words, line)
+        scale = {"kN": 1e3, "us": 1e-6}.get(match[2], 1.0)
+        half = numbers(match[1])[0].half * scale
+        assert abs(float(match[1]) * scale - value) <= half * (1 + 1e-6) + 1e-9 * abs(value), (words, line, value)
+
+
+WORDS_OF_WORK = {
+    "movement {}:": "external_work", ": {} stored": "elastic_energy", "{} friction": "friction_work",
+    "{} fracture": "fracture_work", "{} released": "released_energy", "add up to {}": "energy_error",
+}  # fmt: skip
+
+
+def last(ds: xr.Dataset, names: Mapping[str, str]) -> dict[str, float]:
+    return {words: float(ds[name][-1]) for words, name in names.items()}
+
+
+def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
+    ds = wall.copy()
+    steps = ds.sizes["increment"]
+    ds["surface_movement"] = "increment", 3e-3 * np.arange(steps)
+    ds["footing_separation_length"] = wall["footing_separation_length"].copy(data=0.12 * np.arange(steps))
+    screen.wall_table(ds)
+    expected = {
+        f"surface\nmovement\n{UNIT}": each(ds["surface_movement"]),
+        f"deflection\n{UNIT}": each(ds["central_deflection"]),
+        f"widest crack\n{UNIT}": each(ds["crack_width_max"]),
+        rf"band, {UNIT}\n\(category\)": None,
+        "damage\ncategory": each(ds["damage_category"]),
+    }  # fmt: skip
+    for part, what in (("dpc", "dpc"), ("footing", "bed on footing")):
+        over = 1e3 * ds[f"{part}_separation_length"].attrs["opening_threshold"]
+        expected[f"{what}\nopening\n{UNIT}"] = each(ds[f"{part}_opening_max"])
+        assert ds[f"{part}_separation_length"].values.any()
+        expected[rf"{what}\nopen\n> {over:g} mm, {UNIT}"] = None
+    for i in range(ds.sizes["opening"]):
+        expected[f"opening {i + 1}\n{UNIT} wider"] = each(ds["opening_width_change"][:, i])
+    shown.check(expected)
+    ((_, heads, rows),) = shown.tables
+    for row, cells in enumerate(rows):
+        both = dict(zip(heads, cells))
+        band, category = both["band, mm\n(category)"].split(" ")
+        compare(band, "mm", [float(ds["crack_band_width_max"][row])], "band")
+        assert category == f"({int(ds['damage_category_band'][row])})"
+        for part, what in (("dpc", "dpc"), ("footing", "bed on footing")):
+            (head,) = (h for h in heads if h.startswith(f"{what}\nopen\n"))
+            assert head.endswith(", m")
+            compare(both[head], "m", [float(ds[f"{part}_separation_length"][row])], head)
+    quality, counts, work = shown.lines[:3]
+    compare_line(quality, {
+        "at most {};": float(ds["unbalanced_force_ratio"].max()),
+        "by at most {};": float(ds["joint_law_violation"].max()),
+        "reaction {}": float(ds["base_reaction"][-1]),
+    })  # fmt: skip
+    compare(counts, "", [float(ds[name].sum()) for name in ("cycles", "factorisations", "events")], "counts")
+    compare_line(work, last(ds, WORDS_OF_WORK))
+
+
+def test_every_number_of_a_run_in_time() -> None:
+    names = (*WORDS_OF_WORK.values(), "kinetic_energy", "damping_work", "base_reaction")
+    ds = xr.Dataset(
+        {name: ("increment", [0.0, 1.5 + 10 * k]) for k, name in enumerate(names)}
+        | {"cycles": ("increment", [0, 400]), "searches": ("increment", [1, 7]),
+           "unbalanced_force_ratio": ("increment", [0.0, 0.0])},
+        attrs={"time_step": 2.5e-5, "contact_points": 96, "solver_method": "dynamic"},
+    )  # fmt: skip
+    steps, work = screen.wall_quality(ds)
+    compare_line(steps, {"steps of {},": 2.5e-5, "reaction {}": float(ds["base_reaction"][-1])})
+    assert steps.startswith("400 steps")
+    assert "96 contact points, neighbours looked for 7 times" in steps
+    words = dict(WORDS_OF_WORK) | {"{} in motion": "kinetic_energy", "{} damping": "damping_work"}
+    words = {{"movement {}:": "base {}:", ": {} stored": "{} stored", "add up to {}": "; {} do not"}.get(w, w): name
+             for w, name in words.items()}  # fmt: skip
+    compare_line(work, last(ds, words))
+
+
+def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
+    found = cracks(wall)
+    frame = crack_frame(found)
+    screen.crack_table(found, frame)
+    slope = [[] if o in ("horizontal", "vertical") else [np.round(i)]
+             for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])]  # fmt: skip
+    shown.check({
+        "no": each(frame["crack"]), "part": None, f"width\n{UNIT}": each(frame["crack_width"]),
+        "with\nslip": [[1e3 * v] for v in frame["crack_displacement"]], f"length\n{UNIT}": each(frame["crack_length"]),
+        "how it\nruns": slope, f"widest\nat {UNIT}": None, f"began\nat {UNIT}": each(frame["first_central_deflection"]),
+    })  # fmt: skip
+    ((title, _, rows),) = shown.tables
+    assert title.endswith(f"of {1e3 * float(wall['central_deflection'][-1]):.3g} mm")
+    for cells, one in zip(rows, frame.to_dict("records"), strict=True):
+        assert cells[6] == f"{one['crack_x']:.2f},{one['crack_y']:.2f}"
+
+
+def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None:
+    """With failed walls, whose bounds are said below the table in its unit."""
+    folder = made_up_study(tmp_path / "house.dp", 40, failed=(3, 11, 17, 30))
+    curves = fit_fragility(StudyFolder(folder).results(), bootstrap=20)
+    screen.fragility_table(curves)
+    ((_, heads, rows),) = shown.tables
+    assert heads[1].startswith("median mm")
+    reached = curves["category"].values[np.isfinite(curves["median"].values)]
+    assert len(reached) >= 2
+    for category, row in zip(curves["category"].values, rows, strict=True):
+        one = curves.sel(category=category)
+        counts = [float(one["reached"]), float(one["reached"] + one["not_reached"])]
+        compare(row[3], "", counts, "walls that reached it")
+        if category in reached:
+            for cell, name, unit in ((row[1], "median", "mm"), (row[2], "dispersion", "")):
+                values = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
+                compare(cell.replace("-", " "), unit, values if np.isfinite(values).all() else values[:1], name)
+    (head,) = (line for line in shown.lines if "failed walls count" in line)
+    assert head.startswith("4 failed")
+    assert head.endswith("(mm):")
+    said = [line for line in shown.lines if line.startswith("  category")]
+    assert len(said) == len(reached)
+    for line, category in zip(said, reached):
+        number, _, bounds = line.partition(":")
+        assert number.split() == ["category", str(category)]
+        one = curves.sel(category=category)
+        compare(bounds, "mm", [float(one[f"median_failed_{end}"]) for end in ("undamaged", "damaged")], line)
+
+
+def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, shown: Screen) -> None:
+    after = judge_again(wall, table="bre251", measure="band")
+    screen.judged_again(wall, after)
+    shown.check({
+        f"deflection\n{UNIT}": each(wall["central_deflection"]), f"widest crack\n{UNIT}": each(wall["crack_width_max"]),
+        f"crack band\n{UNIT}": each(wall["crack_band_width_max"]),
+        f"bed on footing\nopening\n{UNIT}": each(wall["footing_opening_max"]),
+        "category\nbefore": each(wall["damage_category"]), "category\nafter": each(after["damage_category"]),
+    })  # fmt: skip
+    shown.tables.clear()
+    study = StudyFolder(made_up_study(tmp_path / "house.dp", 40)).results()
+    after = judge_again(study, measure="band")
+    screen.judged_again(study, after)
+    ((_, _, rows),) = shown.tables
+    was, now = shares(study), shares(after)
+    assert was != now
+    for cells in rows:
+        category = int(cells[0].split()[0])
+        for cell, found in zip(cells[1:], (was, now)):
+            compare(cell, "", [found.get(category, 0), found.get(category, 0) / 40], cells[0])
+
+
+def test_shares_of_levels_are_shares_of_walls() -> None:
+    flags = {"flag_meanings": "none slight severe"}
+    level: Any = np.array([[0, 1], [1, 2], [0, 0], [1, 1]], dtype=np.int8)
+    ds = xr.Dataset({"deviation_level": (("sample", "increment"), level, flags)})
+    assert screen._levels(ds) == ["out of level or plumb, at worst: 25.0% none, 50.0% slight, 25.0% severe"]
