@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -67,15 +68,41 @@ def clear() -> None:
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table, its numbers to the right."""
+    """Print a table, its numbers to the right; in several with the same first column where the screen is too narrow."""
     from rich.table import Table
 
-    grid = Table(title=title, title_justify="left")
-    for name in columns:
-        grid.add_column(name, justify="right", overflow="fold")  # on narrow screens nothing is cut off
-    for row in rows:
-        grid.add_row(*(escape(cell) for cell in row))
-    _out.print(grid)
+    for number, shown in enumerate(_parts_that_fit(columns, rows, _out.width)):
+        grid = Table(title=f"{title}, continued" if number else title, title_justify="left")
+        for i in shown:
+            grid.add_column(columns[i], justify="right", overflow="fold")  # on narrow screens nothing is cut off
+        for row in rows:
+            grid.add_row(*(escape(row[i]) for i in shown))
+        _out.print(grid)
+
+
+def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
+    """Return the columns of each table that is no wider than the screen, the first column in all.
+
+    Columns whose heads begin with the same line stay together.
+    """
+    widths = [
+        3 + max(len(line) for text in (head, *(row[i] for row in rows)) for line in text.split("\n"))
+        for i, head in enumerate(columns)
+    ]
+    parts = [[0]]
+
+    def fits(more: Sequence[int]) -> bool:
+        return len(parts[-1]) == 1 or 1 + sum(widths[k] for k in (*parts[-1], *more)) <= width
+
+    for _, alike in itertools.groupby(range(1, len(columns)), lambda i: columns[i].split("\n")[0]):
+        together = list(alike)
+        if not fits(together):
+            parts.append([0])
+        for i in together:
+            if not fits([i]):
+                parts.append([0])
+            parts[-1].append(i)
+    return parts
 
 
 class Bar:
@@ -171,20 +198,20 @@ def wall_table(ds: xr.Dataset) -> None:
         add("time\ns", "time", ".3f", 1.0)
     else:
         add("deflection\nmm", "central_deflection", ".2f")
-    add("widest crack\nmm", "crack_width_max", ".3f")
+    add("widest\ncrack\nmm", "crack_width_max", ".3f")
     if "damage_category_band" in ds:
         both = zip(ds["crack_band_width_max"].values, ds["damage_category_band"].values)
-        columns.append(("band, mm\n(category)", [f"{1e3 * width:.3f} ({int(c)})" for width, c in both]))
+        columns.append(("band, mm\nand its\ncategory", [f"{1e3 * width:.3f} ({int(c)})" for width, c in both]))
     columns.append(("damage\ncategory", [_category(int(c), names) for c in ds["damage_category"].values]))
     for part in shown_gaps(ds):
         if part == "footing" and has_dpc(ds) and not ds["footing_separation_length"].values.any():
             continue  # a gap below a dpc that is nowhere wider than the threshold: for the report
-        what = {"dpc": "dpc", "footing": "bed on footing"}[part]
+        what = {"dpc": "dpc", "footing": "bed"}[part]
         threshold = 1e3 * float(ds[f"{part}_separation_length"].attrs["opening_threshold"])
         add(f"{what}\nopening\nmm", f"{part}_opening_max", ".3f")
-        add(f"{what}\nopen\n> {threshold:g} mm, m", f"{part}_separation_length", ".2f", 1.0)
+        add(f"{what}\nopen\n> {threshold:g}\nmm, m", f"{part}_separation_length", ".2f", 1.0)
     for i, wider in enumerate(ds["opening_width_change"].values.T):
-        columns.append((f"opening {i + 1}\nmm wider", [f"{1e3 * w:+.3f}" for w in wider]))
+        columns.append((f"opening\n{i + 1} wider\nmm", [f"{1e3 * w:+.3f}" for w in wider]))
     rows = list(zip(*(cells for _, cells in columns)))
     table(ds.attrs["title"], [head for head, _ in columns], rows)
     for line in (*zones_in_words(ds), *wall_quality(ds)):
@@ -241,8 +268,8 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         table(f"{title}: walls by the worst category of their path", ["category", "before", "after"], rows)
     else:
         columns = [
-            "deflection\nmm", "widest crack\nmm", "crack band\nmm", "bed on footing\nopening\nmm", "category\nbefore",
-            "category\nafter",
+            "deflection\nmm", "widest\ncrack\nmm", "crack\nband\nmm", "bed on\nfooting\nopening\nmm",
+            "category\nbefore", "category\nafter",
         ]  # fmt: skip
         mm = [
             [f"{1e3 * float(v):.{digits}f}" for v in after[name].values]
