@@ -6,45 +6,16 @@ old machine code answers. The cache folder's name therefore holds a hash of all 
 
 from __future__ import annotations
 
-import os
-import tempfile
 import uuid
-from pathlib import Path
 
 import numba
 from numba import config
 
+from damagepred.kernels.cache_folder import cache_folder
 from damagepred.version import kernel_hash
 
-
-def _writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
-
-
-def _user_cache() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or str(Path.home() / ".cache")
-    return Path(base) / "damagepred"
-
-
-def _cache_folder() -> Path | None:
-    name = f"kernels-{kernel_hash()}"
-    asked = os.environ.get("NUMBA_CACHE_DIR")
-    for base in ([Path(asked)] if asked else []) + [
-        _user_cache(),
-        Path(tempfile.gettempdir()) / "damagepred",
-    ]:
-        if _writable(base / name):
-            return base / name
-    return None  # nowhere to write: compile anew in every process
-
-
-CACHE_FOLDER = _cache_folder()
-
+CACHE_FOLDER = cache_folder(f"kernels-{kernel_hash()}")
+"""None: every process compiles anew."""
 
 FLAGS = {"nogil": True, "fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen)."""
