@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LONGEST_MESSAGE = 2000
+"""Characters of a message."""
+
 
 class DamagepredError(Exception):
-    """Base of all errors this package raises on purpose."""
+    """Base of all errors this package raises on purpose. A message that is too long ends with dots."""
+
+    def __init__(self, message: str = "") -> None:
+        short = message if len(message) <= LONGEST_MESSAGE else f"{message[: LONGEST_MESSAGE - 3]}..."
+        super().__init__(short)
 
 
 class InputError(DamagepredError, ValueError):

@@ -17,6 +17,7 @@ import xarray as xr
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import InputError, StudyError
+from damagepred.input_files import check_regular
 
 _ONE_AT_A_TIME = threading.RLock()
 """The HDF5 library crashes when two threads use it at once, and a study may run in threads."""
@@ -154,12 +155,11 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         If it is missing, no netCDF file, not of this package, or newer than this package.
     """
     file = Path(path)
-    if not file.exists():
-        raise InputError(f"{file}: no such file.")
-    if file.is_dir():
+    if os.path.isdir(file):  # False for names that no file can have
         raise InputError(
             f"{file}: is a folder, and one wall's file (*.nc) is needed; `damagepred replay` writes one of a study's."
         )
+    check_regular(file)
     try:
         with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()

@@ -33,6 +33,7 @@ from damagepred.archive.provenance import Environment, as_table, from_table, pro
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import InputError, StudyError
+from damagepred.input_files import read_json, read_text
 
 MISSING = SAMPLE_STATUS.index("missing")
 FAILED = SAMPLE_STATUS.index("failed")
@@ -124,7 +125,7 @@ class StudyFolder:
         InputError
             If it is missing, something else, or newer than this package.
         """
-        if not self.path.exists():
+        if not os.path.exists(self.path):
             raise InputError(f"{self.path}: no such study folder; `damagepred study` makes one.")
         if not self.exists or not self.manifest_file.is_file():
             raise InputError(f"{self.path}: is not a study folder (it has no study.toml and manifest.json).")
@@ -166,7 +167,7 @@ class StudyFolder:
 
     def study_text(self) -> str:
         """Return the frozen copy of the study."""
-        return self.study_file.read_text(encoding="utf-8")
+        return read_text(self.study_file)
 
     def manifest(self) -> dict[str, Any]:
         """Return the manifest.
@@ -176,11 +177,7 @@ class StudyFolder:
         InputError
             If it cannot be read.
         """
-        try:
-            content: dict[str, Any] = json.loads(self.manifest_file.read_text(encoding="utf-8"))
-        except (OSError, json.JSONDecodeError) as error:
-            raise InputError(f"{self.manifest_file}: cannot be read ({error}).") from None
-        return content
+        return read_json(self.manifest_file)
 
     def write_manifest(self, manifest: Mapping[str, Any]) -> None:
         """Replace the manifest."""
@@ -251,10 +248,9 @@ class StudyFolder:
         """Return the record of one failed sample."""
         file = self.failure_file(sample)
         try:
-            content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, json.JSONDecodeError) as error:
-            return {"sample": sample, "reason": "unknown", "message": f"{file.name} cannot be read ({error})"}
-        return content
+            return read_json(file)
+        except InputError as error:
+            return {"sample": sample, "reason": "unknown", "message": str(error)}
 
     def record_failure(self, sample: int, reason: str, message: str, inputs: Mapping[str, float]) -> None:
         """Write down that a sample failed.
@@ -283,12 +279,12 @@ class StudyFolder:
         write_whole(self.failure_file(sample), lambda p: p.write_text(text, encoding="utf-8"))
 
     def forget_failures(self, samples: set[int]) -> None:
-        """Remove failed samples, so that they run again."""
+        """Remove failed samples, so that they run again: what is derived first, the record of the failure last."""
+        if samples:
+            self.results_file.unlink(missing_ok=True)
         for sample in samples:
             self.part_file(sample).unlink(missing_ok=True)
             self.failure_file(sample).unlink(missing_ok=True)
-        if samples:
-            self.results_file.unlink(missing_ok=True)
 
     def design(self) -> xr.Dataset:
         """Return every input of every sample."""
@@ -316,7 +312,7 @@ class StudyFolder:
         known: set[int] = set()
         if self.results_file.is_file():
             whole = _columns(read_dataset(self.results_file), wanted)
-            there = whole["status"].values != MISSING
+            there = ~np.isin(whole["status"].values, (MISSING, FAILED))  # a failed sample may have run again since
             known = set(whole["sample"].values[there].tolist())
             pieces.put(whole, there)
         for file, samples in sorted(self.part_files().items()):
@@ -442,7 +438,7 @@ def open_study(path: str | Path) -> xr.Dataset:
     InputError
         If it is no study folder.
     """
-    if Path(path).is_file():
+    if os.path.isfile(path):
         ds = read_dataset(path)
         if "sample" not in ds.sizes:
             raise InputError(f"{path}: is no study (it has no dimension sample).")

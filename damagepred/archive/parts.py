@@ -18,6 +18,7 @@ from damagepred.archive.files import read_dataset, write_whole
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import InputError
+from damagepred.input_files import LARGEST_TABLE, read_bytes
 
 CLASSIC = b"CDF"
 """First bytes of a file in the classic format."""
@@ -143,11 +144,7 @@ def read_part(path: Path, names: Iterable[str] | None = None) -> Columns:
         If it is damaged, or newer than this package.
     """
     wanted = None if names is None else {"sample", *names}
-    try:
-        with path.open("rb") as stream:
-            content = stream.read()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    content = read_bytes(path, LARGEST_TABLE)
     if content[:3] != CLASSIC:  # the first version wrote netCDF-4
         ds = read_dataset(path)
         return {

@@ -1,11 +1,9 @@
-"""TOML in, and complaints that name key, value and remedy."""
+"""Described objects from nested mappings, and complaints that name key, value and remedy."""
 
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 from pydantic import TypeAdapter, ValidationError
@@ -15,31 +13,8 @@ from damagepred.scene.quantity import Quantity
 
 T = TypeVar("T")
 
-
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    InputError
-        If it is missing, a folder, unreadable, not text or not TOML.
-    """
-    file = Path(path)
-    try:
-        with file.open("rb") as stream:
-            return tomllib.load(stream)
-    except FileNotFoundError:
-        folder = file.parent
-        names = [p.name for p in folder.glob("*.toml")] if folder.is_dir() else []
-        raise InputError(f"{file}: no such file." + nearest(file.name, names)) from None
-    except IsADirectoryError:
-        raise InputError(f"{file}: is a folder; give the TOML file itself.") from None
-    except PermissionError:
-        raise InputError(f"{file}: may not be read; check its permissions.") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file}: is not a text file; a scene or study is a TOML file in UTF-8.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: is not valid TOML: {error}. Strings need quotes; tables look like [wall].") from None
+LONGEST_VALUE = 100
+"""Characters of a value in a message."""
 
 
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
@@ -50,6 +25,8 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
     InputError
         With one line for each thing that is wrong.
     """
+    if not isinstance(tables, Mapping):
+        raise InputError(f"{source} = {_shown(tables)}: must be a table with keys.")
     try:
         return TypeAdapter(kind).validate_python(dict(tables))
     except ValidationError as error:
@@ -97,37 +74,43 @@ def _line(kind: type, problem: Any) -> str:
         case "missing" | "missing_keyword_only_argument":
             return f"{place}: is missing; give it a value."
         case "greater_than":
-            return f"{place} = {value!r}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
+            return f"{place} = {_shown(value)}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
         case "greater_than_equal":
-            return f"{place} = {value!r}: must be at least {limits['ge']:g}{_unit(kind, location)}."
+            return f"{place} = {_shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
         case "less_than":
-            return f"{place} = {value!r}: must be less than {limits['lt']:g}{_unit(kind, location)}."
+            return f"{place} = {_shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}."
         case "less_than_equal":
-            return f"{place} = {value!r}: must be at most {limits['le']:g}{_unit(kind, location)}."
+            return f"{place} = {_shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}."
         case "finite_number":
-            return f"{place} = {value!r}: must be a finite number."
+            return f"{place} = {_shown(value)}: must be a finite number."
         case "literal_error":
             hint = nearest(
                 str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
             )
-            return f"{place} = {value!r}: must be {limits['expected']}.{hint}"
+            return f"{place} = {_shown(value)}: must be {limits['expected']}.{hint}"
         case "dataclass_type" | "dataclass_exact_type":
-            return f"{place} = {value!r}: must be a table, [{'.'.join(location)}] with keys."
+            return f"{place} = {_shown(value)}: must be a table, [{'.'.join(location)}] with keys."
         case "tuple_type" if _inner(_follow(kind, location)) is not None:
-            return f"{place} = {value!r}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
+            return f"{place} = {_shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
         case "tuple_type":
-            return f"{place} = {value!r}: must be a list, in square brackets."
+            return f"{place} = {_shown(value)}: must be a list, in square brackets."
         case "value_error":
             return _own_words(place, value, str(limits["error"]))
         case _:
-            return f"{place} = {value!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
+            return f"{place} = {_shown(value)}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
+
+
+def _shown(value: Any) -> str:
+    """Write a value, a long one shortened."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 3]}..."
 
 
 def _own_words(place: str, value: Any, message: str) -> str:
     """Lead with key and value, unless the complaint is about several keys and names them itself."""
     end = "" if message.endswith((".", "?")) else "."
     if isinstance(value, int | float | str):
-        return f"{place} = {value!r}: {message}{end}"
+        return f"{place} = {_shown(value)}: {message}{end}"
     return f"{place}: {message}{end}" if place else f"{message}{end}"
 
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.assembly import Model
+from damagepred.input_files import read_toml
 from damagepred.path import Step, model_of, solve
 from damagepred.scene import Scene, Solver
 from damagepred.scene.assumed import ground_line
-from damagepred.scene.reading import read_toml
 from damagepred.solvers.half import symmetric_half
 from damagepred.solvers.quasi_static.equations import block_levels
 from damagepred.solvers.stiffness import held_dofs

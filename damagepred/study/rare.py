@@ -20,6 +20,7 @@ from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import provenance
 from damagepred.errors import InputError, StudyError
+from damagepred.input_files import read_json
 from damagepred.study.capacity import Question, asked_of
 from damagepred.study.rare_walls import Crew, Walls, question_file
 from damagepred.study.sample import joint_places
@@ -181,7 +182,7 @@ def _prepare(folder: StudyFolder, asked: StudySettings, question: Question, how:
         kept = json.dumps(content | {"program": provenance()}, indent=2, default=str) + "\n"
         write_whole(question_file(folder), lambda p: p.write_text(kept, encoding="utf-8"))
         return
-    before = json.loads(question_file(folder).read_text(encoding="utf-8"))
+    before = read_json(question_file(folder))
     differing = [f"{key} (was {before.get(key)}, is {value})" for key, value in content.items() if before[key] != value]
     if read_frozen(folder.study_text()).to_dict() != read_frozen(text).to_dict():
         differing.append("the study")

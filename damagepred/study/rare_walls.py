@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import InputError, StudyError
+from damagepred.input_files import read_json
 from damagepred.scene import Scene
 from damagepred.study.capacity import NOTHING_KNOWN, Margin, Question, margin
 from damagepred.study.sample import joint_places
@@ -100,7 +101,7 @@ def _ready(folder: str) -> None:
 def _asked(folder: str) -> tuple[StudySettings, Design, Question]:
     place = StudyFolder(folder)
     settings = read_frozen(place.study_text())
-    content = json.loads(question_file(place).read_text(encoding="utf-8"))
+    content = read_json(question_file(place))
     return settings, settings.design(), Question(**{f.name: content[f.name] for f in dataclasses.fields(Question)})
 
 

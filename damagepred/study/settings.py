@@ -11,16 +11,18 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
+from damagepred.input_files import read_toml
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Duration, Pure
-from damagepred.scene.reading import build, plain, read_toml
+from damagepred.scene.reading import build, plain
+from damagepred.text import check_title
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.importance import Proposal, check
 from damagepred.uq.stopping import StopWhen
@@ -90,7 +92,7 @@ class Sampling:
         solved to it unless ``stop_at_category`` says otherwise.
     """
 
-    title: str | None = None
+    title: Annotated[str, AfterValidator(check_title)] | None = None
     samples: Count = Field(default=100, ge=1)
     seed: Count = Field(default=1, ge=0, lt=2**63)
     sampler: Literal["sobol", "lhs", "random", "table"] = "sobol"

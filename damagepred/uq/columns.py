@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 from damagepred.errors import InputError, nearest
+from damagepred.input_files import LARGEST_TABLE, read_text
 from damagepred.scene.quantity import to_si
 
 
@@ -31,13 +32,14 @@ def read_column(where: str, file: Path, column: str, written_in: str | None, uni
         If the file, the column or a number in it cannot be read.
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{where} file = '{file}': cannot be read: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{where} file = '{file}': is not a text file; give comma-separated values.") from None
+        text = read_text(file, LARGEST_TABLE)
+    except InputError as error:
+        raise InputError(f"{where} file = {error}") from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    rows = list(csv.reader((line for _, line in lines), skipinitialspace=True))
+    try:
+        rows = list(csv.reader((line for _, line in lines), skipinitialspace=True))
+    except csv.Error as error:
+        raise InputError(f"{where} file = {file}: is no table of comma-separated values ({error}).") from None
     header = [name.strip() for name in rows[0]] if rows else []
     if column not in header:
         raise InputError(

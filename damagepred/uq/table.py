@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.errors import InputError, nearest
+from damagepred.input_files import LARGEST_TABLE, read_text
 from damagepred.scene.quantity import to_si
 
 FloatArray = NDArray[np.float64]
@@ -46,12 +48,12 @@ def read_table(path: str | Path, unit_of: Callable[[str], str], known: Sequence[
         If the file is missing, or a header or a cell is not acceptable; the message names it.
     """
     try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            lines = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if any(map(str.strip, row))]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"study.table = {str(path)!r}: cannot be read ({getattr(error, 'strerror', None) or error})."
-        ) from None
+        rows = csv.reader(io.StringIO(read_text(path, LARGEST_TABLE), newline=""))
+        lines = [(number, row) for number, row in enumerate(rows, start=1) if any(map(str.strip, row))]
+    except InputError as error:
+        raise InputError(f"study.table: {error}") from None
+    except csv.Error as error:
+        raise InputError(f"study.table: {path}: is no table of comma-separated values ({error}).") from None
     lines = [(number, row) for number, row in lines if not row[0].lstrip().startswith("#")]
     if len(lines) < 2:
         raise InputError(f"{path}: must have a line with the columns' names and one line a sample.")

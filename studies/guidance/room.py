@@ -22,7 +22,7 @@ from tables import Case, markdown, put_in, rows_of, write_table
 from damagepred import open_study
 from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.damage.limits import construction_limits
-from damagepred.scene.reading import read_toml
+from damagepred.input_files import read_toml
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import RunSummary

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from damagepred.errors import InputError
+from damagepred.input_files import LARGEST_TABLE, read_bytes
 from damagepred.scene.dynamics import BaseMotion
 
 FloatArray = NDArray[np.float64]
@@ -122,10 +122,7 @@ def _record(motion: BaseMotion) -> tuple[FloatArray, FloatArray]:
     if motion.file is None:
         return np.array(motion.time), np.array(motion.values)
     rows = []
-    try:
-        text = Path(motion.file).read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(f"dynamics.base file = {motion.file!r}: cannot be read ({error.strerror}).") from None
+    text = read_bytes(motion.file, LARGEST_TABLE).decode("utf-8", errors="replace")
     for line in text.splitlines():
         try:
             rows.append([float(word) for word in line.replace(";", ",").replace(",", " ").split()[:2]])

@@ -1,0 +1,158 @@
+"""Files that a user names. They are read whole if they are regular files of bounded size; all else is one sentence."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from damagepred.errors import InputError, nearest
+
+MIB = 2**20
+LARGEST_DESCRIPTION = 16 * MIB
+"""Of a scene, a study or another file of settings."""
+LARGEST_TABLE = 512 * MIB
+"""Of a table of numbers."""
+DEEPEST = 32
+"""Tables and lists inside each other in a description."""
+LARGEST_WHOLE = 2**63
+"""Whole numbers of TOML have 64 bits."""
+
+
+def read_bytes(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> bytes:
+    """Read a regular file whole.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    largest : int
+        Size that is accepted (bytes).
+
+    Raises
+    ------
+    InputError
+        If it is missing, no regular file, larger, or may not be read.
+    """
+    try:
+        with _opened(Path(path), largest) as stream:
+            return stream.read(largest)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+
+
+def check_regular(path: str | Path) -> None:
+    """Check that a file can be opened and is a regular one.
+
+    Raises
+    ------
+    InputError
+        If it is missing, something else, or may not be read.
+    """
+    with _opened(Path(path), None):
+        pass
+
+
+def _opened(file: Path, largest: int | None) -> BinaryIO:
+    """Open a regular file; opening a pipe without a writer does not wait for one."""
+    try:
+        handle = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file.{_similar(file)}") from None
+    except PermissionError:
+        raise InputError(f"{file}: may not be read; check its permissions.") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}).") from None
+    except ValueError as error:
+        raise InputError(f"{str(file)!r}: no file can have this name ({error}).") from None
+    found = os.fstat(handle)
+    if stat.S_ISREG(found.st_mode) and (largest is None or found.st_size <= largest):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    if stat.S_ISDIR(found.st_mode):
+        raise InputError(f"{file}: is a folder; give the file itself.")
+    if largest is None or not stat.S_ISREG(found.st_mode):
+        raise InputError(f"{file}: is no regular file.")
+    raise InputError(f"{file}: has {found.st_size / MIB:.0f} MiB; a file of this kind has at most {largest / MIB:.0f}.")
+
+
+def _similar(file: Path) -> str:
+    try:
+        return nearest(file.name, [p.name for p in file.parent.glob(f"*{file.suffix}")] if file.parent.is_dir() else [])
+    except OSError:
+        return ""
+
+
+def read_text(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> str:
+    """Read a text file in UTF-8, with or without a byte order mark.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    largest : int
+        Size that is accepted (bytes).
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is no text.
+    """
+    try:
+        return read_bytes(path, largest).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not a text file in UTF-8.") from None
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not TOML.
+    """
+    text = read_text(path)
+    try:
+        content = tomllib.loads(text.replace("\r\n", "\n"))
+        _check_size(content, 0)
+    except RecursionError:
+        raise InputError(f"{path}: tables or lists lie more than {DEEPEST} deep inside each other.") from None
+    except ValueError as error:
+        raise InputError(f"{path}: is not valid TOML: {error}. Strings need quotes; tables look like [wall].") from None
+    return content
+
+
+def read_json(path: str | Path) -> dict[str, Any]:
+    """Read a JSON file that holds an object.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is something else.
+    """
+    text = read_text(path)
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON ({type(error).__name__}: {error}).") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: holds no JSON object.")
+    return content
+
+
+def _check_size(value: Any, depth: int) -> None:
+    """Check how deep values lie and how large whole numbers are."""
+    if depth > DEEPEST:
+        raise RecursionError
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, list):
+        for item in value:
+            _check_size(item, depth + 1)
+    elif isinstance(value, int) and not -LARGEST_WHOLE <= value < LARGEST_WHOLE:
+        raise ValueError("a whole number has more than 64 bits; write it with an exponent")
