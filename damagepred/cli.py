@@ -111,10 +111,11 @@ def solve(
     count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
         ds = solve_wall(described, on_failure="return", on_step=bar.step, store_zones=not no_zones)
+    _keep_wall(ds, output, plot)
     screen.wall_table(ds)
     if assumed := ground_line(described):
         screen.say(assumed)
-    raise typer.Exit(_keep_wall(ds, output, plot))
+    raise typer.Exit(_ending(ds))
 
 
 @app.command()
@@ -313,7 +314,7 @@ def fragility(
     ] = None,
 ) -> None:
     """Fit fragility curves to a study."""
-    from damagepred.archive.files import check_writable, write_dataset, write_whole
+    from damagepred.archive.files import check_writable, write_dataset
     from damagepred.archive.folder import open_study
     from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.rejudge import footing_gap_note, judge_again
@@ -331,17 +332,13 @@ def fragility(
         study, model=model.value, intensity=intensity and intensity.value, categories=wanted,
         confidence=confidence, band=band.value, bootstrap=bootstrap, goodness=goodness,
     )  # fmt: skip
-    screen.fragility_table(curves)
-    if note := footing_gap_note(study):
-        screen.say(f"note: {note}")
     if output is not None:
         write_dataset(curves.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
     if csv is not None:
-        from damagepred.exports import curves_frame
+        from damagepred.exports import curves_frame, write_csv
 
-        frame = curves_frame(curves)
-        write_whole(csv, lambda p: frame.to_csv(p))
+        write_csv(curves_frame(curves), csv)
         screen.say(f"wrote {csv}")
     if plot is not None:
         from damagepred.plotting import save_fragility_picture
@@ -352,6 +349,9 @@ def fragility(
 
         for file in export_curves(curves, export.value, output or folder):
             screen.say(f"wrote {file}")
+    screen.fragility_table(curves)
+    if note := footing_gap_note(study):
+        screen.say(f"note: {note}")
 
 
 @app.command()
@@ -387,7 +387,6 @@ def sensitivity(
         failed = summary.failed
     asked = 1 if category is None and result is None else category
     found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
-    screen.sensitivity_tables(found)
     if output is not None:
         write_dataset(found.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
@@ -395,6 +394,7 @@ def sensitivity(
         from damagepred.plotting import save_fragility_picture
 
         screen.say(f"drew {save_fragility_picture(found, plot)}")
+    screen.sensitivity_tables(found)
     if failed:
         raise typer.Exit(SOME_FAILED)
 
@@ -413,9 +413,10 @@ def replay(
     check_writable(output, plot)
     with screen.Bar(f"sample {sample}") as bar:
         ds, comparison = replay_sample(folder, sample, on_step=bar.step)
+    _keep_wall(ds, output, plot)
     screen.wall_table(ds)
     screen.say(comparison)
-    raise typer.Exit(_keep_wall(ds, output, plot))
+    raise typer.Exit(_ending(ds))
 
 
 @app.command()
@@ -456,19 +457,20 @@ def cracks_command(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
-    from damagepred.archive.files import check_writable, read_dataset, write_dataset, write_whole
+    from damagepred.archive.files import check_writable, read_dataset, write_dataset
+    from damagepred.exports import write_csv
     from damagepred.wall_cracks import crack_frame
     from damagepred.wall_cracks import cracks as cracks_of
 
     check_writable(csv, output)
     found = cracks_of(read_dataset(file))
-    screen.crack_table(found, crack_frame(found))
     if csv is not None:
-        write_whole(csv, lambda p: crack_frame(found, None).to_csv(p, index=False))
+        write_csv(crack_frame(found, None), csv, index=False)
         screen.say(f"wrote {csv}")
     if output is not None:
         write_dataset(found, output)
         screen.say(f"wrote {output}")
+    screen.crack_table(found, crack_frame(found))
 
 
 @app.command("judge")
@@ -512,10 +514,10 @@ def judge_command(
         measure=measure and measure.value, count_footing_gap=footing_gap,
         band_gauge=None if band_gauge is None else screen.quantity("--band-gauge", band_gauge, "m"),
     )  # fmt: skip
-    screen.judged_again(before, after)
     if output is not None:
         write_dataset(after, output)
         screen.say(f"wrote {output}")
+    screen.judged_again(before, after)
 
 
 @app.command()
@@ -552,9 +554,17 @@ def main() -> None:
     except SolverError as error:
         screen.say(str(error), error=True)
         sys.exit(SOME_FAILED)
+    except OSError as error:
+        screen.say(f"{error.filename or 'system'}: {error.strerror or error}", error=True)
+        sys.exit(BAD_INPUT)
     except KeyboardInterrupt:
         screen.say("interrupted", error=True)
         sys.exit(INTERRUPTED)
+    except SystemExit as ending:
+        if (reason := screen.lost_output()) and not ending.code:
+            screen.say(f"what was to be printed could not be written: {reason}", error=True)
+            sys.exit(BAD_INPUT)
+        raise
 
 
 def _fragility_surface(
@@ -572,8 +582,6 @@ def _fragility_surface(
         study, categories[0], second, intensity=intensity and intensity.value, confidence=confidence,
         bootstrap=bootstrap,
     )  # fmt: skip
-    for line in screen.surface_lines(surface):
-        screen.say(line)
     if output is not None:
         write_dataset(surface.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
@@ -581,6 +589,8 @@ def _fragility_surface(
         from damagepred.plotting import save_fragility_picture
 
         screen.say(f"drew {save_fragility_picture(surface, plot)}")
+    for line in screen.surface_lines(surface):
+        screen.say(line)
 
 
 def _draw_wall(ds: xr.Dataset, folder: Path) -> None:
@@ -590,8 +600,8 @@ def _draw_wall(ds: xr.Dataset, folder: Path) -> None:
         screen.say(f"drew {file}")
 
 
-def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> int:
-    """Write and draw a wall where asked, say how its path ended if early, and return the exit code."""
+def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
+    """Write and draw a wall where asked, before anything else is printed."""
     from damagepred.archive.files import write_dataset
 
     if output is not None:
@@ -599,6 +609,10 @@ def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> int:
         screen.say(f"wrote {output}")
     if plot is not None:
         _draw_wall(ds, plot)
+
+
+def _ending(ds: xr.Dataset) -> int:
+    """Print how a path ended, if early, and return the exit code."""
     ending = ds.attrs["status"]
     if ending != "complete":
         screen.say(f"{ending}: {ds.attrs['status_message']}", error=True)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import itertools
+import os
+import sys
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, cast
 
 from rich.console import Console
 from rich.markup import escape
+
+from damagepred.text import controls_escaped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,15 +23,64 @@ if TYPE_CHECKING:
     from damagepred.path import Step
     from damagepred.study import Progress as StudyProgress
 
-_out, _err = Console(soft_wrap=True, highlight=False), Console(stderr=True, soft_wrap=True, highlight=False)
+
+class _Stream:
+    """Standard output or standard error. After a failed write, kept in ``error``, text is dropped and the work goes on.
+
+    Parameters
+    ----------
+    name : str
+        Its name in ``sys``, looked up at each use.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.error: OSError | None = None
+
+    def write(self, text: str) -> int:
+        """Write text, as a file does."""
+        self._try("write", text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush, as a file does."""
+        self._try("flush")
+
+    def _try(self, action: str, *given: str) -> None:
+        if self.error is not None:
+            return
+        try:
+            getattr(getattr(sys, self.name), action)(*given)
+        except OSError as error:
+            self.error = error
+            with contextlib.suppress(OSError):  # else the interpreter fails when it flushes at its end
+                os.dup2(os.open(os.devnull, os.O_WRONLY), getattr(sys, self.name).fileno())
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(getattr(sys, self.name), attribute)
+
+
+_OUTPUT, _ERRORS = _Stream("stdout"), _Stream("stderr")
+_out, _err = (Console(file=cast(IO[str], stream), soft_wrap=True, highlight=False) for stream in (_OUTPUT, _ERRORS))
+
+
+def lost_output() -> str | None:
+    """Return why output could not be written, None if all was; a reader that has gone away is no loss."""
+    error = _OUTPUT.error
+    return None if error is None or error.errno == errno.EPIPE else error.strerror or str(error)
+
+
+def harmless(text: str) -> str:
+    """Return text as it is to be read: nothing in it is markup or steers the terminal."""
+    return escape(controls_escaped(text))
 
 
 def say(message: str, *, error: bool = False) -> None:
     """Print a message, errors to the error stream."""
     if error:
-        _err.print(f"[bold red]damagepred:[/] {escape(message)}")
+        _err.print(f"[bold red]damagepred:[/] {harmless(message)}")
     else:
-        _out.print(escape(message))
+        _out.print(harmless(message))
 
 
 def quantity(option: str, text: str, unit: str) -> float:
@@ -72,11 +127,13 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     from rich.table import Table
 
     for number, shown in enumerate(_parts_that_fit(columns, rows, _out.width)):
-        grid = Table(title=f"{title}, continued" if number else title, title_justify="left")
+        grid = Table(title=harmless(f"{title}, continued" if number else title), title_justify="left")
         for i in shown:
-            grid.add_column(columns[i], justify="right", overflow="fold")  # on narrow screens nothing is cut off
+            grid.add_column(
+                harmless(columns[i]), justify="right", overflow="fold"
+            )  # on narrow screens nothing is cut off
         for row in rows:
-            grid.add_row(*(escape(row[i]) for i in shown))
+            grid.add_row(*(harmless(row[i]) for i in shown))
         _out.print(grid)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest
+from damagepred.input_files import read_toml
+from damagepred.text import check_title
 
 FloatArray = NDArray[np.float64]
 
@@ -127,9 +129,9 @@ def read_table(path: Path) -> DamageTable:
         If it is missing or is no such table.
     """
     try:
-        return _table(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+        return _table(read_toml(path))
+    except InputError:
+        raise
     except KeyError as error:
         raise InputError(f"{path}: is no damage table, it lacks {error}; see data/damage/as2870.toml.") from None
     except (ValueError, TypeError) as error:
@@ -143,11 +145,15 @@ def _table(content: dict[str, Any]) -> DamageTable:
         raise ValueError("categories must be numbered 0, 1, ...")
     if any(a >= b for a, b in zip([0.0, *limits], limits)):
         raise ValueError("the limits must grow from category to category")
+    names = [str(c["name"]) for c in categories]
+    bad = [name for name in names if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}", name)]
+    if bad:
+        raise ValueError(f"category name {bad[0][:40]!r}: must be at most 40 letters, digits, spaces, '_' and '-'")
     return DamageTable(
-        name=content["name"],
+        name=check_title(content["name"]),
         source=content["source"],
         confidence=content["confidence"],
-        category_names=tuple(c["name"] for c in categories),
+        category_names=tuple(names),
         limits=tuple(limits),
         group_category=int(content["group"]["category"]),
         group_width=float(content["group"]["crack_width"]),

@@ -1,6 +1,6 @@
 """Fragility curves and studies for other programs: datasets in, files and tables out."""
 
-from damagepred.exports.files import FORMATS, export_curves, export_place
+from damagepred.exports.files import FORMATS, export_curves, export_place, write_csv
 from damagepred.exports.frames import curves_frame, parameters_frame, walls_frame
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
@@ -15,4 +15,5 @@ __all__ = [
     "pelicun_config",
     "pelicun_frame",
     "walls_frame",
+    "write_csv",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -12,9 +13,33 @@ from damagepred.archive.files import write_whole
 from damagepred.errors import InputError, nearest
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
+from damagepred.text import csv_safe
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMATS = {"pelicun": "_pelicun.csv", "openquake": "_openquake.xml", "openquake-discrete": "_openquake_discrete.xml"}
 """What can be exported, and the end of the file's name."""
+
+
+def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
+    """Write a table as CSV, whole or not at all.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        The table.
+    path : Path
+        File to write.
+    index : bool
+        Whether the index becomes columns.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be written.
+    """
+    write_whole(path, lambda p: csv_safe(frame).to_csv(p, index=index))
 
 
 def export_place(kind: str, beside: str | Path) -> Path:
@@ -71,7 +96,7 @@ def export_curves(
     if kind == "pelicun":
         frame, options = pelicun_frame(curves, categories=categories), place.with_suffix(".json")
         config = json.dumps(pelicun_config(curves), indent=2) + "\n"
-        write_whole(place, lambda p: frame.to_csv(p))
+        write_csv(frame, place)
         write_whole(options, lambda p: p.write_text(config, encoding="utf-8"))
         return [place, options]
     xml = openquake_xml(curves, "discrete" if kind.endswith("discrete") else "continuous", categories=categories)

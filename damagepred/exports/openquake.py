@@ -18,6 +18,7 @@ from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.exports.states import LimitStates, limit_states, require_order
+from damagepred.text import without_controls
 
 FloatArray = NDArray[np.float64]
 
@@ -116,8 +117,8 @@ def _description(states: LimitStates) -> str:
     of = "; ".join(f"{name}: category {c} or worse" for name, c in zip(states.name, states.category))
     largest = f"{_factor(states) * states.largest:.4g}{' cm' if states.units == 'm' else ''}"
     return (
-        f"{states.title}. {INTENSITY} stands for the {measure} ({unit}). {of}. Walls were moved to {largest} "
-        "at most: beyond that the curves are extrapolated."
+        f"{without_controls(states.title)}. {INTENSITY} stands for the {measure} ({unit}). {of}. Walls were moved "
+        f"to {largest} at most: beyond that the curves are extrapolated."
     )
 
 

@@ -7,6 +7,7 @@ package makes belong to the user, have mode 0700, and are no links.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
 import tempfile
@@ -23,10 +24,8 @@ def _candidates() -> Iterator[tuple[Path, str]]:
     if user := os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA"):
         yield Path(user), "damagepred"
     else:
-        try:
+        with contextlib.suppress(RuntimeError):  # a user without a home
             yield Path.home() / ".cache", "damagepred"
-        except RuntimeError:  # a user without a home
-            pass
     owner = f"-{os.getuid()}" if hasattr(os, "getuid") else ""
     yield Path(tempfile.gettempdir()), f"damagepred{owner}"
 

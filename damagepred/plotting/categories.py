@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.schema import CATEGORIES
 from damagepred.damage import DamageTable, load_table
-from damagepred.plotting.sheet import MM, plain_number
+from damagepred.plotting.sheet import MM, plain_number, verbatim
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def name_of(ds: xr.Dataset, category: int) -> str:
     """Return a category's name from the flag meanings of ``damage_category``."""
     meanings = ds["damage_category"].attrs.get("flag_meanings") if "damage_category" in ds.variables else None
     names = str(meanings).split() if meanings else list(CATEGORIES)
-    return names[category].replace("_", " ") if 0 <= category < len(names) else "not known"
+    return verbatim(names[category].replace("_", " ")) if 0 <= category < len(names) else "not known"
 
 
 def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:

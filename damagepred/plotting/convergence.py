@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, name_of
 from damagepred.plotting.fragility import LINES
-from damagepred.plotting.sheet import MM, axes_or_new, legend_below, plain_number, require, set_title
+from damagepred.plotting.sheet import MM, axes_or_new, legend_below, plain_number, require, set_title, title_of
 from damagepred.plotting.study import highest_of
 from damagepred.uq.fragility import movement_measure
 from damagepred.uq.running import running_probability
@@ -60,7 +60,7 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
     measure = movement_measure(ds).replace("_", " ")
     set_title(
         ax,
-        str(ds.attrs.get("title", "study")),
+        title_of(ds, "study"),
         f"estimates at a {measure} of {plain_number(at * MM)} mm; bands: {confidence:.0%} confidence each",
     )
     return ax

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, table_of
 from damagepred.plotting.geometry import corners, footing_blocks, polygons
-from damagepred.plotting.sheet import MM, axes_or_new, figure_of, legend_below, new_figure, plain_number, set_title
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    figure_of,
+    legend_below,
+    new_figure,
+    plain_number,
+    set_title,
+    title_of,
+)
 from damagepred.plotting.wall import BRICK_EDGE, BRICKS, SLIP_COLOUR
 from damagepred.wall_cracks import WallCracks, crack_frame
 
@@ -158,7 +167,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, handles: list[Line2D], hai
     if "time" in ds.variables:
         when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     what = f"joints open or slid by more than {plain_number(hairline * MM)} mm; colours by {table_of(ds).name}"
-    set_title(ax, str(ds.attrs.get("title", "wall")), f"cracks at a {when}; {what}" if "time" not in ds.variables
+    set_title(ax, title_of(ds, "wall"), f"cracks at a {when}; {what}" if "time" not in ds.variables
               else f"cracks {when}; {what}")  # fmt: skip
 
 

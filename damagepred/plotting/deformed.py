@@ -16,7 +16,7 @@ from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting.categories import DPC_COLOUR
 from damagepred.plotting.geometry import Faces, Motion, footing_blocks, polygons
 from damagepred.plotting.rig import FOOTING_COLOUR
-from damagepred.plotting.sheet import MM, below, plain_number
+from damagepred.plotting.sheet import MM, below, plain_number, title_of
 from damagepred.plotting.wall import gaps_of, moved_corners
 
 FloatArray = NDArray[np.float64]
@@ -85,7 +85,7 @@ class Deformed:
     @property
     def title(self) -> str:
         """Name of the wall."""
-        return str(self.ds.attrs.get("title", "wall"))
+        return title_of(self.ds, "wall")
 
     @property
     def movement(self) -> str:

@@ -20,6 +20,7 @@ from damagepred.plotting.sheet import (
     require,
     say_nothing_to_draw,
     set_title,
+    title_of,
 )
 
 FloatArray = NDArray[np.float64]
@@ -88,7 +89,7 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
     ax.set_ylabel(f"opening of the {name} (mm)")
     left, right = float(ds["vertex_x"].min()), float(ds["vertex_x"].max())
     ax.set_xlim(left, right)
-    title = str(ds.attrs.get("title", "wall"))
+    title = title_of(ds, "wall")
     if not (ds["contact_kind"].values == kind).any():
         say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course" if kind == DPC else f"no {name}")
         set_title(ax, title)

@@ -25,6 +25,7 @@ from damagepred.plotting.sheet import (
     plain_number,
     require,
     set_title,
+    title_of,
 )
 
 FloatArray = NDArray[np.float64]
@@ -93,7 +94,7 @@ def draw_jack_load(
         ax.annotate(f"{plain_number(limit * MM)} mm", (limit * MM, 0.0), (4, above), textcoords="offset points",
                     fontsize="small", color=colour)  # fmt: skip
     if first:
-        set_title(ax, str(ds.attrs.get("title", "wall")), "circle: jacks or a support carry nothing any more")
+        set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry nothing any more")
     ax.set_xlim(0.0, max(1.1 * float(x.max()), 1e-6, 0.0 if first else ax.get_xlim()[1]))
     legend_below(ax, ax.get_legend_handles_labels()[0], 3)
     return ax
@@ -186,7 +187,7 @@ def footing_sheet(ds: xr.Dataset) -> Figure:
         ax.set_title("", loc="left")
     for ax in axes[:-1]:
         ax.set_xlabel("")
-    set_title(axes[0], str(ds.attrs.get("title", "wall")), "form, moment and curvature of the footing")
+    set_title(axes[0], title_of(ds, "wall"), "form, moment and curvature of the footing")
     return figure
 
 
@@ -207,5 +208,5 @@ def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tu
     ax.set_ylabel(what)
     ax.grid(color="0.9")
     ax.set_axisbelow(True)
-    set_title(ax, str(ds.attrs.get("title", "wall")))
+    set_title(ax, title_of(ds, "wall"))
     return ax

@@ -10,7 +10,16 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import CATEGORIES
 from damagepred.plotting.categories import COLOURS
-from damagepred.plotting.sheet import MM, axes_or_new, label_movement, plain_number, require, set_title
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    label_movement,
+    plain_number,
+    require,
+    set_title,
+    title_of,
+    verbatim,
+)
 from damagepred.scene.site import site_classes
 
 EMPIRICAL = "empirical"
@@ -98,7 +107,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 def _name(curves: xr.Dataset, number: int) -> str:
     if "category_name" in curves.variables:
-        return str(curves["category_name"].values[number]).replace("_", " ")
+        return verbatim(str(curves["category_name"].values[number]).replace("_", " "))
     category = int(curves["category"].values[number])
     return CATEGORIES[category].replace("_", " ") if category < len(CATEGORIES) else "no name"
 
@@ -174,7 +183,7 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
 
 
 def _title(curves: xr.Dataset) -> tuple[str, str]:
-    title = str(curves.attrs.get("title", "fragility curves"))
+    title = title_of(curves, "fragility curves")
     parts = []
     if "samples" in curves.attrs:
         failed = int(curves.attrs.get("samples_failed", 0))

@@ -8,7 +8,16 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from damagepred.plotting.fragility import label_intensity
-from damagepred.plotting.sheet import MM, axes_or_new, figure_of, require, say_nothing_to_draw, set_title
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    figure_of,
+    require,
+    say_nothing_to_draw,
+    set_title,
+    title_of,
+    verbatim,
+)
 
 LEVELS = np.linspace(0.0, 1.0, 11)
 """Limits of the bands of colour."""
@@ -49,7 +58,9 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
     factor, unit = _SHOWN.get(str(surface["second"].attrs.get("units", "1")), (1.0, ""))
     unit = unit or str(surface["second"].attrs.get("units", "1"))
     x, y = scale * surface["intensity"].values, factor * surface["second"].values
-    category = f"category {int(surface.attrs['category'])} ({str(surface.attrs['category_name']).replace('_', ' ')})"
+    category = (
+        f"category {int(surface.attrs['category'])} ({verbatim(str(surface.attrs['category_name']).replace('_', ' '))})"
+    )
     second = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", ")
     if str(surface["fit_status"].item()) != "fitted":
         say_nothing_to_draw(ax, f"no surface: {surface['fit_status'].item()}")
@@ -79,7 +90,7 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
             handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=3, frameon=False, fontsize="small",
             borderaxespad=0.0,
         )  # fmt: skip
-    title = str(surface.attrs.get("title", "fragility surface"))
+    title = title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
     walls = f"{int(surface.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else "")
     set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{_explained(surface)}")

@@ -9,7 +9,15 @@ from matplotlib.axes import Axes
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import DPC
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, FOOTING_COLOUR, shade_bands, table_of, width_scale
-from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    label_movement,
+    legend_below,
+    require,
+    set_title,
+    title_of,
+)
 from damagepred.rejudge import shown_gaps
 from damagepred.uq.fragility import movement_measure
 
@@ -91,7 +99,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(
         ax,
-        str(ds.attrs.get("title", "wall")),
+        title_of(ds, "wall"),
         f"bands: crack widths by {table.name}; marks on the black line: the wall's category",
     )
     return ax

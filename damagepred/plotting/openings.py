@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from damagepred.errors import InputError
-from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title
+from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, title_of
 
 AGAINST = {"central_deflection": "central deflection (mm)", "dpc_opening_max": "widest opening of the dpc (mm)"}
 """What the change can be drawn against."""
@@ -38,7 +38,7 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
     ax = axes_or_new(ax, 8.0, 5.0)
     ax.set_xlabel(AGAINST[against])
     ax.set_ylabel("change of width at the upper end of the jambs (mm)")
-    set_title(ax, str(ds.attrs.get("title", "wall")), "openings: widening is positive")
+    set_title(ax, title_of(ds, "wall"), "openings: widening is positive")
     if not ds.sizes.get("opening", 0):
         say_nothing_to_draw(ax, "no openings: this wall has neither windows nor doors")
         return ax

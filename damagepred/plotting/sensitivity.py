@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from damagepred.plotting.sheet import new_figure, require
+from damagepred.plotting.sheet import new_figure, require, title_of
 
 GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom joint to joint"}
 """Names of the groups of a crossed study."""
@@ -67,7 +67,7 @@ def draw_sensitivity(found: xr.Dataset) -> Figure:
             loc="upper left", bbox_to_anchor=(0.0, -0.6 / (0.3 + 0.45 * rows)), ncols=2, frameon=False,
             fontsize="small", borderaxespad=0.0,
         )  # fmt: skip
-    title = str(found.attrs.get("title", "sensitivity"))
+    title = title_of(found, "sensitivity")
     censored = float(found.attrs.get("share_censored", 0.0))
     figure.suptitle(
         f"{title[:1].upper() + title[1:]}\n{found.attrs.get('output', '')}; {int(found.attrs['walls'])} walls"

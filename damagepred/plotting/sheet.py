@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
 from damagepred.errors import InputError
+from damagepred.text import without_controls
 
 DPI = 150
 """Resolution of all pictures (dots per inch)."""
@@ -69,6 +70,24 @@ def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:
     missing = [name for name in names if name not in ds.variables]
     if missing:
         raise InputError(f"the dataset has no variable '{missing[0]}'; this drawing needs {result}.")
+
+
+def verbatim(text: str) -> str:
+    """Return text of a user as it is drawn: a dollar sign begins no formula, control characters are left out."""
+    return without_controls(text).replace("$", r"\$")
+
+
+def title_of(ds: xr.Dataset, default: str) -> str:
+    """Return the title of a dataset, verbatim.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall, a study or curves.
+    default : str
+        Title of one without a title.
+    """
+    return verbatim(str(ds.attrs.get("title", default)))
 
 
 def set_title(ax: Axes, *lines: str) -> None:

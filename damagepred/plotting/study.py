@@ -15,7 +15,15 @@ from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, FOOTING_COLOUR, name_of, shade_bands, table_of, width_scale
-from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    label_movement,
+    legend_below,
+    require,
+    set_title,
+    title_of,
+)
 from damagepred.uq.fragility import movement_measure
 
 FloatArray = NDArray[np.float64]
@@ -166,7 +174,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     label_movement(ax, movement_measure(ds))
     ax.set_ylabel("widest crack of the wall (mm)")
     legend_below(ax, handles)
-    set_title(ax, str(ds.attrs.get("title", "study")), f"{count_walls(ds)}; categories of damage by {table.name}")
+    set_title(ax, title_of(ds, "study"), f"{count_walls(ds)}; categories of damage by {table.name}")
     return ax
 
 
@@ -237,7 +245,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     label_movement(ax, movement_measure(ds))
     ax.set_ylabel("share of the walls (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
-    set_title(ax, str(ds.attrs.get("title", "study")), f"{count_walls(ds)}; highest category reached so far")
+    set_title(ax, title_of(ds, "study"), f"{count_walls(ds)}; highest category reached so far")
     return ax
 
 

@@ -20,7 +20,16 @@ from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, name_of, table_of, width_colours
 from damagepred.plotting.geometry import Faces, Motion, corners, footing_blocks, ground_profile, polygons
 from damagepred.plotting.rig import FOOTING_COLOUR, SOIL_COLOUR, draw_footing_blocks, draw_rig, draw_soil
-from damagepred.plotting.sheet import MM, axes_or_new, below, figure_of, plain_number, require, set_title
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    below,
+    figure_of,
+    plain_number,
+    require,
+    set_title,
+    title_of,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -307,7 +316,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)
     set_title(
         ax,
-        str(ds.attrs.get("title", "wall")),
+        title_of(ds, "wall"),
         f"{when}, damage category {category} ({name_of(ds, category)}); displacements {scale}",
         str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
     )

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from itertools import combinations
 from math import floor
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from damagepred.errors import InputError, nearest
+from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
@@ -21,6 +22,7 @@ from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
 from damagepred.scene.wall import ControlJoint, Opening, Wall
+from damagepred.text import check_title
 
 
 @described
@@ -39,7 +41,7 @@ class Scene:
         The tables of the scene file; see their classes.
     """
 
-    title: str = "masonry wall"
+    title: Annotated[str, AfterValidator(check_title)] = "masonry wall"
     wall: Wall = Field(default_factory=Wall)
     block: BlockMaterial = Field(default_factory=BlockMaterial)
     joint: Joint = Field(default_factory=Joint)
@@ -163,8 +165,6 @@ class Scene:
         InputError
             If the file is missing or unreadable, or a key or value is not acceptable.
         """
-        from damagepred.scene.reading import read_toml
-
         return cls.from_dict(read_toml(path), source=str(path))
 
     @classmethod

@@ -88,7 +88,7 @@ BAD_STUDIES = {
     ),
     "table that is not there": (
         STUDY.split("[variables")[0] + 'sampler = "table"\ntable = "walls.csv"\n',
-        ["walls.csv", "(No such file"],
+        ["walls.csv", "no such file"],
     ),
     "unknown place": (STUDY.replace("joint.friction", "joint.fricton"), ["joint.fricton", "'joint.friction'"]),
     "unknown family": (STUDY.replace('"uniform"', '"unifrom"'), ["distribution", "unifrom", "'uniform'"]),

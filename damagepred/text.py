@@ -1,0 +1,56 @@
+"""Text that a user wrote, made safe for where it is read: terminals, pictures, XML, spreadsheets."""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LONGEST_TITLE = 500
+"""Characters of a title."""
+
+FORMULA = ("=", "+", "-", "@")
+"""What a spreadsheet takes for the beginning of a formula."""
+
+
+def is_control(character: str) -> bool:
+    """Whether a character steers a terminal, or may not stand in XML, instead of being read."""
+    return unicodedata.category(character) in ("Cc", "Cs")
+
+
+def without_controls(text: str) -> str:
+    """Return text without control characters."""
+    return "".join(c for c in text if not is_control(c))
+
+
+def controls_escaped(text: str) -> str:
+    """Return text with control characters, except ends of lines, as escapes."""
+    return "".join(ascii(c)[1:-1] if is_control(c) and c != "\n" else c for c in text)
+
+
+def check_title(text: str) -> str:
+    """Return a title as it is.
+
+    Raises
+    ------
+    ValueError
+        If it has control characters or is too long.
+    """
+    if any(map(is_control, text)):
+        raise ValueError(f"{controls_escaped(text)[:80]!r} has control characters; a title is one line of plain text")
+    if len(text) > LONGEST_TITLE:
+        raise ValueError(f"has {len(text)} characters; at most {LONGEST_TITLE}")
+    return text
+
+
+def csv_safe(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table whose texts no spreadsheet runs as formulas: an apostrophe stands before them.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        Numbers are left as they are.
+    """
+    return frame.map(lambda cell: f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell)

@@ -1,0 +1,109 @@
+"""Results are kept whatever becomes of what is printed, and no text of a user is run by what reads it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from damagepred import screen
+from damagepred.archive.files import read_dataset
+from damagepred.damage.table import read_table
+from damagepred.data_files import data_file
+from damagepred.errors import InputError
+from damagepred.exports import write_csv
+from damagepred.plotting.sheet import new_figure, set_title, title_of
+from damagepred.scene import Scene
+
+SCENE = """
+title = "TITLE"
+[wall]
+length = 0.72
+height = 0.3
+[movement]
+central_deflection = "0.2 mm"
+increments = 2
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    file = tmp_path / "small.toml"
+    file.write_text(SCENE, encoding="utf-8")
+    return file
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    program = f"{sys.executable} -m damagepred"
+    return subprocess.run(
+        ["bash", "-c", command.replace("damagepred", program, 1)], cwd=folder, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("ending", ["true", "head -c 1"])
+def test_a_reader_that_goes_away_is_no_error(ending: str, scene: Path, tmp_path: Path) -> None:
+    done = shell(f"set -o pipefail; damagepred solve small.toml -o x.nc | {ending}", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+def test_a_full_disk_below_the_output_loses_no_wall(scene: Path, tmp_path: Path) -> None:
+    done = shell("damagepred solve small.toml -o x.nc > /dev/full", tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "No space left" in done.stderr
+    assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
+
+
+@pytest.mark.parametrize("title", ["[/]", "[bold]x", "$x_{$", "a & <b>", "=1+1", "100 % \\\\frac"])
+def test_titles_are_shown_as_they_are(title: str, scene: Path, tmp_path: Path) -> None:
+    scene.write_text(SCENE.replace("TITLE", title), encoding="utf-8")
+    done = shell("damagepred solve small.toml -o x.nc --plot pictures", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert title.replace("\\\\", "\\") in done.stdout
+
+
+@pytest.mark.parametrize("title", ["\x1b[2Jgone", "two\nlines", "\x07", "\x9b31m", "x" * 501])
+def test_titles_that_are_no_line_of_text_are_refused(title: str) -> None:
+    with pytest.raises(InputError, match="title") as refused:
+        Scene.from_dict({"title": title})
+    assert len(str(refused.value)) < 300
+    assert refused.value.args[0].isprintable()
+
+
+def test_control_characters_reach_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    screen.say("a\x1b[2Jb\nc")
+    screen.table("\x1b]0;t\x07", ["[red]\x9b"], [["[/]\x1b"]])
+    said = capsys.readouterr().out
+    assert r"a\x1b[2Jb" in said
+    assert r"[/]\x1b" in said
+    assert all(c.isprintable() or c == "\n" for c in said)
+
+
+def test_a_dollar_sign_in_a_title_begins_no_formula() -> None:
+    figure = new_figure()
+    ax = figure.add_subplot()
+    set_title(ax, title_of(xr.Dataset(attrs={"title": "$x_{$ costs 5$\x1b"}), "wall"))
+    figure.canvas.draw()
+    assert ax.get_title(loc="left") == r"\$x_{\$ costs 5\$"
+
+
+def test_no_cell_of_a_table_is_a_formula(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"name": ["=HYPERLINK(1)", "+1", "-1", "@x", "plain"], "value": np.linspace(-2, 2, 5)})
+    write_csv(frame, tmp_path / "t.csv", index=False)
+    again = pd.read_csv(tmp_path / "t.csv")
+    assert list(again["name"]) == ["'=HYPERLINK(1)", "'+1", "'-1", "'@x", "plain"]
+    np.testing.assert_array_equal(again["value"], frame["value"])
+
+
+@pytest.mark.parametrize("name", ["=cmd()", "[/]", "$x$", "two\\nlines", ""])
+def test_names_of_categories_are_plain(name: str, tmp_path: Path) -> None:
+    text = data_file("damage", "as2870.toml").read_text(encoding="utf-8")
+    (tmp_path / "own.toml").write_text(text.replace('"negligible"', f'"{name}"', 1), encoding="utf-8")
+    with pytest.raises(InputError, match="category name"):
+        read_table(tmp_path / "own.toml")
