@@ -1,4 +1,4 @@
-"""What is free while the dead load comes on, and held from then on where it stands."""
+"""What is free while the dead load comes on and held from then on, and what is held until then."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.assembly import Model
+from damagepred.assembly import Kind, Model
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def while_loading(model: Model) -> Model:
@@ -33,6 +34,38 @@ def while_loading(model: Model) -> Model:
             after_load=supports.after_load[held],
         ),
     )
+
+
+def pushing_supports(model: Model) -> IntArray:
+    """Return the interfaces of supports under a footing on jacks that push only.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    """
+    if model.jacks is None:
+        return np.empty(0, dtype=np.int64)
+    return np.flatnonzero((model.interfaces.kind == Kind.SUPPORT) & (model.properties.tensile_strength == 0.0))
+
+
+def level(model: Model) -> Model:
+    """Return the model with a footing on jacks that its supports hold down as well while the dead load comes on.
+
+    A wall is built on a level footing. Its load comes on in proportion here, which is how the level state is computed:
+    a wall whose bonds do not yet break spans the footing, and would lift it off supports that only push.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    """
+    law, held = model.properties, pushing_supports(model)
+    if not held.size:
+        return model
+    tension, cohesion = law.tensile_strength.copy(), law.cohesion.copy()
+    tension[held] = cohesion[held] = np.inf
+    return replace(model, properties=law._replace(tensile_strength=tension, cohesion=cohesion))
 
 
 def held_after_load(model: Model, displacement: FloatArray) -> Model:

@@ -16,7 +16,7 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.explicit import Run
 from damagepred.solvers.quasi_static import relaxation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.quasi_static.path import FALL_FOUND, Path
+from damagepred.solvers.quasi_static.path import CONTROL, FALL_FOUND, HALVINGS, Path
 
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
 
@@ -104,3 +104,52 @@ def test_what_rides_on_a_support_may_go_farther_than_ten_walls() -> None:
     last = list(solve_path(wall.build(Solver()), Solver(), 2))[-1]
     assert not last.collapsed
     np.testing.assert_allclose(last.displacement[:, 1], 5.0, rtol=1e-6)
+
+
+def pulled(way: float, joint: Joint = DRY) -> Path:
+    """Return the path of a brick on a plate, at rest, that is pulled along and off it."""
+    wall = Assembly(joint=joint)
+    wall.support(wall.add_block(rectangle(-1.0, -0.075, 1.0, 0.0)))
+    brick = wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
+    wall.support(brick)
+    wall.move(brick, x=way, y=way)
+    wall.add_block(rectangle(0.24, 0.0, 0.48, 0.075))
+    path = Path(wall.build(Solver()), Solver())
+    path.advance(1.0, 0.0)
+    return path
+
+
+def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where every equilibrium is one that is not near, half of what is left of the way would go on for ever."""
+    path = pulled(1e-5)
+    monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
+    monkeypatch.setattr(path, "_halvings", CONTROL.least_halvings)  # halving has been in vain before
+    monkeypatch.setattr(path, "jump", within(2 * HALVINGS, path.jump))
+    assert path.advance(1.0, 1.0) < path.tolerance
+    assert path.state.progress == 1.0
+
+
+def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fall was found in a step beyond the movement at which they break."""
+    path, find, foresee = pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5)), Equilibrium.find, Path.foresee
+    fell: list[float] = []
+
+    def fall_at_the_end(state: Any, *_: Any) -> Any:
+        fell.append(state.progress)
+        state.displacement[6:8] += 1.0
+        return state, np.inf
+
+    def not_at_the_end(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
+        return 1.0 if state.progress == 1.0 else find(self, state, *arguments, **named)
+
+    def at_first_blindly(self: Path, state: Any, target: Any) -> Any:
+        return foresee(self, state, target) if fell else (state.displacement, 1.0)
+
+    monkeypatch.setattr(path, "jump", fall_at_the_end)
+    monkeypatch.setattr(path, "_halvings", 0)
+    monkeypatch.setattr(Equilibrium, "find", not_at_the_end)
+    monkeypatch.setattr(Path, "foresee", at_first_blindly)
+    assert path.advance(1.0, 1.0) == np.inf
+    broken = np.isfinite(path.broken_at)
+    assert broken.any()
+    assert path.state.memory.cracked[broken].all()

@@ -32,7 +32,7 @@ from damagepred.solvers.loose import come_loose
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.relaxation import come_to_rest, pushed_on, unbalanced_on_its_way
 from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violation
-from damagepred.solvers.stages import held_after_load, while_loading
+from damagepred.solvers.stages import held_after_load, level, pushing_supports, while_loading
 from damagepred.solvers.state import JointMemory, contact_states, without_bond
 from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
 
@@ -197,6 +197,12 @@ class Path:
 
     def hold(self, model: Model) -> None:
         """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
+        self._take(model)
+        self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
+        self.remember(self.state, gave_way=False)
+
+    def _take(self, model: Model) -> None:
+        """Take a model of the same wall that is held otherwise."""
         before, memory = self.equilibrium, self.state.memory
         self.model = model
         self.equilibrium = Equilibrium(model, self.tolerance)
@@ -209,8 +215,23 @@ class Path:
             levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
             self.equilibrium.open_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
         self.balance.go_on(model)
-        self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
-        self.remember(self.state, gave_way=False)
+
+    def release(self, model: Model) -> float:
+        """Let supports that push only no longer hold the footing down; return the unbalanced ratio after it."""
+        free = pushing_supports(model)
+        for mask in (self.state.memory.cracked, self.unopened):
+            mask[free] = True
+        self._bonded[free] = False
+        self._take(model)
+        trial = self.state.copy()
+        worst = self.equilibrium.find(trial)
+        if jumped := worst >= self.tolerance or self.equilibrium.lost(trial):
+            trial, worst = self.jump(self.state, self.state.progress)
+        self.state = trial
+        if worst < self.tolerance and not self.equilibrium.lost(trial):
+            self.remember(trial, gave_way=True, snapped=jumped)
+            self.state, worst = self.cascade(trial, worst)
+        return worst
 
     @property
     def count(self) -> Count:
@@ -308,8 +329,10 @@ class Path:
         far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
         longest = np.inf  # step that the energy balance allows
         least_step = distance(state, goal) / 2**self.control.refinements
+        least_half = 1.5 * distance(state, goal) / 2**HALVINGS  # no step shorter than this is halved: it has its jump
         while True:
             if falls is not None and distance(state, falls) <= bracket:
+                fallen.memory.cracked[state.memory.cracked] = True  # bonds that broke nearer than where it was found
                 self.standing, self.state = state.progress, fallen
                 return fell_by
             target = far or next_target(state, beyond or goal, doubted or falls, pains if doubted else 0.0)
@@ -327,7 +350,8 @@ class Path:
             if worst >= self.tolerance and only_near:
                 doubted, far = target, None
                 continue
-            if worst >= self.tolerance and halvings < min(self._halvings, HALVINGS) and not self._sharply:
+            may_halve = halvings < min(self._halvings, HALVINGS) and distance(state, target) > least_half
+            if worst >= self.tolerance and may_halve and not self._sharply:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
@@ -449,6 +473,9 @@ class Path:
             if worst < self.tolerance:
                 resting.displacement[:] = found
                 return resting, worst
+            if lift > 0.0:  # deflection that is missing counts as the load of the jacks that is
+                missing = abs(equilibrium.gap(resting, found)) / lift
+                worst = max(worst, missing / equilibrium.weight)
             if worst < least:
                 nearest, least = resting, worst
                 nearest.displacement[:] = found
@@ -663,11 +690,13 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although nothing has come loose.
     """
-    path = Path(while_loading(model), settings)
+    path = Path(level(while_loading(model)), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
         before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
         worst = path.advance(1.0, number / increments)
+        if number == 0 and worst < path.tolerance and pushing_supports(model).size:
+            worst = path.release(model)
         if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
             worst, ended = path.end_where_nothing_is_carried(kept, worst), True
         if number == 0 and stops and worst < path.tolerance:

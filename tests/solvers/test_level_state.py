@@ -1,0 +1,45 @@
+"""Walls on jacks in the quasi-static solver: their level state, and when they are at rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import damagepred
+from damagepred.assembly import wall_model
+from damagepred.scene import Footing, Joint, Loads, Movement, Opening, Rig, Scene, Wall
+from damagepred.solvers.quasi_static import path as path_module
+from damagepred.solvers.quasi_static.path import IN_VAIN, Path
+
+
+def test_level_state_is_that_on_supports_that_pull_while_none_has_to() -> None:
+    """A wall whose bonds have not yet broken under a part of its weight spans the footing, and would lift it off."""
+    scene = Scene(
+        wall=Wall(length=0.69, height=0.6, thickness=0.24, block_length=0.23, block_height=0.2, bond="stack"),
+        joint=Joint(normal_stiffness=5e9, shear_stiffness=2.5e9, tensile_strength=880.0, cohesion=514.0, friction=0.62),
+        opening=(Opening(x=0.466, y=0.268, width=0.168, height=0.221, lintel_bearing=0.06),),
+        footing=Footing(width=0.26, depth=0.57, elastic_modulus=3.2e9, density=2419.0),
+        movement=Movement(kind="doming", shape="jacks", central_deflection=1e-8, increments=1),
+        loads=Loads(roof=8745.0),
+    )
+    held, lifts = (
+        damagepred.solve(replace(scene, rig=Rig(support=support, stop_at_zero=False)))
+        for support in ("held", "lift_off")
+    )
+    assert lifts.attrs["status"] == "complete"
+    assert (held["support_load"] > 0.0).all()
+    for name in ("support_load", "jack_load", "contact_opening", "contact_broken_at"):
+        np.testing.assert_allclose(lifts[name], held[name], rtol=1e-6, atol=1e-15)
+
+
+def test_jacks_are_not_at_rest_while_load_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a stiff footing half a micrometre of deflection is a good part of the load."""
+    scene = Scene(wall=Wall(length=2.4, height=0.6), movement=Movement(kind="doming", shape="jacks", increments=1))
+    path = Path(wall_model(scene), scene.solver)
+    path.advance(1.0, 0.0)
+    state = path.state.at(1.0, 0.0)
+    monkeypatch.setattr(path_module, "come_to_rest", lambda *_: (state.copy() for _ in range(IN_VAIN + 1)))
+    monkeypatch.setattr(path.equilibrium, "directly", lambda resting: (1e-4, resting.displacement))
+    assert path.jump(state, 0.0)[1] == 0.0  # at the deflection that is asked for
+    monkeypatch.setattr(path.equilibrium, "gap", lambda *_: 5e-7)
+    assert path.jump(state, 0.0)[1] > 0.1
