@@ -82,11 +82,13 @@ def section_response_of(model: Model, memory: SectionMemory, displacement: Float
     return values
 
 
-def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, float]:
-    """Return what cracking sections store beyond their contacts as whole ones would, and what a step took (J).
+def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, FloatArray]:
+    """Return what cracking sections store beyond their contacts as whole ones would, and what a step took of each (J).
 
     The step is straight, by the trapezoidal rule. Where the curvature changes its sign the secant stiffness is that of
     the other face: the section unloads to where it began and is loaded from there, by which nothing is dissipated.
+    Less than nothing is taken where the secant stiffness grows under load: where axial force pulls at both faces, the
+    cracks of the less pulled one close as the moment turns, and the law follows its secant.
 
     Parameters
     ----------
@@ -106,7 +108,7 @@ def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> 
     work = 0.5 * ((now[:, 3:] + then[:, 3:]) * (now[:, :3] - then[:, :3])).sum(axis=1)
     reverses = turn * then[:, 2] < 0.0
     dissipated = np.where(reverses, 0.0, work - (stored - was))
-    return float(stored.sum()) - as_whole, float(dissipated.sum())
+    return float(stored.sum()) - as_whole, dissipated
 
 
 def as_if_straight(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:

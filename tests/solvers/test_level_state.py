@@ -1,15 +1,11 @@
-"""Walls on jacks in the quasi-static solver: their level state, and when they are at rest."""
+"""Walls on jacks in the quasi-static solver."""
 
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import damagepred
-from damagepred.assembly import wall_model
 from damagepred.scene import Footing, Joint, Loads, Movement, Opening, Rig, Scene, Wall
-from damagepred.solvers.quasi_static import path as path_module
-from damagepred.solvers.quasi_static.path import IN_VAIN, Path
 
 
 def test_level_state_is_that_on_supports_that_pull_while_none_has_to() -> None:
@@ -30,16 +26,3 @@ def test_level_state_is_that_on_supports_that_pull_while_none_has_to() -> None:
     assert (held["support_load"] > 0.0).all()
     for name in ("support_load", "jack_load", "contact_opening", "contact_broken_at"):
         np.testing.assert_allclose(lifts[name], held[name], rtol=1e-6, atol=1e-15)
-
-
-def test_jacks_are_not_at_rest_while_load_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a stiff footing half a micrometre of deflection is a good part of the load."""
-    scene = Scene(wall=Wall(length=2.4, height=0.6), movement=Movement(kind="doming", shape="jacks", increments=1))
-    path = Path(wall_model(scene), scene.solver)
-    path.advance(1.0, 0.0)
-    state = path.state.at(1.0, 0.0)
-    monkeypatch.setattr(path_module, "come_to_rest", lambda *_: (state.copy() for _ in range(IN_VAIN + 1)))
-    monkeypatch.setattr(path.equilibrium, "directly", lambda resting: (1e-4, resting.displacement))
-    assert path.jump(state, 0.0)[1] == 0.0  # at the deflection that is asked for
-    monkeypatch.setattr(path.equilibrium, "gap", lambda *_: 5e-7)
-    assert path.jump(state, 0.0)[1] > 0.1

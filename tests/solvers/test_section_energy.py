@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from damagepred.solvers.footing import section_energy
+from damagepred.solvers.quasi_static.work import WorkBalance
 
 MODEL = SimpleNamespace(
     sections=SimpleNamespace(interface=np.array([0])),
@@ -20,7 +21,7 @@ def bent(turn: float, secant: float) -> np.ndarray:
 
 
 def dissipated(before: np.ndarray, now: np.ndarray) -> float:
-    return section_energy(MODEL, now, before)[1]  # type: ignore[arg-type]
+    return float(section_energy(MODEL, now, before)[1][0])  # type: ignore[arg-type]
 
 
 def test_cracking_dissipates_the_triangle_between_two_secants() -> None:
@@ -31,3 +32,15 @@ def test_cracking_dissipates_the_triangle_between_two_secants() -> None:
 def test_bending_the_other_way_dissipates_nothing(secant: float, other_face: float) -> None:
     """Unloaded to where it began and loaded from there, whichever face is cracked more."""
     assert dissipated(bent(1e-3, secant), bent(-2e-3, other_face)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_cracked_does_not_heal_and_what_the_law_gives_back_is_an_error() -> None:
+    """Under axial force the cracks of a face close as the moment turns: the secant stiffness grows under load."""
+    taken = [dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)), dissipated(bent(2e-3, 4e6), bent(3e-3, 4.5e6))]
+    assert taken[1] < 0.0
+    balance = WorkBalance(residual=np.zeros(0))
+    balance._cracked = balance._most_cracked = np.zeros(1)
+    for step in taken:
+        balance.crack(np.array([step]))
+    assert balance._most_cracked.sum() == pytest.approx(taken[0])
+    assert balance.section_error == pytest.approx(-taken[1])

@@ -129,7 +129,7 @@ class EnergyControl:
         step : float
             Its length.
         """
-        error = after.energy_error - before.energy_error
+        error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
         allowed = max(self.share * self.tolerance * after.largest_work, after.residual_work)
         factor = self.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
         return step * (max(factor, self.shortest_cut) if error > allowed else min(max(factor, 1.0), self.growth))
@@ -197,12 +197,6 @@ class Path:
 
     def hold(self, model: Model) -> None:
         """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
-        self._take(model)
-        self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
-        self.remember(self.state, gave_way=False)
-
-    def _take(self, model: Model) -> None:
-        """Take a model of the same wall that is held otherwise."""
         before, memory = self.equilibrium, self.state.memory
         self.model = model
         self.equilibrium = Equilibrium(model, self.tolerance)
@@ -215,6 +209,20 @@ class Path:
             levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
             self.equilibrium.open_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
         self.balance.go_on(model)
+        self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
+        self.remember(self.state, gave_way=False)
+
+    def lifted(self, worst: float) -> bool:
+        """Return whether the dead load lifted the footing off supports that push only as it came on, or found no rest.
+
+        Parameters
+        ----------
+        worst : float
+            Unbalanced ratio under the dead load.
+        """
+        free, state = pushing_supports(self.model), self.state
+        rests = worst < self.tolerance and not come_loose(self.model, state.displacement, 0.0).any()
+        return bool(free.size) and not (rests and self.unopened[free].all())
 
     def release(self, model: Model) -> float:
         """Let supports that push only no longer hold the footing down; return the unbalanced ratio after it."""
@@ -222,7 +230,10 @@ class Path:
         for mask in (self.state.memory.cracked, self.unopened):
             mask[free] = True
         self._bonded[free] = False
-        self._take(model)
+        self.model = self.equilibrium.model = model  # of the same stiffness
+        self.balance.go_on(model)
+        if self.equilibrium.condensed:
+            self.equilibrium.open_up_to(int(self.equilibrium.equations.interface_level[free].max()))
         trial = self.state.copy()
         worst = self.equilibrium.find(trial)
         if jumped := worst >= self.tolerance or self.equilibrium.lost(trial):
@@ -473,9 +484,6 @@ class Path:
             if worst < self.tolerance:
                 resting.displacement[:] = found
                 return resting, worst
-            if lift > 0.0:  # deflection that is missing counts as the load of the jacks that is
-                missing = abs(equilibrium.gap(resting, found)) / lift
-                worst = max(worst, missing / equilibrium.weight)
             if worst < least:
                 nearest, least = resting, worst
                 nearest.displacement[:] = found
@@ -690,13 +698,15 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although nothing has come loose.
     """
-    path = Path(level(while_loading(model)), settings)
+    path = Path(while_loading(model), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
         before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
         worst = path.advance(1.0, number / increments)
-        if number == 0 and worst < path.tolerance and pushing_supports(model).size:
-            worst = path.release(model)
+        if number == 0 and path.lifted(worst):
+            path = Path(level(path.model), settings)
+            worst = path.advance(1.0, 0.0)
+            worst = path.release(model) if worst < path.tolerance else worst
         if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
             worst, ended = path.end_where_nothing_is_carried(kept, worst), True
         if number == 0 and stops and worst < path.tolerance:

@@ -53,6 +53,8 @@ class WorkBalance:
         Part of that: set free where the wall moved by itself to an equilibrium that was not near.
     energy_error : float
         What does not balance in the steps between, added up without sign: their length is what makes it.
+    section_error : float
+        Part of that: what cracking sections of the footing give back under load, which no shorter step makes less.
     largest_work : float
         Largest external work so far, without sign.
     residual_work : float
@@ -69,6 +71,7 @@ class WorkBalance:
     released_energy: float = 0.0
     snap_through_energy: float = 0.0
     energy_error: float = 0.0
+    section_error: float = 0.0
     largest_work: float = 0.0
     residual_work: float = 0.0
 
@@ -76,7 +79,8 @@ class WorkBalance:
         """Note where the path begins."""
         self.go_on(model)
         self._keep(state)
-        self._reaction = self._torn = self._cracked = 0.0
+        self._reaction = self._torn = 0.0
+        self._cracked = self._most_cracked = np.zeros(0 if model.sections is None else len(model.sections.interface))
         self._ground = model.ground.at(state.progress)
         self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
         self._sections: FloatArray | None = None
@@ -88,6 +92,13 @@ class WorkBalance:
     def softened(self, work: float) -> None:
         """Count the work (J) that softening took of bonds whose rest slip has broken; the rest is set free."""
         self._torn += work
+
+    def crack(self, work: FloatArray) -> None:
+        """Count the work (J) that a step took of each cracking section; what cracked does not heal."""
+        given_back = float((self._most_cracked - self._cracked).sum())
+        self._cracked = self._cracked + work
+        self._most_cracked = np.maximum(self._most_cracked, self._cracked)
+        self.section_error += abs(float((self._most_cracked - self._cracked).sum()) - given_back)
 
     def _keep(self, state: State) -> None:
         self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
@@ -138,9 +149,9 @@ class WorkBalance:
             response = section_response_of(model, state.sections, state.displacement)
             held, cracked = section_energy(model, response, self._sections)
             stored += held
-            self._cracked += cracked
+            self.crack(cracked)
             self._sections = response
-        softened += self._cracked
+        softened += float(self._most_cracked.sum())
         self._torn += torn
         softened += self._torn
         moved = state.displacement - self._displacement
