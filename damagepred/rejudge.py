@@ -393,7 +393,9 @@ def _say_source(ds: xr.Dataset, name: str, title: str, source: str, confidence: 
 
 
 def shares(ds: xr.Dataset) -> dict[int, int]:
-    """Return how many walls reach each category at worst, by category; -1 stands for walls of which nothing is known.
+    """Return how many walls reach each category at worst, by category; -1 stands for walls of which it is not known.
+
+    Of a wall that failed on its way it is known only if it has reached the highest category before.
 
     Parameters
     ----------
@@ -403,8 +405,11 @@ def shares(ds: xr.Dataset) -> dict[int, int]:
     category = ds["damage_category"].values
     rows = category.shape[0] if "sample" in ds["damage_category"].dims else 1
     worst = category.reshape(rows, -1).max(axis=1)
+    highest = int(ds.attrs.get("highest_category", len(CATEGORIES) - 1))
+    if "sample" in ds["damage_category"].dims and "status" in ds:
+        worst = np.where((ds["status"].values == SAMPLE_STATUS.index("failed")) & (worst < highest), -1, worst)
     found, count = np.unique(worst, return_counts=True)
-    known = dict.fromkeys(range(int(ds.attrs.get("highest_category", len(CATEGORIES) - 1)) + 1), 0)
+    known = dict.fromkeys(range(highest + 1), 0)
     return known | {int(c): int(n) for c, n in zip(found, count)}
 
 

@@ -2,7 +2,10 @@
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from copy import deepcopy
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element
@@ -25,7 +28,7 @@ from damagepred.study.settings import read_frozen
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
 from damagepred.wall_cracks import crack_frame, cracks
-from tests.made_up import made_up_study
+from tests.made_up import FAILED, made_up_study
 from tests.report.test_page import HTML, check_page
 
 UNITS = {
@@ -55,6 +58,44 @@ def numbers(cell: str, unit: str = "") -> list[Shown]:
         scale = UNITS[own or unit] * 10.0 ** int(power or 0)
         found.append(Shown(float(mantissa) * scale, 0.5 * 10.0**-digits * scale))
     return found
+
+
+PROBABILITY = re.compile(r"([<>]?)\s*(\d+(?:\.\d+)?)")
+
+
+def compare_band(cell: str, unit: str, expected: Sequence[float], where: str) -> None:
+    """Compare a number and the ends of its interval; alone it stands only where the interval tells no more."""
+    shown = [] if cell.strip() in ("–", "∞") else numbers(cell, unit)
+    if len(shown) == 1 and np.isfinite(expected).all():
+        expected = [expected[0]] * (1 if np.ptp(expected) <= 2 * shown[0].half * (1 + 1e-6) else 3)
+    elif not np.isfinite(expected).all():
+        expected = [v for v in expected[:1] if np.isfinite(v)]
+    assert len(shown) == len(expected), (where, cell, expected)
+    for one, value in zip(shown, expected):
+        assert abs(one.value - value) <= one.half * (1 + 1e-6) + 1e-9 * abs(value), (where, cell, unit, value)
+
+
+def compare_chance(cell: str, expected: Sequence[float], where: str) -> None:
+    """Compare a probability and the ends of its interval; those all but 0 or 1 are shown as beyond 0.001 or 0.999."""
+    shown = [(sign, text, float(text), 0.5 * 10.0 ** -len(text.partition(".")[2])) for sign, text in
+             PROBABILITY.findall(cell)]  # fmt: skip
+
+    def agree(one: tuple[str, str, float, float], value: float) -> bool:
+        sign, text, number, half = one
+        if sign:
+            return (text == "0.001" and value < 1e-3) if sign == "<" else (text == "0.999" and value > 0.999)
+        return abs(number - value) <= half * (1 + 1e-6)
+
+    if not np.isfinite(expected[0]):
+        assert not shown, (where, cell, expected)
+        return
+    if len(shown) == 1:  # the ends are not known, or are shown by the same digits
+        shown *= len(expected) if np.isfinite(expected).all() else 1
+    elif not np.isfinite(expected).all():
+        pytest.fail(f"{where}: {cell} has an interval that is not known")
+    wanted = expected if np.isfinite(expected).all() else expected[:1]
+    assert len(shown) == len(wanted), (where, cell, expected)
+    assert all(agree(one, value) for one, value in zip(shown, wanted)), (where, cell, expected)
 
 
 def split(head: str) -> tuple[str, str]:
@@ -157,7 +198,8 @@ def check_wall(ds: xr.Dataset, root: Element) -> None:
             told = dict(rows)
             for name, size in (("blocks", ds.sizes["block"]), ("contacts", ds.sizes["contact"]),
                                ("increments", ds.sizes["increment"] - 1)):  # fmt: skip
-                assert told[name] == str(size)
+                assert told.pop(name) == str(size)
+            assert set(told) == {"file", "program", "report written", "solver", "how the path ended"}
         elif caption.startswith("How well the path is solved"):
             work = [abs(last[name]) for name in WORK]
             expected = {
@@ -166,10 +208,9 @@ def check_wall(ds: xr.Dataset, root: Element) -> None:
                 "energy that does not balance, of all work done": last["energy_error"] / max(work),
                 "times at which bonds broke": ds["events"].sum(), "Newton steps spent": ds["cycles"].sum(),
             }  # fmt: skip
+            assert list(expected) == [row[0] for row in rows]
             for what, value, unit in rows:
-                if what in expected:
-                    compare(value, unit, [float(expected[what])], what)
-            assert set(expected) <= {row[0] for row in rows}
+                compare(value, unit, [float(expected[what])], what)
         elif caption.startswith("Where the energy has gone"):
             words = {"work of dead load and movement": "external_work", "stored in joints and blocks": "elastic_energy",
                      "taken by friction": "friction_work", "set free where bonds broke": "released_energy",
@@ -243,30 +284,26 @@ def test_a_wrong_unit_is_noticed(wall: xr.Dataset, wall_report: str, shown: str,
 
 
 def _spread(one: xr.Dataset, name: str) -> list[float]:
-    found = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
-    return found if np.isfinite(found).all() else found[:1]
+    return [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
+
+
+@cache
+def _fitted(folder: Path) -> xr.Dataset:
+    ds = StudyFolder(folder).results()
+    curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP)
+    if int(curves.attrs["curves_cross"]):
+        curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP, model="common")
+    return curves
 
 
 def _estimate(e: Any) -> list[float]:
     return [e.value, e.lower, e.upper]
 
 
-def compare_chances(cells: list[str], expected: list[Sequence[float]], where: str) -> None:
-    """Probabilities, which are shown as < 0.001 where they are all but 0, and alone where their band tells nothing."""
-    for cell, values in zip(cells, expected):
-        shown = numbers(cell)
-        for one, value in zip(shown, list(values)[: len(shown)]):
-            edge = 1e-3 if "<" in cell or ">" in cell else 0.0
-            assert abs(one.value - value) <= max(one.half, edge) * (1 + 1e-6), (where, cell, values)
-        assert shown or not np.isfinite(values[0]), (where, cell)
-
-
 def check_study(folder: StudyFolder, root: Element) -> None:
     ds, settings = folder.results(), read_frozen(folder.study_text())
-    curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP)
-    if int(curves.attrs["curves_cross"]):
-        curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP, model="common")
-    moved = float(ds["central_deflection"].max("increment").min())
+    curves, run = _fitted(folder.path), ds["status"].values < FAILED
+    moved = float(ds["central_deflection"].values[run].max(axis=1).min())
     of = curves["category"].values.tolist()
     for caption, (heads, rows, groups) in tables_of(root).items():
         if caption.startswith("The wall;"):
@@ -274,10 +311,14 @@ def check_study(folder: StudyFolder, root: Element) -> None:
         elif caption == "What is uncertain":
             words = {"COV": "cov"}
             for (name, variable), row in zip(settings.variables.items(), rows, strict=True):
-                for word, value in re.findall(r"(\w+) ([\d.]+)", row[1]):
+                stated = re.findall(r"(\w+) ([\d.]+)", row[1])
+                assert len(stated) == len(numbers(row[1])) == 2, row
+                for word, value in stated:
                     unit = "" if word == "COV" else row[3]
-                    stated = to_si(getattr(variable, words.get(word, word)), Scene.unit_of(name))
-                    compare(value, unit, [float(stated)], f"{name}: {word}")
+                    given = to_si(getattr(variable, words.get(word, word)), Scene.unit_of(name))
+                    compare(value, unit, [float(given)], f"{name}: {word}")
+                field = variable.field
+                compare(row[2], "", [] if field is None else [float(field.course_correlation)], f"{name}: field")
         elif caption.startswith("Correlation of"):
             pairs = [value for one in settings.correlation.values() for value in one.values()]
             check_columns(caption, heads, rows, {"of": None, "with": None, "correlation": each(pairs)})
@@ -289,64 +330,92 @@ def check_study(folder: StudyFolder, root: Element) -> None:
                 ("walls asked for", len(status)), ("seed", settings.study.seed),
                 ("increments", settings.scene.movement.increments),
             ):  # fmt: skip
-                assert told[name] == str(value), name
+                assert told.pop(name) == str(value), name
             seconds = ds["run_time"].values
-            compare(told["time of a wall"], "s", [np.nanmean(seconds), np.nanmax(seconds)], caption)
+            time = told.pop("time of a wall")
+            assert re.fullmatch(r"[\d.]+\ss on average, [\d.]+\ss at most", time)
+            compare(time, "s", [np.nanmean(seconds), np.nanmax(seconds)], caption)
+            followed = told.pop("a wall is followed to")
+            assert followed == f"category {settings.last_category}, or the end of its movement"
+            assert set(told) == {"folder", "program", "study begun", "report written", "sampler", "solver"}
+        elif caption == "Why walls failed":
+            reasons = Counter(str(folder.failure(i)["reason"]).replace("_", " ") for i in folder.failed_samples())
+            assert rows == [[reason, str(count)] for reason, count in reasons.most_common()]
+        elif caption == "Failed walls":
+            assert rows == [
+                [str(i), folder.failure(i)["message"], f"damagepred replay {folder.path.name} {i}"]
+                for i in np.flatnonzero(ds["status"].values == FAILED)
+            ]
         elif caption == "How well the walls are solved":
             work = np.max([np.abs(ds[name].values) for name in WORK], axis=0)
-            values = {
+            values: dict[str, Any] = {
                 "largest unbalanced force": ds["unbalanced_force_ratio"].values,
                 "stress by which a joint exceeds its law": ds["joint_law_violation"].values,
                 "energy that does not balance, of all work done": np.abs(ds["energy_error"].values) / work,
             }
+            known = np.isfinite(ds["unbalanced_force_ratio"].values)
             for what, *cells in rows:
                 name, unit = split(what)
-                worst = np.nanmax(values[name], axis=1)
-                compare(cells[0], unit, [float(np.median(worst))], what)
-                compare(cells[1], unit, [float(worst.max())], what)
-                compare(cells[2], "", [float(np.argmax(worst))], what)
+                worst = np.nanmax(values.pop(name), axis=1, where=known, initial=-1.0)
+                worst = np.where(worst < 0.0, np.nan, worst)
+                compare(cells[0], unit, [float(np.nanmedian(worst))], what)
+                compare(cells[1], unit, [float(np.nanmax(worst))], what)
+                compare(cells[2], "", [float(np.nanargmax(worst))], what)
+            assert not values
         elif caption.startswith("Probability of each category or worse"):
             grid = [(at, c) for at in dict.fromkeys((telling_movement(ds, moved), moved)) for c in range(1, 5)]
             for (at, category), row in zip(grid, rows, strict=True):
-                e = exceedance(ds, category, at).estimate
+                found = exceedance(ds, category, at)
+                e = found.estimate
                 compare(row[0], "", [at], caption)
-                compare_chances(row[2:3], [_estimate(e)], caption)
+                assert row[1].split()[0] == str(category)
+                compare_chance(row[2], _estimate(e), caption)
                 compare(row[3], "", [e.error], caption)
                 compare(row[4], "", [e.samples], caption)
                 compare(row[5], "", [e.effective_samples], caption)
+                bounds = [found.failed_undamaged, found.failed_damaged] if found.failed else [np.nan]
+                compare_chance(row[6], bounds, caption)
         elif caption == "Walls by the worst category of their path":
             total = ds.sizes["sample"]
             rules: tuple[dict[str, Any], ...] = ({}, {"measure": "band"}, {"count_footing_gap": True})
-            found = [shares(judge_again(ds, **one)) for one in rules]
-            numbered = [int(row[0].split()[0]) for row in rows]
+            per_rule = [shares(judge_again(ds, **one)) for one in rules]
+            numbered = [-1 if row[0] == "not known" else int(row[0].split()[0]) for row in rows]
+            assert [c for c in sorted(set().union(*per_rule)) if c >= 0] == [c for c in numbered if c >= 0]
+            assert all(one.get(-1, 0) == (~run).sum() for one in per_rule)  # failed before a category, or not run
+            assert -1 in numbered or run.all()
             by = ("widest joint", "widest crack band", "widest joint or gap on the footing")
-            columns = {head: [[one.get(c, 0) / total] for c in numbered] for head, one in zip(by, found)}
-            check_columns(caption, heads, rows, {"category": each(numbered), **columns})
-            assert len({str(one) for one in found}) == 3
+            columns = {head: [[one.get(c, 0) / total] for c in numbered] for head, one in zip(by, per_rule)}
+            check_columns(caption, heads, rows, {"category": [[c] if c >= 0 else [] for c in numbered], **columns})
+            assert len({str(one) for one in per_rule}) == 3
         elif caption == "The curves":
             for category, row in zip(of, rows, strict=True):
                 one = curves.sel(category=category)
-                if np.isfinite(float(one["median"])):
-                    compare(row[1], "", _spread(one, "median"), caption)
-                    compare(row[2], "", _spread(one, "dispersion"), caption)
-                    compare_chances(row[4:5], [[float(one["p_value"])]], caption)
-                counts = [float(one["reached"]), float(one["reached"] + one["not_reached"])]
-                compare(row[3], "", counts, caption)
+                assert row[0].split()[0] == str(category)
+                compare_band(row[1], "", _spread(one, "median"), caption)
+                compare_band(row[2], "", _spread(one, "dispersion"), caption)
+                compare(row[3], "", [float(one["reached"]), float(one["reached"] + one["not_reached"])], caption)
+                compare_chance(row[4], [float(one["p_value"])], caption)
+                ends = [float(one[f"median_failed_{end}"]) for end in ("undamaged", "damaged")] if row[6:] else []
+                compare("".join(row[6:]), "", [value for value in ends if np.isfinite(value)], caption)
+            assert len(heads) == (7 if curves.attrs.get("samples_failed", 0) else 6)
         elif caption.startswith(("Probability from the fitted curves", "Counted among the walls")):
             counted = caption.startswith("Counted")
-            found = limits_of(float(ds.attrs["span"]))
+            limits = limits_of(float(ds.attrs["span"]))
             plain = limit_columns(float(ds.attrs["span"]))
             check_columns(caption, heads[:3], [row[:3] for row in rows], plain)
-            for row, (*_, least) in zip(rows, found, strict=True):
+            for row, (*_, least) in zip(rows, limits, strict=True):
                 for category, cell in zip(of, row[3:], strict=True):
-                    if "not moved" in cell or cell == "–":
-                        continue
+                    one = curves.sel(category=category)
                     if counted:
-                        values = _estimate(exceedance(ds, category, least).estimate)
-                    else:
-                        one = curves.sel(category=category)
-                        values = [norm.cdf(np.log(least / float(one["median"])) / float(one["dispersion"]))]
-                    compare_chances([cell], [values], caption)
+                        found = exceedance(ds, category, least)
+                        short = found.not_followed > 0 or least > moved * (1 + 1e-9)
+                        compare_chance(cell, [np.nan] if short else _estimate(found.estimate), caption)
+                        continue
+                    median, dispersion = float(one["median"]), float(one["dispersion"])
+                    grid = one["intensity"].values
+                    band = [float(np.interp(least, grid, one[f"probability_{end}"].values, right=np.nan))
+                            for end in ("lower", "upper")]  # fmt: skip
+                    compare_chance(cell, [norm.cdf(np.log(least / median) / dispersion), *band], caption)
         else:
             pytest.fail(f"the table '{caption}' is not compared")
 
@@ -354,7 +423,7 @@ def check_study(folder: StudyFolder, root: Element) -> None:
 @pytest.fixture(scope="module")
 def study_report(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     place = tmp_path_factory.mktemp("study")
-    folder = made_up_study(place / "house.dp", 40)
+    folder = made_up_study(place / "house.dp", 40, failed=(3, 17, 30), missing=(39,))
     return folder, write_report(folder, place / "r.html", replay=False, bootstrap=BOOTSTRAP).read_text(encoding="utf-8")
 
 
@@ -376,3 +445,67 @@ def test_a_wrong_unit_or_factor_of_a_study_is_noticed(study_report: tuple[Path, 
     assert changed != plain
     with pytest.raises((AssertionError, KeyError)):
         check_study(StudyFolder(folder), check_page(changed))
+
+
+# -- each column of each table spoilt --------------------------------------------------------------------------------
+
+NOT_RESULTS = {"source", "to solve it again"}
+"""Columns of words whose digits are years, tables of a paper and names; the next row is told by its words."""
+NAMES = {"file", "folder", "program", "report written", "study begun"}
+"""Rows of the run that name a file, a version and a time."""
+
+
+def spoilt(root: Element) -> Iterator[tuple[str, Element]]:
+    """The page with one number of each cell of one column a thousand times as large: every column, every number."""
+    count = len(list(root.iter(f"{HTML}table")))
+    for which in range(count):
+        heads = [e for e in list(root.iter(f"{HTML}table"))[which].iter(f"{HTML}th") if e.get("scope") == "col"]
+        columns = 1 + max(len(row) for _, row in _rows(root, which))
+        for column in range(columns):
+            head = "".join(heads[column].itertext()) if column < len(heads) else ""
+            if head in NOT_RESULTS:
+                continue
+            for nth in range(3):
+                page = deepcopy(root)
+                changed = [_scale(row[column], nth) for name, row in _rows(page, which)
+                           if column < len(row) and name not in NAMES]  # fmt: skip
+                if any(changed):
+                    yield f"table {which}, column {column} ({head}), number {nth + 1}", page
+
+
+def _rows(root: Element, which: int) -> list[tuple[str, list[Element]]]:
+    rows = [list(row.iter(f"{HTML}td")) for row in list(root.iter(f"{HTML}table"))[which].iter(f"{HTML}tr")]
+    return [("".join(row[0].itertext()), row) for row in rows if row]
+
+
+def _scale(cell: Element, nth: int) -> bool:
+    text = "".join(cell.itertext())
+    found = [m for m in re.finditer(r"(?<![\w.])\d[\d.]*(?![\w.])", text) if float(m[0]) > 0]
+    if nth >= len(found):
+        return False
+    at = found[nth]
+    for part in list(cell):
+        cell.remove(part)
+    cell.text = f"{text[: at.start()]}{1000 * float(at[0]):g}{text[at.end() :]}"
+    return True
+
+
+def unnoticed(root: Element, check: Callable[[Element], None]) -> list[str]:
+    check(root)
+    left = []
+    for what, page in spoilt(root):
+        try:
+            check(page)
+        except (AssertionError, KeyError, IndexError, ValueError, pytest.fail.Exception):
+            continue
+        left.append(what)
+    return left
+
+
+def test_each_column_of_a_wall_s_tables_is_compared(wall: xr.Dataset, wall_report: str) -> None:
+    assert unnoticed(check_page(wall_report), lambda page: check_wall(wall, page)) == []
+
+
+def test_each_column_of_a_study_s_tables_is_compared(study_report: tuple[Path, str]) -> None:
+    folder, text = study_report
+    assert unnoticed(check_page(text), lambda page: check_study(StudyFolder(folder), page)) == []

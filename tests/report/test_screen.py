@@ -75,25 +75,25 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
     expected = {
         f"surface\nmovement\n{UNIT}": each(ds["surface_movement"]),
         f"deflection\n{UNIT}": each(ds["central_deflection"]),
-        f"widest crack\n{UNIT}": each(ds["crack_width_max"]),
-        rf"band, {UNIT}\n\(category\)": None,
+        f"widest\ncrack\n{UNIT}": each(ds["crack_width_max"]),
+        rf"band, {UNIT}\nand its\ncategory": None,
         "damage\ncategory": each(ds["damage_category"]),
     }  # fmt: skip
-    for part, what in (("dpc", "dpc"), ("footing", "bed on footing")):
+    for part, what in (("dpc", "dpc"), ("footing", "bed")):
         over = 1e3 * ds[f"{part}_separation_length"].attrs["opening_threshold"]
         expected[f"{what}\nopening\n{UNIT}"] = each(ds[f"{part}_opening_max"])
         assert ds[f"{part}_separation_length"].values.any()
-        expected[rf"{what}\nopen\n> {over:g} mm, {UNIT}"] = None
+        expected[rf"{what}\nopen\n> {over:g}\nmm, {UNIT}"] = None
     for i in range(ds.sizes["opening"]):
-        expected[f"opening {i + 1}\n{UNIT} wider"] = each(ds["opening_width_change"][:, i])
+        expected[f"opening\n{i + 1} wider\n{UNIT}"] = each(ds["opening_width_change"][:, i])
     shown.check(expected)
     ((_, heads, rows),) = shown.tables
     for row, cells in enumerate(rows):
         both = dict(zip(heads, cells))
-        band, category = both["band, mm\n(category)"].split(" ")
+        band, category = both["band, mm\nand its\ncategory"].split(" ")
         compare(band, "mm", [float(ds["crack_band_width_max"][row])], "band")
         assert category == f"({int(ds['damage_category_band'][row])})"
-        for part, what in (("dpc", "dpc"), ("footing", "bed on footing")):
+        for part, what in (("dpc", "dpc"), ("footing", "bed")):
             (head,) = (h for h in heads if h.startswith(f"{what}\nopen\n"))
             assert head.endswith(", m")
             compare(both[head], "m", [float(ds[f"{part}_separation_length"][row])], head)
@@ -175,9 +175,10 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
     after = judge_again(wall, table="bre251", measure="band")
     screen.judged_again(wall, after)
     shown.check({
-        f"deflection\n{UNIT}": each(wall["central_deflection"]), f"widest crack\n{UNIT}": each(wall["crack_width_max"]),
-        f"crack band\n{UNIT}": each(wall["crack_band_width_max"]),
-        f"bed on footing\nopening\n{UNIT}": each(wall["footing_opening_max"]),
+        f"deflection\n{UNIT}": each(wall["central_deflection"]),
+        f"widest\ncrack\n{UNIT}": each(wall["crack_width_max"]),
+        f"crack\nband\n{UNIT}": each(wall["crack_band_width_max"]),
+        f"bed on\nfooting\nopening\n{UNIT}": each(wall["footing_opening_max"]),
         "category\nbefore": each(wall["damage_category"]), "category\nafter": each(after["damage_category"]),
     })  # fmt: skip
     shown.tables.clear()
