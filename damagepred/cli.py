@@ -20,6 +20,7 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # else brackets in help texts are taken for markup
     help="How likely is which damage to a masonry wall when the ground under it moves.",
     context_settings={"help_option_names": ["-h", "--help"]},
 )

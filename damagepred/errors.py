@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from numbers import Integral
 
 LONGEST_MESSAGE = 2000
 """Characters of a message."""
@@ -56,6 +57,27 @@ class ConvergenceError(SolverError):
 
 def _rebuild_solver_error(kind: type[SolverError], message: str, increment: int, block: int) -> SolverError:
     return kind(message, increment=increment, block=block)
+
+
+def require_count(name: str, value: object, least: int = 1) -> None:
+    """Check that a value is a whole number.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    value : object
+        The value.
+    least : int
+        Smallest number allowed.
+
+    Raises
+    ------
+    InputError
+        If it is something else, or less.
+    """
+    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
+        raise InputError(f"{name} = {value!r}: must be a whole number, {least} or more.")
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str:

@@ -100,11 +100,11 @@ def _reason(error: OSError) -> str:
         errno.ENOSPC: "the disk is full; free some space and run the same command again",
         errno.EDQUOT: "your disk quota is used up; free some space and run the same command again",
         errno.EFBIG: "it exceeds the file size limit; raise the limit and run the same command again",
-        errno.EACCES: "no permission to write there; choose another place with -o",
-        errno.EPERM: "no permission to write there; choose another place with -o",
-        errno.EROFS: "the file system is read-only; choose another place with -o",
-        errno.ENOENT: "its folder does not exist; create it or choose another place with -o",
-        errno.ENOTDIR: "part of its path is a file, not a folder; choose another place with -o",
+        errno.EACCES: "no permission to write there; choose another place",
+        errno.EPERM: "no permission to write there; choose another place",
+        errno.EROFS: "the file system is read-only; choose another place",
+        errno.ENOENT: "its folder does not exist; create it or choose another place",
+        errno.ENOTDIR: "part of its path is a file, not a folder; choose another place",
     }
     return hints.get(error.errno or 0, error.strerror or str(error))
 
@@ -160,11 +160,16 @@ def read_dataset(path: str | Path) -> xr.Dataset:
             f"{file}: is a folder, and one wall's file (*.nc) is needed; `damagepred replay` writes one of a study's."
         )
     check_regular(file)
+    if file.suffix == ".toml":
+        raise InputError(
+            f"{file}: is a description, and a result is needed: a study folder (*.dp), which `damagepred study` makes, "
+            "or a file (*.nc) of `damagepred solve`."
+        )
     try:
         with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: damaged in the middle
-        raise InputError(f"{file}: is not a readable netCDF file ({error}).") from None
+        raise InputError(f"{file}: is not a readable netCDF file: it is of another kind, or damaged.") from error
     version = ds.attrs.get("schema_version")
     if not isinstance(version, int | np.integer):
         raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")

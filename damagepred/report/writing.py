@@ -77,8 +77,6 @@ def write_report(
     else:
         from damagepred.report.wall import wall_page
 
-        if source.suffix == ".toml":
-            raise InputError(f"{source}: is a description; solve it first (damagepred solve {source.name} -o wall.nc).")
         page = wall_page(read_dataset(source), source.name, written)
     html = page_html(page)
     write_whole(place, lambda p: p.write_text(html, encoding="utf-8"))

@@ -87,6 +87,7 @@ class Scene:
                     f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "
                     f"1 to {courses - 1} of them"
                 )
+        self._dpc_is_in_the_wall()
         self._control_joints_fit()
         self._ground_fits()
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
@@ -95,6 +96,17 @@ class Scene:
                 f"wall's length ({wall.length:g} m) is outside the small rotations of this model"
             )
         return self
+
+    def _dpc_is_in_the_wall(self) -> None:
+        if self.dpc is None:
+            return
+        level = self.dpc.course * self.wall.block_height
+        for number, hole in enumerate(self.opening, start=1):
+            if hole.kind == "window" and hole.y + 0.5 * self.wall.block_height < level < hole.top:
+                raise ValueError(
+                    f"dpc.course = {self.dpc.course}: the dpc would lie {level:g} m up, in opening {number} (window), "
+                    f"which reaches from {hole.y:g} to {hole.top:g} m; a dpc lies below the windows"
+                )
 
     def _control_joints_fit(self) -> None:
         half = 0.5 * self.wall.block_length * (1 - 1e-9)
@@ -165,7 +177,14 @@ class Scene:
         InputError
             If the file is missing or unreadable, or a key or value is not acceptable.
         """
-        return cls.from_dict(read_toml(path), source=str(path))
+        tables = read_toml(path)
+        if not tables:
+            raise InputError(f"{path}: is empty; `damagepred new` writes a commented starter.")
+        if found := [key for key in ("scene", "study", "variables", "correlation") if key in tables]:
+            raise InputError(
+                f"{path}: is a study (it has {found[0]}), and a scene is needed; `damagepred study` runs studies."
+            )
+        return cls.from_dict(tables, source=str(path))
 
     @classmethod
     def from_dict(cls, tables: Mapping[str, Any], source: str = "scene") -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -27,12 +28,17 @@ class Wall:
         Running bond breaks the perpends at half bricks; stack bond does not.
     """
 
-    length: Length = Field(default=6.0, gt=0)
-    height: Length = Field(default=2.4, gt=0)
-    thickness: Length = Field(default=0.11, gt=0)
-    block_length: Length = Field(default=0.24, gt=0)
-    block_height: Length = Field(default=0.075, gt=0)
+    length: Length = Field(default=6.0, gt=0, le=1000)
+    height: Length = Field(default=2.4, gt=0, le=200)
+    thickness: Length = Field(default=0.11, gt=0, le=5)
+    block_length: Length = Field(default=0.24, gt=0, le=20)
+    block_height: Length = Field(default=0.075, gt=0, le=20)
     bond: Literal["running", "stack"] = "running"
+
+    @property
+    def bricks(self) -> int:
+        """Number of whole bricks that fill the elevation, about."""
+        return math.ceil(self.length / self.block_length) * math.ceil(self.height / self.block_height)
 
     @model_validator(mode="after")
     def _holds_a_brick(self) -> Wall:

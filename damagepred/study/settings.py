@@ -146,7 +146,8 @@ class StudySettings:
         tables = read_toml(file)
         scene = tables.get("scene")
         if scene is None:
-            raise InputError(f'{file}: has no scene; give scene = "file.toml" at the top, or tables [scene.*].')
+            what = "is a scene; `damagepred solve` solves it. A study" if "wall" in tables else "has no scene; it"
+            raise InputError(f'{file}: {what} names one with scene = "file.toml" at the top, or has tables [scene.*].')
         if isinstance(scene, str):
             described_scene: Any = Scene.from_toml(file.parent / scene)
         else:

@@ -22,7 +22,7 @@ from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.assembly import wall_geometry
 from damagepred.damage import damage_table
-from damagepred.errors import InputError, StudyError
+from damagepred.errors import InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
@@ -200,8 +200,9 @@ class Study:
         InputError
             If a Latin hypercube is to be extended.
         """
-        if workers < 1:
-            raise InputError(f"workers = {workers}: must be 1 or more.")
+        require_count("workers", workers)
+        if samples is not None:
+            require_count("samples", samples)
         if timeout is not None and not timeout > 0:
             raise InputError(f"timeout = {timeout:g}: must be greater than 0 s.")
         if timeout is not None and executor is not None:
@@ -211,7 +212,7 @@ class Study:
         lock = folder.lock()
         try:
             folder.tidy()
-            asked = samples or self.settings.study.samples
+            asked = self.settings.study.samples if samples is None else int(samples)
             drawn = self._prepare(folder, asked)
             if retry_failed:
                 folder.forget_failures({i for i in folder.failed_samples() if i < asked})

@@ -124,7 +124,7 @@ class Distribution:
     lower: Number | None = None
     upper: Number | None = None
     scale: Number | None = None
-    cov: Pure | None = Field(default=None, gt=0)
+    cov: Pure | None = Field(default=None, gt=0, le=10)
     dispersion: Pure | None = Field(default=None, gt=0)
     shape: Pure | None = Field(default=None, gt=0)
     alpha: Pure | None = Field(default=None, gt=0)

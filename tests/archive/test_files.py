@@ -263,7 +263,7 @@ def test_read_only_folder(old: Path, monkeypatch: pytest.MonkeyPatch):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
     monkeypatch.setattr(tempfile, "mkstemp", fail)
-    with pytest.raises(StudyError, match="no permission to write there; choose another place with -o"):
+    with pytest.raises(StudyError, match="no permission to write there; choose another place"):
         write_whole(old, lambda p: p.write_text("new"))
     monkeypatch.undo()
     assert untouched(old)

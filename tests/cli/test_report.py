@@ -27,7 +27,7 @@ def test_missing_and_unfit_files_are_named(command: Run, wall: xr.Dataset, tmp_p
     write_dataset(wall, tmp_path / "wall.nc")
     for arguments, said in (
         (["nowhere.dp"], "no such file or study folder"),
-        ([tmp_path / "scene.toml"], "is a description; solve it first"),
+        ([tmp_path / "scene.toml"], "is a description, and a result is needed"),
         ([tmp_path / "text.nc"], "is not a readable netCDF file"),
         ([tmp_path / "part.nc"], "is not the result of solve or replay (it has no contact_opening)"),
         ([tmp_path / "empty"], "is not a study folder"),
@@ -49,7 +49,7 @@ def test_a_read_only_folder_is_refused(command: Run, wall: xr.Dataset, tmp_path:
     folder.chmod(0o555)
     result = command("report", folder / "wall.nc")
     assert result.code == 2
-    assert "no permission to write there; choose another place with -o" in result.err
+    assert "no permission to write there; choose another place" in result.err
 
 
 def test_a_study_with_no_wall_done_is_refused(command: Run, tmp_path: Path) -> None:

@@ -385,9 +385,9 @@ def test_message_from_a_file_names_the_file(tmp_path: Path):
         Scene.from_toml(file)
 
 
-def test_an_empty_file_is_the_paper_s_wall(tmp_path: Path):
+def test_a_table_without_keys_is_the_paper_s_wall(tmp_path: Path):
     file = tmp_path / "house.toml"
-    file.write_text("")
+    file.write_text("[wall]\n")
     assert Scene.from_toml(file) == Scene()
 
 

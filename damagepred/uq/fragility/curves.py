@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.errors import InputError
+from damagepred.errors import InputError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.capacities import (
@@ -129,6 +129,12 @@ def fit_fragility(
     highest = int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
     wanted = list(range(1, highest + 1)) if categories is None else [int(c) for c in categories]
     require_ascending(wanted)
+    if wanted and not 1 <= wanted[0] <= wanted[-1] <= highest:
+        raise InputError(f"categories = {wanted}: the study's damage table has categories 1 to {highest}.")
+    for what, number, least in (
+        ("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("seed", seed, 0), ("points", points, 2),
+    ):  # fmt: skip
+        require_count(what, number, least)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
     asked = _Asked(model, band, confidence, bootstrap, goodness, seed, wanted, grid)

@@ -1,0 +1,68 @@
+"""Files and numbers that were meant otherwise: the answer names what was meant, before anything is built."""
+
+from pathlib import Path
+
+import pytest
+
+from damagepred.errors import InputError
+from damagepred.scene import Scene
+from damagepred.study import Study
+from tests.cli.conftest import Run
+from tests.study.test_run import settings
+
+SCENES = {
+    "millimetres for metres": ("[wall]\nlength = 6000\n", "length = 6000.0: must be at most 1000 m"),
+    "a wall as thick as long": ("[wall]\nthickness = 110\n", "thickness = 110.0: must be at most 5 m"),
+    "a dpc in a window": (
+        "[dpc]\ncourse = 20\n[[opening]]\nx = 2\ny = 0.9\nwidth = 1\nheight = 1\n",
+        "the dpc would lie 1.5 m up, in opening 1 (window)",
+    ),
+    "nothing": ("# nothing yet\n", "is empty"),
+    "a study": ('scene = "x.toml"\n[study]\nsamples = 3\n', "is a study"),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.timeout(60)
+def test_scenes(name: str, tmp_path: Path) -> None:
+    text, words = SCENES[name]
+    (tmp_path / "wall.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        Scene.from_toml(tmp_path / "wall.toml")
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_scene_where_a_study_is_due(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text("[wall]\nlength = 2\n", encoding="utf-8")
+    result = command("study", tmp_path / "wall.toml")
+    assert result.code == 2
+    assert "is a scene; `damagepred solve` solves it" in result.err
+
+
+@pytest.mark.parametrize("words", [["report"], ["fragility"], ["plot"], ["cracks"], ["judge"]])
+def test_a_description_where_a_result_is_due(words: list[str], command: Run, tmp_path: Path) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text("[wall]\nlength = 2\n", encoding="utf-8")
+    result = command(*words, file)
+    assert result.code == 2
+    assert "is a description, and a result is needed" in result.err
+    assert "Errno" not in result.err
+
+
+def test_no_advice_of_an_option_that_is_not_there(command: Run, tmp_path: Path) -> None:
+    result = command("new", tmp_path / "no" / "dir" / "x.toml")
+    assert result.code == 2
+    assert " -o" not in result.err
+    assert "does not exist" in result.err
+
+
+def test_brackets_in_help(command: Run) -> None:
+    assert "[study.epistemic]" in " ".join(command("estimate", "--help").out.split())
+
+
+@pytest.mark.parametrize("samples", [0, -3, 2.5, True, "3"])
+def test_samples_are_a_whole_number(samples: object, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"samples = .*: must be a whole number, 1 or more"):
+        Study(settings()).run(tmp_path / "study.dp", samples=samples)  # type: ignore[arg-type]
+    assert not (tmp_path / "study.dp").exists()
