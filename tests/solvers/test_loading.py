@@ -223,3 +223,45 @@ def test_what_is_condensed_sees_a_beam_that_is_moved_on_top() -> None:
     force = [ds["block_support_force_x"].values[-1, beam] for ds in paths]
     assert force[0] == pytest.approx(force[1], rel=1e-6)
     assert force[0] > 1e3
+
+
+def test_supports_of_single_gridpoints_balance_force_and_moment(solver: Solver) -> None:
+    """A cantilever of zones under its weight, an upright traction at its end and a level one along its top."""
+    length, height, end, top = 0.8, 0.3, 40e3, 25e3
+    wall = Assembly(thickness=T)
+    block = wall.add_block(rectangle(2.0, 1.0, 2.0 + length, 1.0 + height), zone_size=0.1)
+    wall.hold_points(block, lambda x, y: x < 2.0 + 1e-9, x=0.0, y=0.0)
+    wall.traction(block, lambda x, y: x > 2.0 + length - 1e-9, y=end)
+    wall.traction(block, lambda x, y: y > 1.0 + height - 1e-9, x=top)
+    ds = damagepred.solve(wall, solver=solver, increments=1).isel(increment=-1, block=block)
+    up, along = end * height * T, top * length * T
+    weight = 2000.0 * length * height * T * 9.81
+    assert float(ds["block_support_force_x"]) == pytest.approx(-along, rel=1e-4)
+    assert float(ds["block_support_force_y"]) == pytest.approx(weight - up, rel=1e-4)
+    moment = up * length / 2 - along * height / 2  # of the tractions, about the middle
+    assert float(ds["block_support_moment"]) == pytest.approx(-moment, rel=1e-4)
+    assert float(ds["base_reaction"]) == pytest.approx(weight - up, rel=1e-4)
+
+
+def test_a_live_load_on_a_block_of_zones_is_carried_row_by_row(solver: Solver) -> None:
+    """A column hangs on its top: across each row of zones goes the load below its middle, and no work is lost."""
+    width, height, force = 0.4, 0.6, 30e3
+    wall = Assembly(thickness=T, gravity=(0.0, 0.0))
+    column = wall.add_block(
+        rectangle(0.0, 0.0, width, height), BlockMaterial(elastic_modulus=1e9, poisson_ratio=0.0), zone_size=0.1
+    )
+    wall.hold_points(column, lambda x, y: y > height - 1e-9, x=0.0, y=0.0)
+    wall.push(column, y=-force)
+    ds = damagepred.solve(wall, solver=solver, increments=2).isel(increment=-1)
+    middle = ds["gridpoint_y"].values[ds["zone_gridpoint"].values].mean(axis=1)
+    row = (middle / 0.1).astype(int)
+    assert row.max() == 5
+    for number in range(6):
+        carried = force * (number + 0.5) / 6
+        found = ds["zone_stress_yy"].values[row == number].mean()
+        assert found == pytest.approx(carried / (width * T), rel=1e-4), number
+    if solver.method == "quasi_static":
+        assert float(ds["elastic_energy"]) == pytest.approx(float(ds["external_work"]), rel=1e-5)
+        # a bar under its own weight stores F^2 H / (6 E A)
+        exact = force**2 * height / (6 * 1e9 * width * T)
+        assert float(ds["elastic_energy"]) == pytest.approx(exact, rel=0.02)
