@@ -21,6 +21,7 @@ from damagepred.solvers.dynamic.grid import put_sides, zone_energy
 from damagepred.solvers.dynamic.motion import put_bodies
 from damagepred.solvers.increment import Increment, ZonePicture
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.zoned import gridpoint_mass
 from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, run, started, turned
 
@@ -165,6 +166,20 @@ def test_a_block_that_yields_under_dead_load_begins_with_its_plastic_strain() ->
     assert path[0].unbalanced_force_ratio < 1e-5
     assert path[-1].plastic_work < 1e-6 * path[-1].elastic_energy
     assert path[-1].kinetic_energy < 1e-9 * path[-1].elastic_energy
+
+
+@pytest.mark.parametrize("thickness", [(0.11, 0.3), (0.3, 0.11)])
+def test_blocks_of_zones_fall_alike_whatever_their_thickness(thickness: tuple[float, float]) -> None:
+    """Weight and mass both go with a block's own thickness: after a time t each has fallen by g t^2 / 2."""
+    assembly = Assembly(thickness=0.2)
+    for k, own in enumerate(thickness):
+        assembly.add_block(rectangle(0.5 * k, 0.0, 0.5 * k + 0.24, 0.1), zone_size=0.1, thickness=own)
+    model = assembly.build(STIFF)
+    assert model.mesh is not None
+    mass = np.bincount(model.mesh.gridpoint_block, gridpoint_mass(model), 2)
+    np.testing.assert_allclose(mass, DENSITY * 0.24 * 0.1 * np.array(thickness), rtol=1e-12)
+    ds = run(assembly, duration=0.05, start="unstressed", damping="none")
+    np.testing.assert_allclose(ds["block_displacement_y"][-1], -0.5 * G * 0.05**2, rtol=1e-3)
 
 
 def test_edges_of_a_block_are_its_own_where_the_ground_has_steps() -> None:
