@@ -175,7 +175,7 @@ def test_a_study_beside_its_file_keeps_the_values_themselves(tmp_path: Path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"file": "band.csv"}, ["file = ", "band.csv", "No such file"]),
+        ({"file": "band.csv"}, ["file = ", "band.csv", "no such file", "Did you mean 'bond.csv'"]),
         ({"column": "strenght"}, ["column = 'strenght'", "unit, strength, age", "Did you mean 'strength'"]),
         ({"unit": "mm"}, ["unit = 'mm'", "wrong kind of unit"]),
         ({"column": None}, ["the name of a column"]),
