@@ -29,7 +29,7 @@ ROUNDS, FEW = 200, 40
 
 
 def lasting_bonds(model: Model) -> Model:
-    """Return the model with bonds that do not break; they may soften.
+    """Return the model with bonds that do not break; they may soften, and weak ones break.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def lasting_bonds(model: Model) -> Model:
         The wall.
     """
     law = model.properties
-    softens, none = law.critical_opening > 0, law.tensile_strength <= 0
+    softens, weak = law.critical_opening > 0, law.tensile_strength < model.block_stress
     lasting = law._replace(
-        tensile_strength=np.where(softens | none, law.tensile_strength, np.inf),
+        tensile_strength=np.where(softens | weak, law.tensile_strength, np.inf),
         brittle_shear=np.zeros_like(law.brittle_shear),
     )
     return replace(model, properties=lasting)

@@ -31,6 +31,8 @@ DIRECT, FULL_STEPS = 16, 5
 """Newton steps that the law as it is gets, and how many of them are taken in full whatever they do."""
 ASTRAY, TURNS = 10.0, 2
 """Unbalanced force over the least so far, when that was near; and steps in a row that may be so far astray."""
+STAGNATION = 1e-3
+"""Share of the least unbalanced force; a return to it as near as that is a cycle of active sets."""
 HOPELESS = 1e3
 """Growth of the unbalanced force at which it is given up."""
 NUDGE = 1e-7
@@ -64,7 +66,7 @@ class TrescaSearch:
         Failures that count.
     """
 
-    max_newton_iterations: int = 800
+    max_newton_iterations: int = 400
     max_failures: int = 4
 
 
@@ -433,8 +435,11 @@ class Equilibrium:
             if not worst < HOPELESS * max(first, 1.0):
                 break
             u = u + share * step
+            cycles = abs(worst - least) <= STAGNATION * least
             if worst < least:
                 best, least, load = u, worst, state.jack
+            if cycles and worst >= self.tolerance:
+                break
         state.jack = load
         if self._is_lost(state, best):
             least = np.inf

@@ -80,7 +80,8 @@ class StepControl:
     event_step_growth : float
         Growth of the shortest step to an event when a bond that breaks in a longer step holds in shorter ones.
     least_halvings : int
-        Times that a step without equilibrium is halved at least, where halving has been in vain before.
+        Times that a step without equilibrium is halved at least, where halving has been in vain before. If all bonds
+        are weak it comes down to none: they break while the wall relaxes, so that a whole step needs no other order.
     """
 
     weak_bond_overload: float = 1.0
@@ -173,6 +174,8 @@ class Path:
         overload = CONTROL.weak_bond_overload
         self._near, self._ahead = np.where(self._weak, overload, NEAR), np.where(self._weak, overload, OVERLOAD)
         self._load = np.zeros(model.interfaces.contact_area.shape)
+        bonded = ~without_bond(model)
+        self._all_weak = bool(bonded.any() and weak[bonded].all())
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
         self._climbs_at = ((law.dilation > 0) & plain)[:, None]
@@ -350,7 +353,7 @@ class Path:
             if distance(state, target) > longest:
                 target = between(state, target, longest / distance(state, target))
             ahead, share = self.foresee(state, target)
-            if far is None and share < 1.0:
+            if far is None and share < 1.0 and self._halvings > 0:  # a wall that only relaxes leaves its tangent
                 share = min(share * 2.0**misses, 1.0)
                 target = between(state, target, share)
                 ahead = state.displacement + share * (ahead - state.displacement)
@@ -366,10 +369,11 @@ class Path:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
-            if worst < self.tolerance and halvings:
+            if worst < self.tolerance and (halvings or self._halvings == 0):
                 self._halvings = min(self._halvings + 1, HALVINGS + 1)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
-                self._halvings = max(self._halvings - 1, CONTROL.least_halvings)
+                fewer = max(self._halvings - 1, CONTROL.least_halvings)
+                self._halvings = self._halvings // 2 if self._all_weak else fewer
                 astray, jumped = trial, True
                 trial, worst = self.jump(state.at(*target), state.progress, 1.0 if falls is None else LESS_PATIENCE)
                 if self._sharply and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
