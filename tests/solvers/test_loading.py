@@ -9,6 +9,7 @@ import pytest
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
+from damagepred.assembly.model import Ground, GroundMovement
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
@@ -265,3 +266,31 @@ def test_a_live_load_on_a_block_of_zones_is_carried_row_by_row(solver: Solver) -
         # a bar under its own weight stores F^2 H / (6 E A)
         exact = force**2 * height / (6 * 1e9 * width * T)
         assert float(ds["elastic_energy"]) == pytest.approx(exact, rel=0.02)
+
+
+@pytest.mark.parametrize("friction", [0.9, 0.2])
+def test_ground_that_moves_along_a_block_works_on_it(friction: float) -> None:
+    """A block that is held along the wall: its joint takes k s^2 / 2, and beyond its limit the way slid times that."""
+    stiffness, way = 1e9, 5e-6
+    dry = Joint(shear_stiffness=stiffness, tensile_strength=0.0, cohesion=0.0, friction=friction)
+    wall = Assembly(thickness=T, joint=dry)
+    block = wall.add_block(rectangle(0.0, 0.0, 0.4, 0.8))
+    wall.rest_on_ground([block])
+    wall.support(block, y=False)
+    solver = SOLVERS["quasi_static"]
+    model = wall.build(solver)
+    along = way * model.interfaces.normal_y[:, None] * np.ones_like(model.interfaces.contact_area)
+    model = replace(model, ground=GroundMovement(Ground(np.zeros_like(along), along)))
+    path = list(solve_path(model, solver, 8))
+    force, spring = friction * 2000.0 * 0.4 * 0.8 * T * 9.81, stiffness * 0.4 * T
+    slides = way > force / spring
+    assert slides == (friction < 0.5)
+    stored = min(force**2 / spring, spring * way**2) / 2
+    slid = force * (way - force / spring) if slides else 0.0
+    first, last = path[0], path[-1]
+    assert last.elastic_energy - first.elastic_energy == pytest.approx(stored, rel=1e-6)
+    assert last.friction_work == pytest.approx(slid, rel=1e-6)
+    # in the step in which sliding begins the work is that of a straight line
+    assert last.external_work - first.external_work == pytest.approx(stored + slid, rel=0.02 if slides else 1e-6)
+    assert last.support_force is not None
+    assert last.support_force[block, 0] == pytest.approx(-min(force, spring * way), rel=1e-6)
