@@ -8,7 +8,7 @@ import pytest
 import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BaseMotion, Dynamics, Joint, Movement, Solver, Wall
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Solver, Wall
 from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.increment import ContactState
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, stack, started, turned
@@ -258,3 +258,41 @@ def test_what_is_held_after_the_load_stays_where_it_stands() -> None:
     pushed = ds["block_support_force_x"].values[-1, 2]
     assert pushed == pytest.approx(still["block_support_force_x"].values[-1, 2], rel=1e-3)
     assert ds["external_work"].values[-1] == pytest.approx(0.5 * 1e-5 * pushed, rel=0.01)
+
+
+@pytest.mark.parametrize("zone_size", [0.0, 0.2])
+def test_damping_by_mass_is_that_of_motion_relative_to_the_base(zone_size: float) -> None:
+    """A bonded block on ground under constant acceleration a: an oscillator under -a, whatever the ground's speed."""
+    ratio, acceleration, stiffness = 0.2, 2.0, 1e8
+    omega = np.sqrt(stiffness / (2000.0 * 0.1))
+    time = 4 * 2 * np.pi / omega
+    wall = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), joint=Joint(normal_stiffness=stiffness))
+    stiff = BlockMaterial(elastic_modulus=1e11, poisson_ratio=0.0)
+    wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.2, 0.1), stiff, zone_size=zone_size or None)])
+    base = BaseMotion(kind="rectangular", direction="y", acceleration=acceleration, duration=2 * time)
+    ds = run(
+        wall, time, 80, damping="viscous", damping_ratio=ratio, frequency=omega / (2 * np.pi), base=(base,),
+        new_contacts=False, time_step_safety=0.5 if zone_size else 0.02,
+    )  # fmt: skip
+    t, damped = ds["time"].values, omega * np.sqrt(1 - ratio**2)
+    swing = np.cos(damped * t) + ratio * omega / damped * np.sin(damped * t)
+    exact = -acceleration / omega**2 * (1 - np.exp(-ratio * omega * t) * swing)
+    np.testing.assert_allclose(
+        ds["block_displacement_y"].values[:, 0], exact, rtol=0, atol=0.01 * acceleration / omega**2
+    )
+
+
+def test_a_bond_broken_by_slip_slides_with_what_is_left_of_its_friction() -> None:
+    """A block on an incline breaks its bond by its own weight: from there on it goes down with a = g (sin - mu cos)."""
+    angle, left, duration = np.arctan(0.75), 0.3, 0.3
+    # shear 1177 Pa, pressure 1570 Pa: more than 300 + 0.5 * 1570
+    joint = replace(dry(1e10, 0.5), tensile_strength=500.0, cohesion=300.0, residual_friction=left, brittle_shear=True)
+    wall = Assembly(gravity=(G * np.sin(angle), -G * np.cos(angle)), thickness=THICKNESS, joint=joint)
+    for corners in (rectangle(-0.5, -0.1, 1.0, 0.0), rectangle(0.0, 0.0, 0.24, 0.1)):
+        wall.add_block(corners)
+    wall.support(0)
+    ds = run(wall, duration, 10, start="unstressed")
+    exact = 0.5 * G * (np.sin(angle) - left * np.cos(angle)) * ds["time"].values ** 2
+    np.testing.assert_allclose(ds["block_displacement_x"].values[1:, 1], exact[1:], rtol=0.02)
+    rubbed = left * 2000.0 * 0.24 * 0.1 * THICKNESS * G * np.cos(angle) * exact[-1]
+    assert float(ds["friction_work"][-1]) == pytest.approx(rubbed, rel=0.02)
