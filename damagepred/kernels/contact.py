@@ -151,12 +151,14 @@ def contact_forces(tile, ground, special, softening, progress):
 
 @kernel
 def contact_fields(interfaces, properties, ground, state, displacement, opening, shear, sigma, tau):
-    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts; no memory moves.
+    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts.
 
     Parameters
     ----------
-    interfaces, properties, ground, state : NamedTuple of arrays
-        See ``damagepred.assembly.model`` and ``damagepred.solvers.state``; the ground in its present state.
+    interfaces, properties, ground : NamedTuple of arrays
+        See ``damagepred.assembly.model``; the ground in its present state.
+    state : NamedTuple of arrays
+        See ``damagepred.solvers.state``; brought up to date.
     displacement : array (3 (n + 1),)
         x, y (m), rotation of each block, the ground last.
     opening, shear, sigma, tau : array (m, q)
@@ -191,8 +193,10 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
                 u_s -= ground.shear[i - first_ground, k]
             opening[i, k] = u_n
             shear[i, k] = u_s
-            sigma[i, k], tau[i, k], _, _, _, _ = joint_law(
+            sigma[i, k], tau[i, k], slip, dilated, cracked, opened = joint_law(
                 u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k], state.opened[i, k],
                 (k_n, k_s, 1.0 / k_s), strength, weakened, softening, psi, properties.brittle_shear[i], cap,
                 wear_of(properties, i),
             )  # fmt: skip
+            state.slip[i, k], state.dilated[i, k] = slip, dilated
+            state.cracked[i, k], state.opened[i, k] = cracked, opened

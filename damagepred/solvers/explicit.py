@@ -438,16 +438,23 @@ class Run:
             load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
         return float((load * np.abs(self.motion.displacement)).sum())
 
-    def note_broken(self) -> None:
-        """Write down at which progress bonds broke that have broken since the last time."""
-        broken = take(self.joints.tiles["cracked"], self.joints.lane) != 0.0
+    def note_broken(self, cracked: NDArray[np.bool_] | None = None) -> None:
+        """Write down at which progress bonds broke that have broken since the last time.
+
+        Parameters
+        ----------
+        cracked : array of bool (m, q), optional
+            What has cracked; by default by the last cycle.
+        """
+        broken = take(self.joints.tiles["cracked"], self.joints.lane) != 0.0 if cracked is None else cracked
         self.broken_at[broken & self._bonded & np.isnan(self.broken_at)] = self.progress
 
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
-        self.note_broken()
-        memory = memory_of(self.joints)
-        fields = fields_of(self.model, memory, self.motion.displacement, self.progress)
+        # blocks have moved once more since the last cycle's joint law
+        fields = fields_of(self.model, memory_of(self.joints), self.motion.displacement, self.progress)
+        memory = fields.memory
+        self.note_broken(memory.cracked)
         if self.sections is not None:
             response = section_response_of(self.model, self.sections.memory, self.motion.displacement)
             as_if_straight(self.model, response, fields.normal_stress, fields.shear_stress)

@@ -54,12 +54,23 @@ def without_bond(model: Model) -> NDArray[np.bool_]:
 
 
 class ContactFields(NamedTuple):
-    """Opening, shear displacement (m), normal and shear stress (Pa, tension positive) of contacts, arrays (m, q)."""
+    """Contacts at a displacement of the blocks, arrays (m, q).
+
+    Attributes
+    ----------
+    opening, shear : array (m, q)
+        Relative displacement normal to the joint and along it (m).
+    normal_stress, shear_stress : array (m, q)
+        Tension positive (Pa).
+    memory : JointMemory
+        What the joint law makes of the memory there: slip and stress belong together.
+    """
 
     opening: FloatArray
     shear: FloatArray
     normal_stress: FloatArray
     shear_stress: FloatArray
+    memory: JointMemory
 
 
 def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progress: float) -> ContactFields:
@@ -76,9 +87,12 @@ def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progr
     progress : float
         Share of the full movement.
     """
-    fields = ContactFields(*(np.empty(model.interfaces.contact_area.shape) for _ in range(4)))
-    contact_fields(model.interfaces, model.properties, model.ground.at(progress), memory, displacement, *fields)
-    return fields
+    opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
+    after = memory.copy()
+    contact_fields(
+        model.interfaces, model.properties, model.ground.at(progress), after, displacement, opening, shear, sigma, tau
+    )
+    return ContactFields(opening, shear, sigma, tau, after)
 
 
 def contact_states(model: Model, memory: JointMemory) -> NDArray[np.int8]:

@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind, wall_model
+from damagepred.assembly import Assembly, Kind, wall_model
+from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers import ContactState
 from damagepred.solvers.explicit import Run, explicit_path
@@ -64,6 +65,23 @@ def test_a_block_that_nothing_holds_falls():
     rest = next(explicit_path(weak_pair(settings), settings, 1))
     assert rest.collapsed
     assert (rest.state == ContactState.CRACKED).all()
+
+
+def test_slip_and_stress_of_a_state_belong_to_the_same_cycle():
+    """A brick slides without friction: tau = k_s (u_s - s) is nothing, wherever the last cycle has taken it."""
+    pair = Assembly(joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.0))
+    base = pair.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
+    brick = pair.add_block(rectangle(0.0, 0.075, 0.24, 0.15))
+    pair.support(base)
+    pair.load(brick, x=1.0)
+    run = Run(pair.build(), Solver(method="explicit"))
+    run.advance(500, 0.0, 1.0)
+    picture, stiffness = run.report(0, 1.0, 500, collapsed=False), run.model.properties.shear_stiffness[0]
+    moved = picture.displacement[brick] - picture.displacement[base]
+    slid = moved[0] * run.model.interfaces.normal_y[0] * (1.0 if run.model.interfaces.block_a[0] == base else -1.0)
+    assert abs(slid) > 1e-6
+    elastic = stiffness * (slid - picture.slip)
+    np.testing.assert_allclose(picture.shear_stress, elastic, atol=1e-9 * stiffness * abs(slid))
 
 
 def test_a_mirrored_wall_moves_as_in_a_mirror():
