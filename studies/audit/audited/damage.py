@@ -170,16 +170,17 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
 def up_to_ends(wall: ArchivedWall, opening: FloatArray) -> FloatArray:
     """Return the openings, of the outermost contacts that of the joint's end where it is larger (m).
 
-    The opening of a joint is a straight line, here that of least squares through its contacts.
+    The line goes through the two contacts nearest to the end: where the ground is bent along a brick, no one line fits.
     """
     found = opening.copy()
     for number, (start, end) in enumerate(wall.ends):
         mine = np.flatnonzero(wall.interface == number)
         way = (wall.place[mine] - start) @ (end - start) / ((end - start) @ (end - start))
-        first, last = mine[np.argmin(way)], mine[np.argmax(way)]
-        if len(mine) > 1 and max(way.min(), 1.0 - way.max()) > 1e-9:
-            slope, level = np.polyfit(way, opening[mine], 1)
-            found[first], found[last] = max(found[first], level), max(found[last], level + slope)
+        order = np.argsort(way)
+        for share, nearest in ((0.0, order[:2]), (1.0, order[:-3:-1])):
+            if len(mine) > 1 and abs(way[nearest[0]] - share) > 1e-9:
+                at_end = np.poly1d(np.polyfit(way[nearest], opening[mine[nearest]], 1))(share)
+                found[mine[nearest[0]]] = max(found[mine[nearest[0]]], at_end)
     return found
 
 
