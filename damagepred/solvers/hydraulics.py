@@ -172,6 +172,25 @@ class Pump:
         self.line.state[:] = self.level_volume, self.level_load
         self._from = (0.0, self.level_volume)
 
+    def begin_at(self, displacement: FloatArray, load: float, volume_per_deflection: float) -> None:
+        """Deliver what holds the wall at a displacement under a load of each jack (N), and control nothing more.
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom.
+        load : float
+            Of each jack (N).
+        volume_per_deflection : float
+            With which the volume follows the movement (1).
+        """
+        self.line.state[:] = float(self.jacks.push @ displacement) + load / self.stiffness, load
+        self.line = self.line._replace(gain=0.0, volume_step=self.line.goal * volume_per_deflection)
+
+    def deliver(self, volume: float) -> None:
+        """Deliver some more volume (m)."""
+        self.line.state[VOLUME] += volume
+
     def with_dead_load(self, share: float) -> None:
         """Deliver what a further share of the dead load presses out of the jacks of an intact, level wall."""
         self.line.state[VOLUME] += share * self.level_volume

@@ -479,6 +479,18 @@ class Equilibrium:
         alone, by_push = self.equations.solve(np.stack((force, self.jacks.push)))
         return self.jacks.step(alone, by_push, gap)
 
+    def volume_per_deflection(self) -> float | None:
+        """Return the sum of the jacks' lifts per deflection (1) by the last tangent; None where they bend nothing.
+
+        None, too, where the load of the jacks is given.
+        """
+        if self.jacks is None or self.jacks.by_load:
+            return None
+        self.equations.update(self.tangent)
+        by_push = self.equations.solve(self.jacks.push)
+        bends, gives = float(self.jacks.weights @ by_push), float(self.jacks.push @ by_push)
+        return gives / bends if bends > 0.0 else None
+
     # -- frozen friction limits ---------------------------------------------------------------------------------------
 
     def _by_frozen_limits(self, state: State, near: bool) -> float:

@@ -470,11 +470,7 @@ class Path:
         """
         equilibrium, worst = self.equilibrium, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
-        jacks, lift = equilibrium.jacks, 0.0
-        if jacks is not None and not jacks.by_load:
-            equilibrium.equations.update(equilibrium.tangent)
-            lift = float(jacks.weights @ equilibrium.equations.solve(jacks.push))
-        for resting in come_to_rest(self.model, state, left, patience, jacks, lift):
+        for resting in come_to_rest(self.model, state, left, patience, equilibrium.volume_per_deflection()):
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
             if equilibrium.solids is not None:

@@ -19,7 +19,7 @@ from damagepred.solvers.falling import FEW, ROUNDS, goes_on, lasting_bonds
 from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.quasi_static.equilibrium import State
-from damagepred.solvers.quasi_static.jacks import JackControl
+from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND
 from damagepred.solvers.state import fields_of
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
@@ -38,48 +38,44 @@ of the load has died away, which is what strong damping is for.
 
 
 @dataclass
-class LoadCorrection:
-    """Corrections of the jacks' load while a wall relaxes, by the secant method; the deflection is given.
+class VolumeCorrection:
+    """Corrections of the pump's volume while a wall relaxes, by the secant method; the deflection is given.
 
-    A correction waits until the wall has answered to the last one: earlier ones would add up. The first is a share of
-    the tangent's, as a wall that opens while its footing bends is softer by far. None is larger than the present load,
-    as a footing that yields goes a long way under little more.
+    Under a given volume a footing that yields, or whose load falls as it bends, does not run away. A correction waits
+    until the wall has answered to the last one. Where the footing lifts off its supports, the deflection answers to no
+    volume, and the corrections grow until it has come loose.
 
     Attributes
     ----------
-    lift : float
-        Deflection per load (m/N): of the tangent, then the secant of the last correction.
-    smallest_reach : float
-        Correction that is always allowed (N).
+    rate : float
+        Volume per deflection (1): of the tangent, then the secant of the last correction.
+    growth : float
+        Largest factor from one rate to the next (1).
     settled : float
         Change of the deflection from look to look over what is missing of it, up to which the wall has answered (1).
-    first_share : float
-        Share of the tangent's correction that is made first (1).
     """
 
-    lift: float
-    smallest_reach: float
+    rate: float
+    growth: float = 4.0
     settled: float = 0.1
-    first_share: float = 0.1
     _last: float = 0.0
     _corrected_at: float = 0.0
     _deflection: float = np.inf
 
-    def next(self, deflection: float, missing: float, load: float) -> float:
-        """Return what is to be added to a load (N), at a deflection of which some is missing (m)."""
+    def next(self, deflection: float, missing: float) -> float:
+        """Return what is to be added to the volume (m), at a deflection of which some is missing (m)."""
         change, self._deflection = abs(deflection - self._deflection), deflection
-        if not change <= self.settled * abs(missing):
+        if abs(missing) <= DEFLECTION_FOUND or not change <= self.settled * abs(missing):
             return 0.0
-        secant = (deflection - self._corrected_at) / self._last if self._last != 0.0 else 0.0
-        share = 1.0 if secant > 0.0 else self.first_share
-        self.lift = secant if secant > 0.0 else self.lift
-        reach = max(abs(load), self.smallest_reach)
-        self._last, self._corrected_at = min(max(share * missing / self.lift, -reach), reach), deflection
+        if self._last != 0.0:
+            answer, most = (deflection - self._corrected_at) / self._last, self.growth * self.rate
+            self.rate = 1.0 / answer if answer * most > 1.0 else most
+        self._last, self._corrected_at = missing * self.rate, deflection
         return self._last
 
 
 def come_to_rest(
-    model: Model, start: State, left: float, patience: float = 1.0, jacks: JackControl | None = None, lift: float = 0.0
+    model: Model, start: State, left: float, patience: float = 1.0, volume_per_deflection: float | None = None
 ) -> Iterator[State]:
     """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
 
@@ -96,10 +92,8 @@ def come_to_rest(
         Share of the movement of that.
     patience : float
         Share of the cycles that it is given, unless it is slowing down.
-    jacks : JackControl, optional
-        Jacks whose deflection is given: their load is corrected by what is missing.
-    lift : float
-        Deflection per load of the jacks by the last tangent (m/N).
+    volume_per_deflection : float, optional
+        Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
 
     Yields
     ------
@@ -109,27 +103,20 @@ def come_to_rest(
     law = model.properties
     softens = law.critical_opening > 0
     # no bond breaks meanwhile, nor do sections crack for good
-    run = Run(replace(lasting_bonds(model), jacks=None), Solver(), settle_every=0)
-    if model.jacks is not None:
-        run.motion.load[:] = start.load * run.motion.load + start.jack * model.jacks.push
-    load = start.load if model.jacks is None else 1.0
-    run.resume(start.displacement, start.memory, load, left, start.plastic, sections=start.sections)
+    run = _at(model, replace(start, progress=left), volume_per_deflection)
     if start.progress != left:
-        run.advance(ALONG, start.progress, load)
+        run.advance(ALONG, start.progress, run.load_share)
         run.halt()
-    load_of_jacks, correction = start.jack, None
-    if jacks is not None and model.jacks is not None and lift > 0.0:
-        correction = LoadCorrection(lift, float(np.abs(model.supports.load).sum()) / len(model.jacks.at))
+    correction = None if volume_per_deflection is None else VolumeCorrection(volume_per_deflection)
     cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
     while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
         if run.cycles > begun + SHAKEN:
             run.damping = max(EASED * run.damping, LEAST)
         before = run.motion.displacement.copy()
-        if jacks is not None and correction is not None:
-            missing = jacks.gap(start.progress, before)
-            more = correction.next(float(jacks.weights @ before), missing, load_of_jacks)
-            load_of_jacks += more
-            run.motion.load[:] += more * jacks.push
+        if run.pump is not None and correction is not None:
+            run.pump.deliver(
+                correction.next(float(run.pump.weights @ before), run.pump.missing(start.progress, before))
+            )
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(LONGER * cycles)
@@ -140,9 +127,8 @@ def come_to_rest(
         brittle = memory.cracked & ~softens[:, None]
         memory.opened[brittle] = parted[brittle]
         plastic = start.plastic if run.zones is None else run.zones.plastic()
-        yield replace(
-            start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic, jack=load_of_jacks
-        )  # fmt: skip
+        jack = start.jack if run.pump is None else run.pump.load
+        yield replace(start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic, jack=jack)
         if come_loose(model, run.motion.displacement, start.progress).any():
             return
 
@@ -183,8 +169,15 @@ def unbalanced_on_its_way(model: Model, state: State) -> float:
     return float(run.unbalanced().max())
 
 
-def _at(model: Model, state: State) -> Run:
-    """Return the explicit scheme with lasting bonds in a state, at rest."""
-    run = Run(replace(lasting_bonds(model), jacks=None), Solver(), settle_every=0)
-    run.resume(state.displacement, state.memory, state.load, state.progress, state.plastic, sections=state.sections)
+def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> Run:
+    """Return the explicit scheme with lasting bonds in a state, at rest; jacks without a pump keep their load."""
+    lasting = lasting_bonds(model)
+    pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
+    run, load = Run(pumped, Solver(), settle_every=0), state.load
+    if model.jacks is not None and run.pump is None:
+        run.motion.load[:] = load * run.motion.load + state.jack * model.jacks.push
+        load = 1.0
+    run.resume(state.displacement, state.memory, load, state.progress, state.plastic, sections=state.sections)
+    if run.pump is not None and volume_per_deflection is not None:
+        run.pump.begin_at(state.displacement, state.jack, volume_per_deflection)
     return run
