@@ -27,6 +27,7 @@ from damagepred.scene import Solver
 from damagepred.solvers.carried import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.explicit import describe_block
 from damagepred.solvers.footing import as_if_straight, section_response_of
+from damagepred.solvers.hydraulics import DEFLECTION_FOUND
 from damagepred.solvers.increment import Increment
 from damagepred.solvers.loose import come_loose
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
@@ -471,6 +472,8 @@ class Path:
         equilibrium, worst = self.equilibrium, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
         for resting in come_to_rest(self.model, state, left, patience, equilibrium.volume_per_deflection()):
+            if equilibrium.jacks is not None:
+                resting.jack = equilibrium.jacks.load_at(resting.progress, resting.jack)
             if come_loose(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
             if equilibrium.solids is not None:
@@ -484,6 +487,8 @@ class Path:
             if worst < self.tolerance:
                 resting.displacement[:] = found
                 return resting, worst
+            if abs(equilibrium.gap(resting, found)) > DEFLECTION_FOUND:
+                worst = max(worst, AT_REST)  # a tremble is no reason for a deflection that is short
             if worst < least:
                 nearest, least = resting, worst
                 nearest.displacement[:] = found

@@ -87,7 +87,7 @@ def come_to_rest(
     model : Model
         The wall.
     start : State
-        Load and movement to go to; where the blocks are, and the memory of the last equilibrium.
+        Load and movement to go to; where the blocks are, the load of the jacks and the memory of the last equilibrium.
     left : float
         Share of the movement of that.
     patience : float
@@ -170,12 +170,15 @@ def unbalanced_on_its_way(model: Model, state: State) -> float:
 
 
 def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> Run:
-    """Return the explicit scheme with lasting bonds in a state, at rest; jacks without a pump keep their load."""
-    lasting = lasting_bonds(model)
+    """Return the explicit scheme with lasting bonds in a state, at rest; jacks without a pump carry their own load."""
+    lasting, jacks = lasting_bonds(model), model.jacks
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
     run, load = Run(pumped, Solver(), settle_every=0), state.load
-    if model.jacks is not None and run.pump is None:
-        run.motion.load[:] = load * run.motion.load + state.jack * model.jacks.push
+    if jacks is not None and run.pump is None:
+        # what is given grows with the movement from that of the level state
+        growth = (jacks.load - state.jack) / (1.0 - state.progress) if jacks.by_load and state.progress < 1.0 else 0.0
+        run.motion.load[:] = load * run.motion.load + (state.jack - state.progress * growth) * jacks.push
+        run.motion.live_load[:] += growth * jacks.push
         load = 1.0
     run.resume(state.displacement, state.memory, load, state.progress, state.plastic, sections=state.sections)
     if run.pump is not None and volume_per_deflection is not None:
