@@ -170,17 +170,23 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
 def up_to_ends(wall: ArchivedWall, opening: FloatArray) -> FloatArray:
     """Return the openings, of the outermost contacts that of the joint's end where it is larger (m).
 
-    The line goes through the two contacts nearest to the end: where the ground is bent along a brick, no one line fits.
+    The opening goes on straight beyond the two outermost contacts. Between rigid blocks that is exact; over a curved
+    ground it is the tangent's, and too large by the curvature.
     """
     found = opening.copy()
     for number, (start, end) in enumerate(wall.ends):
         mine = np.flatnonzero(wall.interface == number)
+        if len(mine) < 2:
+            continue
         way = (wall.place[mine] - start) @ (end - start) / ((end - start) @ (end - start))
-        order = np.argsort(way)
-        for share, nearest in ((0.0, order[:2]), (1.0, order[:-3:-1])):
-            if len(mine) > 1 and abs(way[nearest[0]] - share) > 1e-9:
-                at_end = np.poly1d(np.polyfit(way[nearest], opening[mine[nearest]], 1))(share)
-                found[mine[nearest[0]]] = max(found[mine[nearest[0]]], at_end)
+        order = mine[np.argsort(way)]
+        way = np.sort(way)
+        for outer, inner, a, b, at in (
+            (order[0], order[1], way[0], way[1], 0.0), (order[-1], order[-2], way[-1], way[-2], 1.0),
+        ):  # fmt: skip
+            if abs(at - a) > 1e-9:
+                on = opening[outer] + (at - a) / (b - a) * (opening[inner] - opening[outer])
+                found[outer] = max(found[outer], on)
     return found
 
 
