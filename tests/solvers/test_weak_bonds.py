@@ -55,7 +55,7 @@ def test_groups_are_what_bonds_one_by_one_are(strength: float, monkeypatch: pyte
 
 
 @pytest.mark.parametrize("strength", [0.0, 1.0])
-def test_walls_that_only_relax_take_whole_steps(strength: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """240 bricks: weak bonds break while the wall relaxes, and no step ends ever nearer to the next increment.
 
     Cracks depend on the path: the explicit solver's sum of openings, too, moves by 9 % for a strength of 1 Pa.
@@ -80,6 +80,7 @@ def test_walls_that_only_relax_take_whole_steps(strength: float, monkeypatch: py
     ds = solve(scene)
     assert ds.attrs["status"] == "complete"
     assert len(relaxed) <= 12
+    assert ds["cycles"].values.sum() < 600
     assert ds["unbalanced_force_ratio"].values.max() < 1e-6
     explicit = solve(replace(scene, solver=Solver(method="explicit")))
     np.testing.assert_allclose(opened(ds)[2:], opened(explicit)[2:], rtol=0.15)

@@ -81,8 +81,7 @@ class StepControl:
     event_step_growth : float
         Growth of the shortest step to an event when a bond that breaks in a longer step holds in shorter ones.
     least_halvings : int
-        Times that a step without equilibrium is halved at least, where halving has been in vain before. If all bonds
-        are weak it comes down to none: they break while the wall relaxes, so that a whole step needs no other order.
+        Times that a step without equilibrium is halved at least, where halving has been in vain before.
     """
 
     weak_bond_overload: float = 1.0
@@ -175,7 +174,8 @@ class Path:
         overload = CONTROL.weak_bond_overload
         self._near, self._ahead = np.where(self._weak, overload, NEAR), np.where(self._weak, overload, OVERLOAD)
         self._load = np.zeros(model.interfaces.contact_area.shape)
-        bonded = ~without_bond(model)
+        # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
+        bonded, self._relaxes = ~without_bond(model), False
         self._all_weak = bool(bonded.any() and weak[bonded].all())
         self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
@@ -354,30 +354,31 @@ class Path:
             if distance(state, target) > longest:
                 target = between(state, target, longest / distance(state, target))
             ahead, share = self.foresee(state, target)
-            if far is None and share < 1.0 and self._halvings > 0:  # a wall that only relaxes leaves its tangent
+            if far is None and share < 1.0 and not self._relaxes:
                 share = min(share * 2.0**misses, 1.0)
                 target = between(state, target, share)
                 ahead = state.displacement + share * (ahead - state.displacement)
             trial = state.at(*target)
             # in small steps, equilibria under a growing load are near: where none is, the wall mostly falls
-            worst, jumped = self.equilibrium.find(trial, ahead, near=self._sharply), False
+            near = self._sharply or self._relaxes
+            worst, jumped = self.equilibrium.find(trial, ahead, near), False
             only_near = self._sharply and distance(state, target) > pains
             if worst >= self.tolerance and only_near:
                 doubted, far = target, None
                 continue
             may_halve = halvings < min(self._halvings, HALVINGS) and distance(state, target) > least_half
-            if worst >= self.tolerance and may_halve and not self._sharply:
+            if worst >= self.tolerance and may_halve and not near:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
-            if worst < self.tolerance and (halvings or self._halvings == 0):
+            if worst < self.tolerance and halvings:
                 self._halvings = min(self._halvings + 1, HALVINGS + 1)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
-                fewer = max(self._halvings - 1, CONTROL.least_halvings)
-                self._halvings = self._halvings // 2 if self._all_weak else fewer
+                self._halvings = max(self._halvings - 1, CONTROL.least_halvings)
+                self._relaxes = self._all_weak
                 astray, jumped = trial, True
                 trial, worst = self.jump(state.at(*target), state.progress, 1.0 if falls is None else LESS_PATIENCE)
-                if self._sharply and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
+                if near and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
                     astray = state.at(*target)
                     far_off = self.equilibrium.find(astray, ahead)
                     if far_off < self.tolerance and not self.equilibrium.lost(astray):
