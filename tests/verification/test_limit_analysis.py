@@ -80,7 +80,10 @@ def standing(wall: DryWall, solver: Solver, top: float) -> float:
         assembly.push(wall.loaded, y=top * wall.loads()[1][wall.loaded, 1])
     # the quasi-static solver brackets the fall by itself; the explicit one goes on in steps until it does not settle
     increments = 1 if solver.method == "quasi_static" else 200
-    settings = replace(solver, tolerance=None if solver.method == "quasi_static" else 1e-4)
+    settings = solver
+    if solver.method == "explicit":
+        # at the limit itself contacts open and close; with the default step 14 courses keep trembling above 1e-4
+        settings = replace(solver, tolerance=1e-4, time_step_safety=0.5)
     ds = damagepred.solve(assembly, solver=settings, increments=increments, on_failure="return")
     assert ds.attrs["status"] in ("collapsed", "failed")
     if ds.attrs["status"] == "collapsed":
@@ -139,7 +142,10 @@ def test_the_thinnest_arch(verify: Verify, voussoirs: int) -> None:
 def test_an_arch_too_thin_falls(verify: Verify, solver: Solver, voussoirs: int, offset: float) -> None:
     bound = thinnest(voussoirs)
     assembly = semicircle(voussoirs, bound * (1 + offset)).assembly()
-    settings = replace(solver, tolerance=None if solver.method == "quasi_static" else 1e-4)
+    settings = solver
+    if solver.method == "explicit":
+        # at the limit itself contacts open and close; with the default step 14 courses keep trembling above 1e-4
+        settings = replace(solver, tolerance=1e-4, time_step_safety=0.5)
     try:
         status = damagepred.solve(assembly, solver=settings, increments=1).attrs["status"]
     except damagepred.SolverError:
