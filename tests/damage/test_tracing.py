@@ -166,6 +166,20 @@ def test_branches_are_counted():
     assert crack.path[:, 1] == pytest.approx(4 * COURSE)  # the longest course runs along the bed
 
 
+@pytest.mark.parametrize("branch", [((7, 5), (8, 4)), ((5, 4), (5, 3))], ids=["leaning left", "leaning right"])
+def test_a_perpend_off_the_path_opens_as_one_on_it(branch: tuple[tuple[int, int], tuple[int, int]]):
+    """Width normal to the mean line, opening positive, whichever way that line leans."""
+    wall = Pattern()
+    wall.vertical(6, 2 * MM, (1, 11))
+    wall.open("bed", *branch[0], 2 * MM)
+    wall.open("head", *branch[1], 2 * MM)
+    crack = only(wall).crack
+    assert (crack.orientation, crack.branches) == (VERTICAL, 1)
+    side = crack.pieces // 3 == wall.place("head", *branch[1])
+    assert side.sum() == 3
+    np.testing.assert_allclose(crack.width[side], 2 * MM * abs(np.sin(np.radians(crack.inclination))))
+
+
 def test_a_crack_from_a_window_corner():
     """The opening's joints are not there: a crack from one corner of it does not reach that from another."""
     wall = Pattern(columns=20, rows=14)

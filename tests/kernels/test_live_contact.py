@@ -494,6 +494,21 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     assert off[smooth].max() < 1e-3
 
 
+def test_a_cracked_joint_that_is_apart_touches_as_it_slides_and_climbs() -> None:
+    """By hand: k_s (s - t) = -k_n (e - psi t) f. It touches while e < psi s, beyond it is open."""
+    psi, f, shear = 0.2, 0.7, 1e-4
+    joints = random_joints(np.random.default_rng(1), 2, "plain")._replace(
+        dilation=np.full(2, psi), friction=np.full(2, f), residual_friction=np.full(2, f)
+    )
+    e = np.array([0.95, 1.05]) * psi * shear
+    t = (K_S * shear + K_N * e[0] * f) / (K_S + K_N * f * psi)
+    sigma = K_N * (e[0] - psi * t)
+    assert sigma < 0.0
+    found = evaluate(joints, np.ones(2, dtype=np.bool_), np.zeros(2), e, np.full(2, shear))
+    np.testing.assert_allclose(found[0, [0, 1, 6, 7]], [sigma, -f * sigma, t, psi * t], rtol=1e-9)
+    np.testing.assert_array_equal(found[1, :2], 0.0)
+
+
 def test_energy_of_an_intact_joint_is_that_of_its_springs() -> None:
     model, memory, displacement = random_wall("plain", 9)
     memory.cracked[:], memory.opened[:] = False, 0.0

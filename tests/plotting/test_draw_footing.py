@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.collections import PolyCollection
 
 import damagepred
@@ -127,6 +128,22 @@ def test_a_limit_that_was_passed_is_found_between_increments():
     assert first_zero(x, np.array([3.0, 1.0, -1.0, -2.0])) == pytest.approx(1.5)
     assert first_zero(x, np.array([3.0, 1.0, 0.0, -2.0])) == pytest.approx(2.0)
     assert first_zero(x, np.array([3.0, 1.0, 0.5, 0.2])) is None
+
+
+def test_a_rig_is_idle_where_its_first_support_or_its_jacks_carry_nothing():
+    ds = xr.Dataset(
+        {"jack_load": ("increment", [5.0, 4.0, 2.0, -2.0]),
+         "support_load": (("increment", "support"), [[3.0, 4.0], [1.0, 3.0], [-1.0, 2.0], [-2.0, -1.0]])},
+        {"central_deflection": ("increment", [0.0, 1.0, 2.0, 3.0])},
+    )  # fmt: skip
+    assert idle_at(ds) == pytest.approx(1.5)  # jacks at 2.5, the other support at 2.67
+    assert idle_at(ds.assign(support_load=9.0 + ds["support_load"])) == pytest.approx(2.5)
+
+
+def test_the_form_of_a_footing_on_a_mound_is_drawn_over_the_mound_at_the_end(on_mound):
+    (line,) = (x for x in draw_footing_form(on_mound).lines if x.get_label().startswith("surface"))
+    own = Mound().profile(line.get_xdata(), 1.2, "doming")
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * own, atol=1e-3)
 
 
 def test_stresses_leave_the_footing_out(on_jacks):

@@ -70,6 +70,8 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
     ds = wall.copy()
     steps = ds.sizes["increment"]
     ds["surface_movement"] = "increment", 3e-3 * np.arange(steps)
+    for name in ("unbalanced_force_ratio", "joint_law_violation"):  # largest before the end
+        ds[name] = "increment", 1e-7 * np.arange(steps, 0, -1)
     ds["footing_separation_length"] = wall["footing_separation_length"].copy(data=0.12 * np.arange(steps))
     screen.wall_table(ds)
     expected = {
@@ -173,12 +175,15 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
 
 def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, shown: Screen) -> None:
     after = judge_again(wall, table="bre251", measure="band")
+    names = ("crack_width_max", "crack_band_width_max", "footing_opening_max")
+    for factor, name in enumerate(names, start=1):  # no two alike
+        after[name] = "increment", factor * 1e-3 * np.arange(1.0, after.sizes["increment"] + 1)
     screen.judged_again(wall, after)
     shown.check({
         f"deflection\n{UNIT}": each(wall["central_deflection"]),
-        f"widest\ncrack\n{UNIT}": each(wall["crack_width_max"]),
-        f"crack\nband\n{UNIT}": each(wall["crack_band_width_max"]),
-        f"bed on\nfooting\nopening\n{UNIT}": each(wall["footing_opening_max"]),
+        f"widest\ncrack\n{UNIT}": each(after["crack_width_max"]),
+        f"crack\nband\n{UNIT}": each(after["crack_band_width_max"]),
+        f"bed on\nfooting\nopening\n{UNIT}": each(after["footing_opening_max"]),
         "category\nbefore": each(wall["damage_category"]), "category\nafter": each(after["damage_category"]),
     })  # fmt: skip
     shown.tables.clear()

@@ -96,3 +96,17 @@ def test_no_bond_breaks_beyond_the_fall_that_ends_a_path(method):
     assert ds.attrs["collapse_progress"] == pytest.approx(0.3, abs=6e-3)
     broken_at = ds["contact_broken_at"].values
     assert not (broken_at > ds["progress"].values[-1]).any()
+
+
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+def test_what_breaks_under_dead_load_is_remembered_where_supports_hold_later(method: str):
+    """Between two held blocks a brick hangs from the upper by half its weight: 700 Pa, more than the bond bears."""
+    wall = Assembly(joint=Joint(tensile_strength=100.0, cohesion=1e6))
+    low, brick, high = (wall.add_block(rectangle(0.0, y, 0.24, y + 0.075)) for y in (0.0, 0.075, 0.15))
+    wall.support(low)
+    wall.support(high)
+    wall.hold_after_load(brick, y=False, rotation=False)
+    ds = solve(wall, solver=Solver(method=method), increments=2)
+    below, above = ds["contact_broken_at"].values.reshape(2, -1)
+    assert np.isnan(below).all()
+    np.testing.assert_array_equal(above, 0.0)

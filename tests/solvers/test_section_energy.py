@@ -28,6 +28,15 @@ def test_cracking_dissipates_the_triangle_between_two_secants() -> None:
     assert dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)) == pytest.approx(0.5 * 1e-3 * 2e-3 * (5e6 - 4e6))
 
 
+def test_a_whole_section_stores_no_more_than_its_contacts() -> None:
+    """k_n 1e10, k_s 4e9 Pa/m on 0.09 m2: pulled, sheared and bent, each by force times way over two."""
+    way = np.array([1e-5, 2e-5, 1e-4])
+    force = way * 0.09 * np.array([1e10, 4e9, 1e10 * 0.15**2])
+    beyond, taken = section_energy(MODEL, np.append(way, force)[None], None)  # type: ignore[arg-type]
+    assert beyond == pytest.approx(0.0, abs=1e-9 * 0.5 * float(way @ force))
+    assert taken[0] == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.mark.parametrize(("secant", "other_face"), [(5e6, 5e6), (3e6, 5e6), (5e6, 3e6)])
 def test_bending_the_other_way_dissipates_nothing(secant: float, other_face: float) -> None:
     """Unloaded to where it began and loaded from there, whichever face is cracked more."""

@@ -59,6 +59,29 @@ def test_zones_push_back_as_their_stiffness_matrix_does(plane: str, strength: fl
     assert field.within_limits(u)
 
 
+@pytest.mark.parametrize("plane", ["stress", "strain"])
+def test_plastic_strain_of_zones_that_are_held_is_stress_by_hooke_s_law(plane: str) -> None:
+    """Nothing moves: the elastic strain is the plastic one with the other sign, out of plane in plane strain too."""
+    e, nu = 2e9, 0.2
+    assembly = Assembly(block=BlockMaterial(elastic_modulus=e, poisson_ratio=nu, cohesion=1e9, tensile_strength=3e8))
+    assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.08), zone_size=0.05)
+    model = assembly.build(Solver(plane=plane))  # type: ignore[arg-type]
+    assert model.mesh is not None
+    field, plastic = ZoneField(model), np.array([3e-4, -1e-4, 2e-4, 0.5e-4])
+    if plane == "stress":
+        plastic[3] = 0.0
+    field.remember(np.tile(plastic, (len(model.mesh.zones), 1)))
+    xx, yy, xy, zz = -plastic
+    shear, first = e / (2 * (1 + nu)), e * nu / ((1 + nu) * (1 - 2 * nu))
+    if plane == "strain":
+        whole = first * (xx + yy + zz)
+        exact = [whole + 2 * shear * xx, whole + 2 * shear * yy, shear * xy, whole + 2 * shear * zz]
+    else:
+        exact = [e / (1 - nu**2) * (xx + nu * yy), e / (1 - nu**2) * (yy + nu * xx), shear * xy, 0.0]
+    stress = field.stresses(np.zeros(model.size))
+    np.testing.assert_allclose(stress, np.tile(exact, (len(stress), 1)), rtol=1e-9, atol=1e-3)
+
+
 def test_facets_follow_gridpoints_and_do_the_same_work() -> None:
     model = cells().build()
     assert model.mesh is not None

@@ -93,6 +93,15 @@ def test_first_order_shares_of_ishigami() -> None:
     assert abs(float(rank_correlation({"b": unit[:, 1]}, ishigami(unit), resamples=0)["spearman"][0])) < 0.05
 
 
+def test_first_order_share_of_weighted_walls_by_hand() -> None:
+    """Three slices of means -3, 0, 3, one off them either way: 24 of 168 within, by 24^2 / 60 = 9.6 equal walls."""
+    y = np.repeat([-3.0, 0.0, 3.0], 4) + np.tile([1.0, -1.0, 1.0, -1.0], 3)
+    weight = np.tile([3.0, 3.0, 1.0, 1.0], 3)
+    found = first_order({"x": np.arange(12.0)}, y, weight=weight, resamples=0)
+    assert found.attrs["slices"] == 3
+    assert float(found["first_order"][0]) == pytest.approx(1.0 - (24.0 / (9.6 - 3.0)) / (168.0 / (9.6 - 1.0)))
+
+
 def test_an_input_that_does_nothing_has_no_share_on_average() -> None:
     shares = []
     for seed in range(150):

@@ -132,6 +132,16 @@ def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver
         assert abs(first.deflection) < 1e-5 * sag
 
 
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+def test_an_elastic_footing_stores_the_work_of_its_jacks(kind: str) -> None:
+    """The load of the jacks changes straight with the deflection: its mean does the work, in one increment."""
+    size = 2e-3 * PAPER.line_weight * PAPER.length**4 / PAPER.bending
+    first, last = path_of(PAPER.on_jacks(kind, size, 16, stop_at_zero=False), Solver())
+    assert abs(last.jack_load - first.jack_load) > 0.1 * first.jack_load
+    assert last.external_work == pytest.approx(last.elastic_energy, rel=1e-6)
+    assert last.energy_error < 1e-6 * last.external_work
+
+
 def sag(strip: Strip, load: float) -> float:
     """Return the sag of a beam between supports at its ends (m)."""
     w, length = strip.line_weight + load, strip.length

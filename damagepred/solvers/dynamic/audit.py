@@ -99,18 +99,18 @@ class Audit:
         self._moving: list[Motion | Grid] = [motion] if grid is None else [motion, grid]
         self._start = [part.displacement.copy() for part in self._moving]
         self._dead = [part.load.copy() for part in self._moving]
-        self._kinetic, self._damped = self._half_steps()
+        self._kinetic, self._damped, self._pulled = self._half_steps()
         self._elastic = self.elastic_energy()
         self._given = self._seen = 0.0
 
-    def _half_steps(self) -> tuple[float, float]:
-        """Return the kinetic energy, and the work of damping in the half step before now."""
+    def _half_steps(self) -> tuple[float, float, float]:
+        """Return the kinetic energy, and the works of damping and of the base, by damping, in the half step to now."""
         base = np.array([*self._motion.velocity[-1, :2], 0.0])
         parts = np.array([self._half_step(part, base[: part.velocity.shape[1]]) for part in self._moving])
-        kinetic, damped = parts.sum(axis=0)
-        return float(kinetic), float(damped)
+        kinetic, damped, pulled = parts.sum(axis=0)
+        return float(kinetic), float(damped), float(pulled)
 
-    def _half_step(self, part: Motion | Grid, base: FloatArray) -> tuple[float, float]:
+    def _half_step(self, part: Motion | Grid, base: FloatArray) -> tuple[float, float, float]:
         local, viscous, _, _ = self._damping
         before, inverse = part.velocity, part.inverse_mass
         mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
@@ -121,7 +121,9 @@ class Audit:
         after = (before * (1.0 - half) + 2.0 * half * base + push) / (1.0 + half)
         dashpot = viscous * mass * (0.5 * (before + after) - base)
         kinetic = 0.5 * float((mass * before * after).sum())
-        return kinetic, 0.5 * self._step * float((drag * before + dashpot * (before - base)).sum())
+        half_step = 0.5 * self._step
+        damped = half_step * float((drag * before + dashpot * (before - base)).sum())
+        return kinetic, damped, -half_step * float((dashpot * base).sum())
 
     def elastic_energy(self) -> float:
         """Return what joints and zones hold (J)."""
@@ -137,9 +139,9 @@ class Audit:
     def balance(self) -> Energies:
         """Return the balance now."""
         tallies, works = self._counts
-        kinetic, damped = self._half_steps()
+        kinetic, damped, pulled = self._half_steps()
         elastic = self.elastic_energy()
-        boundary = float(works[BOUNDARY])
+        boundary = float(works[BOUNDARY]) + pulled - self._pulled
         ways = [part.displacement - start for part, start in zip(self._moving, self._start)]
         dead = sum(float((load * way).sum()) for load, way in zip(self._dead, ways))
         external = boundary + dead + float(works[LIVE])
