@@ -11,7 +11,7 @@ def number(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False, allow_infinity=False)
 
 
-TITLES = st.text(st.characters(exclude_categories=["Cs"]), max_size=30)
+TITLES = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=30)
 
 
 @st.composite
@@ -120,13 +120,17 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
         table = [[0.0, 0.0], *([p, draw(number(0.1, 2.0))] for p in middle), [1.0, 0.0]]
         tables["movement"] |= {"shape": "table", "table": table}
     if draw(st.booleans()):
+        tables["opening"] = draw(openings(1.0, 0.5))
+    dpc_level = wall["block_height"]
+    in_a_window = any(
+        o["y"] < dpc_level < o["y"] + o["height"] for o in tables.get("opening", []) if o.get("kind") != "door"
+    )
+    if draw(st.booleans()) and not in_a_window:
         tables["dpc"] = {
             "course": 1,
             "friction": draw(number(0, 2)),
             "normal_stiffness": draw(st.none() | number(1, 1e12)),
         }
-    if draw(st.booleans()):
-        tables["opening"] = draw(openings(1.0, 0.5))
     if draw(st.booleans()):
         width, through = draw(number(0, 0.05)), draw(st.booleans())
         tables["control_joint"] = [{"x": draw(number(0.35, 0.65)) * length, "width": width, "through_dpc": through}]

@@ -38,8 +38,12 @@ def walls(draw: st.DrawFn) -> Scene:
     try:
         scene = Scene.from_dict(tables)
         wall_geometry(scene)
-    except InputError as error:  # lintels that meet, openings that overlap: refused in plain words
-        assume(not any(word in str(error) for word in ("lintel", "overlap or touch", "outside", "beside", "courses")))
+    except InputError as error:  # lintels that meet, openings that overlap or hold the dpc: refused in plain words
+        assume(
+            not any(
+                word in str(error) for word in ("lintel", "overlap or touch", "outside", "beside", "courses", "the dpc")
+            )
+        )
         raise
     # edges closer than a twentieth of a joint's spacing count as one; that is tested elsewhere
     for values, spacing in (
