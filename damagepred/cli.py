@@ -563,7 +563,7 @@ def main() -> None:
         sys.exit(INTERRUPTED)
     except SystemExit as ending:
         if (reason := screen.lost_output()) and not ending.code:
-            screen.say(f"what was to be printed could not be written: {reason}", error=True)
+            screen.say(f"the output could not be written: {reason}", error=True)
             sys.exit(BAD_INPUT)
         raise
 

@@ -70,7 +70,7 @@ def lost_output() -> str | None:
     return None if error is None or error.errno == errno.EPIPE else error.strerror or str(error)
 
 
-def harmless(text: str) -> str:
+def escaped(text: str) -> str:
     """Return text as it is to be read: nothing in it is markup or steers the terminal."""
     return escape(controls_escaped(text))
 
@@ -78,9 +78,9 @@ def harmless(text: str) -> str:
 def say(message: str, *, error: bool = False) -> None:
     """Print a message, errors to the error stream."""
     if error:
-        _err.print(f"[bold red]damagepred:[/] {harmless(message)}")
+        _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
     else:
-        _out.print(harmless(message))
+        _out.print(escaped(message))
 
 
 def quantity(option: str, text: str, unit: str) -> float:
@@ -127,13 +127,12 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     from rich.table import Table
 
     for number, shown in enumerate(_parts_that_fit(columns, rows, _out.width)):
-        grid = Table(title=harmless(f"{title}, continued" if number else title), title_justify="left")
+        grid = Table(title=escaped(f"{title}, continued" if number else title), title_justify="left")
         for i in shown:
-            grid.add_column(
-                harmless(columns[i]), justify="right", overflow="fold"
-            )  # on narrow screens nothing is cut off
+            # folded, so that on narrow screens nothing is cut off
+            grid.add_column(escaped(columns[i]), justify="right", overflow="fold")
         for row in rows:
-            grid.add_row(*(harmless(row[i]) for i in shown))
+            grid.add_row(*(escaped(row[i]) for i in shown))
         _out.print(grid)
 
 

@@ -128,10 +128,9 @@ def read_table(path: Path) -> DamageTable:
     InputError
         If it is missing or is no such table.
     """
+    content = read_toml(path)
     try:
-        return _table(read_toml(path))
-    except InputError:
-        raise
+        return _table(content)
     except KeyError as error:
         raise InputError(f"{path}: is no damage table, it lacks {error}; see data/damage/as2870.toml.") from None
     except (ValueError, TypeError) as error:
