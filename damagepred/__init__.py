@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from damagepred.version import __version__
 
 if TYPE_CHECKING:
-    from damagepred.assembly import Assembly
+    from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage.simple import simple_methods
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
     from damagepred.path import solve
@@ -34,6 +34,8 @@ _HOMES = {
     "Assembly": "assembly",
     "DamagepredError": "errors",
     "InputError": "errors",
+    "Limits": "assembly",
+    "NO_LIMITS": "assembly",
     "Scene": "scene",
     "SolverError": "errors",
     "Study": "study",
@@ -49,9 +51,11 @@ _HOMES = {
 }
 
 __all__ = [
+    "NO_LIMITS",
     "Assembly",
     "DamagepredError",
     "InputError",
+    "Limits",
     "Scene",
     "SolverError",
     "Study",

@@ -32,6 +32,12 @@ SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_defau
 StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
 
 
+Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
+Timeout = Annotated[
+    float | None, typer.Option("--timeout", help="Seconds a wall may take, by default 3600; inf lifts the limit.")
+]
+
+
 class Export(StrEnum):
     """Other programs that curves are written for."""
 
@@ -84,12 +90,15 @@ def new(file: Annotated[Path, typer.Argument(help="File to write.", show_default
 
 
 @app.command()
-def check(file: Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)]) -> None:
+def check(
+    file: Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)], yes: Yes = False
+) -> None:
     """Validate a file, solve one wall of it and say what the whole run will cost."""
+    from damagepred.assembly import Limits
     from damagepred.study.price import price
 
     with screen.Bar("timing one wall") as bar:
-        estimate = price(file, on_step=bar.step)
+        estimate = price(file, on_step=bar.step, limits=Limits.asked(yes))
     for line in estimate.lines():
         screen.say(line)
 
@@ -100,9 +109,12 @@ def solve(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
     plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
     no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
+    timeout: Timeout = None,
+    yes: Yes = False,
 ) -> None:
     """Solve one wall."""
     from damagepred.archive.files import check_writable
+    from damagepred.assembly import Limits
     from damagepred.path import solve as solve_wall
     from damagepred.scene import Scene
     from damagepred.scene.assumed import ground_line
@@ -111,7 +123,10 @@ def solve(
     check_writable(output, plot)
     count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
-        ds = solve_wall(described, on_failure="return", on_step=bar.step, store_zones=not no_zones)
+        ds = solve_wall(
+            described, on_failure="return", on_step=bar.step, store_zones=not no_zones,
+            limits=Limits.asked(yes, timeout),
+        )  # fmt: skip
     _keep_wall(ds, output, plot)
     screen.wall_table(ds)
     if assumed := ground_line(described):
@@ -126,15 +141,17 @@ def study(
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
-    timeout: Annotated[float | None, typer.Option("--timeout", help="Seconds a wall may take.")] = None,
+    timeout: Timeout = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
+    yes: Yes = False,
 ) -> None:
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.archive.cautions import STUDIED, study_cautions
     from damagepred.archive.folder import StudyFolder
+    from damagepred.assembly import Limits
     from damagepred.scene.assumed import ground_line
     from damagepred.study import Study
     from damagepred.study.cluster import connect
@@ -149,8 +166,8 @@ def study(
         client = open_until_the_end.enter_context(connect(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(screen.StudyBar())
         ending = run_until(
-            Study(settings), folder, samples, workers, client, timeout=timeout, retry_failed=retry_failed,
-            on_progress=bar.update,
+            Study(settings, Limits.asked(yes, timeout)), folder, samples, workers, client, timeout=timeout,
+            retry_failed=retry_failed, on_progress=bar.update,
         )  # fmt: skip
     summary = ending.summary
     if settings.study.stop_when is not None or ending.reason == "time":
@@ -201,9 +218,11 @@ def rare(
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
     level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
     reach: Annotated[float, typer.Option(help="Follow walls to so many times the movement.")] = 2.0,
-    timeout: Annotated[float | None, typer.Option("--timeout", help="Seconds a wall may take.")] = None,
+    timeout: Timeout = None,
+    yes: Yes = False,
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
+    from damagepred.assembly import Limits
     from damagepred.study.capacity import Question
     from damagepred.study.rare import rare_event
     from damagepred.study.settings import StudySettings
@@ -213,6 +232,7 @@ def rare(
     folder = output or file.with_suffix(".rare")
     found = rare_event(
         settings, question, folder, samples=samples, level_share=level_share, workers=workers, timeout=timeout,
+        limits=Limits.asked(yes, timeout),
         on_level=lambda level: screen.say(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )  # fmt: skip
     for line in found.lines(question):
@@ -255,15 +275,17 @@ def two_level(
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+    yes: Yes = False,
 ) -> None:
     """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
+    from damagepred.assembly import Limits
     from damagepred.study.settings import StudySettings
     from damagepred.study.two_level import run_two_level
 
     found = run_two_level(
         StudySettings.from_toml(file).with_samples(None, seed), category, screen.quantity("--at", at, "m"),
         output or file.with_suffix(".two"), pilot=pilot, budget=budget, workers=workers,
-        on_pilot=lambda report: screen.say(report.line()),
+        on_pilot=lambda report: screen.say(report.line()), limits=Limits.asked(yes),
     )  # fmt: skip
     e = found.estimate
     screen.say(
@@ -366,11 +388,13 @@ def sensitivity(
     plot: Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
+    yes: Yes = False,
 ) -> None:
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
     from damagepred.archive.files import check_writable, write_dataset
     from damagepred.archive.folder import open_study
     from damagepred.archive.schema import SCHEMA_VERSION
+    from damagepred.assembly import Limits
     from damagepred.study import Study
     from damagepred.study.settings import StudySettings
     from damagepred.study.variance_shares import crossed_study, study_sensitivity
@@ -381,7 +405,7 @@ def sensitivity(
         place = folder or path.with_suffix(".crossed.dp")
         crossed = crossed_study(StudySettings.from_toml(path).with_samples(samples, None))
         with screen.StudyBar() as bar:
-            summary = Study(crossed).run(place, samples, workers, on_progress=bar.update)
+            summary = Study(crossed, Limits.asked(yes)).run(place, samples, workers, on_progress=bar.update)
         screen.say(f"{place}: {summary.done} of {summary.total} walls done, {summary.failed} failed")
         if summary.interrupted:
             raise typer.Exit(INTERRUPTED)

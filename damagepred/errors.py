@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
-from numbers import Integral
+from math import inf, isfinite, nan
+from numbers import Integral, Real
 
 LONGEST_MESSAGE = 2000
 """Characters of a message."""
+LONGEST_VALUE = 100
+"""Characters of a value in a message."""
 
 
 class DamagepredError(Exception):
@@ -55,6 +58,10 @@ class ConvergenceError(SolverError):
     """No equilibrium was found within the work allowed."""
 
 
+class TimeLimitError(SolverError):
+    """A path took longer than its time limit."""
+
+
 def _rebuild_solver_error(kind: type[SolverError], message: str, increment: int, block: int) -> SolverError:
     return kind(message, increment=increment, block=block)
 
@@ -77,7 +84,72 @@ def require_count(name: str, value: object, least: int = 1) -> None:
         If it is something else, or less.
     """
     if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
-        raise InputError(f"{name} = {value!r}: must be a whole number, {least} or more.")
+        raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} or more.")
+
+
+def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
+    """Check that a value is one of some words.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    value : object
+        The value.
+    allowed : collection of str
+        What is accepted.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if not isinstance(value, str) or value not in allowed:
+        hint = nearest(value, allowed) if isinstance(value, str) else ""
+        raise InputError(f"{name} = {shown(value)}: must be one of {', '.join(allowed)}.{hint}")
+
+
+def require_number(
+    name: str, value: object, low: float = -inf, high: float = inf, *, unit: str = "", open_low: bool = False
+) -> float:
+    """Return a value as a finite number within bounds.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    value : object
+        The value.
+    low, high : float
+        Bounds.
+    unit : str
+        Of the value and the bounds.
+    open_low : bool
+        Whether the lower bound itself is not accepted.
+
+    Raises
+    ------
+    InputError
+        If it is no number, not finite, or out of bounds.
+    """
+    try:
+        number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else nan
+    except OverflowError:  # a whole number may have any number of digits
+        number = inf
+    if isfinite(number) and low <= number <= high and not (open_low and number == low):
+        return number
+    least = f" {'greater than' if open_low else 'of at least'} {low:g}" if isfinite(low) else ""
+    most = f" {'and' if least else 'of'} at most {high:g}" if isfinite(high) else ""
+    raise InputError(f"{name} = {shown(value)}: must be a finite number{least}{most}{' ' + unit if unit else ''}.")
+
+
+def shown(value: object) -> str:
+    """Return a value in writing, a long one shortened."""
+    try:
+        text = repr(value)
+    except ValueError:  # a whole number of more digits than Python writes
+        text = f"a number of type {type(value).__name__}"
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 3]}..."
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from damagepred.archive.cautions import energy_error_share, snap_through_share
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
-from damagepred.assembly import Assembly, Kind, Model, wall_model
+from damagepred.assembly import Assembly, Kind, Limits, Model, wall_model, wall_size
 from damagepred.damage import (
     GROUP_COUNTS,
     Frames,
@@ -24,12 +24,13 @@ from damagepred.damage import (
     judge,
     kept_rules,
 )
-from damagepred.errors import SolverError
+from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
 from damagepred.solvers.footing import section_forces, section_interfaces, support_loads
 from damagepred.solvers.increment import ZoneState
+from damagepred.time_limit import time_limit
 
 if TYPE_CHECKING:
     from damagepred.solvers.dynamic import DynamicRun
@@ -182,6 +183,7 @@ def solve(
     on_failure: str = "raise",
     on_step: Callable[[Step], None] | None = None,
     store_zones: bool = True,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
 ) -> xr.Dataset:
     """Solve one wall and return all that is known of it.
 
@@ -206,6 +208,8 @@ def solve(
     store_zones : bool
         Whether to return stress, state and gridpoints of the zones of deformable blocks; False saves their memory and
         still counts the zones that yield.
+    limits : Limits
+        Price above which a scene is refused, and the time after which its path fails; ``NO_LIMITS`` lifts them.
 
     Returns
     -------
@@ -220,16 +224,33 @@ def solve(
     Raises
     ------
     InputError
-        If the scene makes no wall.
+        If the scene makes no wall, costs more than the limits, or an option is not acceptable.
     SolverError
         If an increment cannot be solved and ``on_failure = "raise"``.
     """
+    if not isinstance(scene, Scene | Assembly):
+        raise InputError(f"scene: is of type {type(scene).__name__}; give a Scene or an Assembly.")
+    if increments is not None:
+        require_count("increments", increments)
+    require_one_of("on_failure", on_failure, ("raise", "return"))
+    with time_limit(limits.time):
+        return _solve(
+            scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits
+        )  # fmt: skip
+
+
+def _solve(
+    scene: Scene | Assembly, increments: int | None, solver: Solver | None, damage: Damage | None,
+    dynamics: Dynamics | None, fields: Mapping[str, FloatArray] | None, on_failure: str,
+    on_step: Callable[[Step], None] | None, store_zones: bool, limits: Limits,
+) -> xr.Dataset:  # fmt: skip
     if isinstance(scene, Scene):
         settings, judged = solver or scene.solver, damage or scene.damage
         dynamics = dynamics or scene.dynamics
         settings = settings if dynamics is None else _whole_interfaces(settings)
         described = _with(scene, settings, judged, dynamics)
         count = increments or scene.movement.increments
+        wall_size(described, count).require(limits)
         model = model_of(described, fields, count)
         attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
     else:

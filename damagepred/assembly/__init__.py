@@ -2,6 +2,10 @@
 
 from damagepred.assembly.assembly import GRAVITY, Assembly
 from damagepred.assembly.model import Kind, Model
+from damagepred.assembly.size import NO_LIMITS, Limits, WallSize, wall_size
 from damagepred.assembly.wall import footing_alone, wall_geometry, wall_model
 
-__all__ = ["GRAVITY", "Assembly", "Kind", "Model", "footing_alone", "wall_geometry", "wall_model"]
+__all__ = [
+    "GRAVITY", "NO_LIMITS", "Assembly", "Kind", "Limits", "Model", "WallSize", "footing_alone", "wall_geometry",
+    "wall_model", "wall_size",
+]  # fmt: skip

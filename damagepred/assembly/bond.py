@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -51,30 +52,48 @@ def gauge(scene: Scene) -> Grid:
     Between two neighbouring breakpoints (an end, a jamb, a control joint) lie as many half bricks as fit best, made
     equal; so a brick differs a little from its nominal size where they do not suit the bond. Likewise the courses.
     """
+    return Grid(*(_lines(_breakpoints(marks, spacing), spacing) for marks, spacing in _marks(scene)))
+
+
+def courses_and_halves(scene: Scene) -> tuple[int, int, float]:
+    """Return the number of courses, of half bricks in each, and of half bricks that openings take, counted alone."""
+    numbers = []
+    for marks, spacing in _marks(scene):
+        points = _breakpoints(marks, spacing)
+        numbers.append(sum(_count(low, high, spacing) for low, high in itertools.pairwise(points)))
     wall = scene.wall
-    return Grid(
-        _spaced(
-            [0.0, wall.length]
-            + [e for o in scene.opening for e in (o.x, o.right)]
-            + [joint.x for joint in scene.control_joint],
-            wall.block_length / 2,
-        ),
-        _spaced([0.0, wall.height] + [e for o in scene.opening for e in (o.y, o.top)], wall.block_height),
-    )
+    holes = sum(2 * o.width * o.height for o in scene.opening) / (wall.block_length * wall.block_height)
+    return numbers[1], numbers[0], holes
 
 
-def _spaced(breakpoints: list[float], spacing: float) -> list[float]:
+def _marks(scene: Scene) -> list[tuple[list[float], float]]:
+    """Return where joints must lie along and up the wall (m), and the spacing of half bricks and courses (m)."""
+    wall = scene.wall
+    along = [e for o in scene.opening for e in (o.x, o.right)] + [joint.x for joint in scene.control_joint]
+    up = [e for o in scene.opening for e in (o.y, o.top)]
+    return [([0.0, wall.length, *along], wall.block_length / 2), ([0.0, wall.height, *up], wall.block_height)]
+
+
+def _breakpoints(marks: list[float], spacing: float) -> list[float]:
     # jambs a hair apart are one: a sliver between them would be no brick
-    points = np.unique(np.array(breakpoints))
+    points = np.unique(np.array(marks))
     keep = np.concatenate(([True], np.diff(points) > 0.05 * spacing))
     keep[-1] = True
     points = points[keep]
     if len(points) > 2 and points[-1] - points[-2] <= 0.05 * spacing:
         points = np.delete(points, -2)
+    return [float(v) for v in points]
+
+
+def _count(low: float, high: float, spacing: float) -> int:
+    # halves go up, whatever rounding made of them: else a wall and its mirror image get different bonds
+    return max(1, math.floor((high - low) / spacing * (1 + 1e-9) + 0.5))
+
+
+def _lines(points: list[float], spacing: float) -> list[float]:
     lines = [0.0]
     for low, high in itertools.pairwise(points):
-        # halves go up, whatever rounding made of them: else a wall and its mirror image get different bonds
-        count = max(1, int(np.floor((high - low) / spacing * (1 + 1e-9) + 0.5)))
+        count = _count(low, high, spacing)
         lines.extend(low + (high - low) * (np.arange(count) + 1) / count)
     return [float(v) for v in lines]
 

@@ -8,13 +8,10 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import TypeAdapter, ValidationError
 
-from damagepred.errors import InputError, nearest
+from damagepred.errors import InputError, nearest, shown
 from damagepred.scene.quantity import Quantity
 
 T = TypeVar("T")
-
-LONGEST_VALUE = 100
-"""Characters of a value in a message."""
 
 
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
@@ -26,7 +23,7 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
         With one line for each thing that is wrong.
     """
     if not isinstance(tables, Mapping):
-        raise InputError(f"{source} = {_shown(tables)}: must be a table with keys.")
+        raise InputError(f"{source} = {shown(tables)}: must be a table with keys.")
     try:
         return TypeAdapter(kind).validate_python(dict(tables))
     except ValidationError as error:
@@ -74,43 +71,37 @@ def _line(kind: type, problem: Any) -> str:
         case "missing" | "missing_keyword_only_argument":
             return f"{place}: is missing; give it a value."
         case "greater_than":
-            return f"{place} = {_shown(value)}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
+            return f"{place} = {shown(value)}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
         case "greater_than_equal":
-            return f"{place} = {_shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
+            return f"{place} = {shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
         case "less_than":
-            return f"{place} = {_shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}."
+            return f"{place} = {shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}."
         case "less_than_equal":
-            return f"{place} = {_shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}."
+            return f"{place} = {shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}."
         case "finite_number":
-            return f"{place} = {_shown(value)}: must be a finite number."
+            return f"{place} = {shown(value)}: must be a finite number."
         case "literal_error":
             hint = nearest(
                 str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
             )
-            return f"{place} = {_shown(value)}: must be {limits['expected']}.{hint}"
+            return f"{place} = {shown(value)}: must be {limits['expected']}.{hint}"
         case "dataclass_type" | "dataclass_exact_type":
-            return f"{place} = {_shown(value)}: must be a table, [{'.'.join(location)}] with keys."
+            return f"{place} = {shown(value)}: must be a table, [{'.'.join(location)}] with keys."
         case "tuple_type" if _inner(_follow(kind, location)) is not None:
-            return f"{place} = {_shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
+            return f"{place} = {shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
         case "tuple_type":
-            return f"{place} = {_shown(value)}: must be a list, in square brackets."
+            return f"{place} = {shown(value)}: must be a list, in square brackets."
         case "value_error":
             return _own_words(place, value, str(limits["error"]))
         case _:
-            return f"{place} = {_shown(value)}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
-
-
-def _shown(value: Any) -> str:
-    """Write a value, a long one shortened."""
-    text = repr(value)
-    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 3]}..."
+            return f"{place} = {shown(value)}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
 
 
 def _own_words(place: str, value: Any, message: str) -> str:
     """Lead with key and value, unless the complaint is about several keys and names them itself."""
     end = "" if message.endswith((".", "?")) else "."
     if isinstance(value, int | float | str):
-        return f"{place} = {_shown(value)}: {message}{end}"
+        return f"{place} = {shown(value)}: {message}{end}"
     return f"{place}: {message}{end}" if place else f"{message}{end}"
 
 

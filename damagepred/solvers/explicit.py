@@ -50,6 +50,7 @@ from damagepred.solvers.stiffness import (
     support_force,
 )
 from damagepred.solvers.zone_field import ZoneField
+from damagepred.time_limit import check_time
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -299,6 +300,7 @@ class Run:
         self.motion.velocity[:] = 0.0
 
     def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
+        check_time()
         if not self.model.ground.proportional:
             move_ground(self.joints, self.model.ground, progress, progress + count * step)
         run_cycles(

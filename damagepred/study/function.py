@@ -13,9 +13,11 @@ from scipy import special
 
 from damagepred.archive.parts import Columns
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
+from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
+from damagepred.study.limits import require_affordable
 from damagepred.study.sample import Solved, solve_sample
 from damagepred.study.settings import StudySettings
 from damagepred.uq.marginals import from_normal
@@ -43,6 +45,8 @@ class StudyFunction:
         Results to return, by their names in the archive.
     movement : {"path", "sampled", "both"}, optional
         What is returned of the movement (see ``Sampling``); by default what the study keeps.
+    limits : Limits
+        See ``Study``.
 
     Attributes
     ----------
@@ -62,7 +66,14 @@ class StudyFunction:
     >>> wall([0.7, 0.008]).crack_width_max.values                 # doctest: +SKIP
     """
 
-    def __init__(self, settings: StudySettings, outputs: Sequence[str] = USUAL, movement: Kept | None = None) -> None:
+    def __init__(
+        self,
+        settings: StudySettings,
+        outputs: Sequence[str] = USUAL,
+        movement: Kept | None = None,
+        limits: Limits = Limits(),  # noqa: B008 - frozen
+    ) -> None:
+        require_affordable(settings, limits)
         for name in outputs:
             if name not in VARIABLES:
                 raise InputError(f"outputs: '{name}': studies have no such result." + nearest(name, VARIABLES))
@@ -177,7 +188,7 @@ class StudyFunction:
             If the variables are correlated, or a wall has no value of this output.
         """
         rows, numbers, names = self.sobol_rows(size, seed)
-        values = StudyFunction(self.settings, (output,), "sampled")(rows, numbers)[output]
+        values = StudyFunction(self.settings, (output,), "sampled", NO_LIMITS)(rows, numbers)[output]
         if values.dims != ("sample",):
             raise InputError(f"output = '{output}': has more than one value a wall; Sobol's indices are of one number.")
         number = values.values.astype(np.float64)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.archive.cautions import wall_cautions
-from damagepred.assembly import Model
+from damagepred.assembly import Limits, Model, wall_size
 from damagepred.input_files import read_toml
 from damagepred.path import Step, model_of, solve
 from damagepred.scene import Scene, Solver
@@ -149,7 +149,11 @@ def peak_bytes() -> int:
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Estimate:
+def price(
+    path: str | Path,
+    on_step: Callable[[Step], None] | None = None,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
+) -> Estimate:
     """Validate a scene or study file and time one wall of it, or what can be timed of it in a minute.
 
     Parameters
@@ -158,28 +162,31 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
         The file; a study has variables, a ``[study]`` table or names a scene.
     on_step : callable, optional
         Called with each increment.
+    limits : Limits
+        Price above which a wall is not built, and the time that it may take.
 
     Raises
     ------
     InputError
-        If the file is not acceptable.
+        If the file is not acceptable, or a wall costs more than the limits.
     """
     tables = read_toml(path)
     samples = variables = 0
     if any(key in tables for key in ("scene", "study", "variables", "correlation")):
         settings = StudySettings.from_toml(path)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
-        scene, fields = Study(settings).sample(0)
+        scene, fields = Study(settings, limits).sample(0)
         ground = ground_line(settings.scene, settings.variables)
     else:
         scene, fields = Scene.from_toml(path), {}
         title, ground = scene.title, ground_line(scene)
+    wall_size(scene).require(limits)
     began = time.perf_counter()
     warm_up(scene)
     ready = time.perf_counter()
     model = model_of(scene, fields)
     count = scene.movement.increments if scene.dynamics is None else scene.dynamics.outputs
-    seconds, status, cautions = _timed(scene, fields, count, on_step)
+    seconds, status, cautions = _timed(scene, fields, count, on_step, limits)
     mesh = model.mesh
     return Estimate(
         title, model.n_blocks, model.n_contacts, len(model.joints.kind), count,
@@ -192,7 +199,11 @@ def price(path: str | Path, on_step: Callable[[Step], None] | None = None) -> Es
 
 
 def _timed(
-    scene: Scene, fields: Mapping[str, NDArray[np.float64]], count: int, on_step: Callable[[Step], None] | None
+    scene: Scene,
+    fields: Mapping[str, NDArray[np.float64]],
+    count: int,
+    on_step: Callable[[Step], None] | None,
+    limits: Limits,
 ) -> tuple[float, str, tuple[str, ...]]:
     """Return how long a wall takes (s), how it ended, and what must be known of how it was solved.
 
@@ -207,7 +218,7 @@ def _timed(
             raise _LongEnough(step.increment.number)
 
     try:
-        ds = solve(scene, fields=fields, on_failure="return", on_step=watch, store_zones=False)
+        ds = solve(scene, fields=fields, on_failure="return", on_step=watch, store_zones=False, limits=limits)
     except _LongEnough as stop:
         done = int(stop.args[0])
         return (time.perf_counter() - began) * count / done, f"from the first {done} of {count} increments", ()

@@ -19,9 +19,11 @@ import numpy as np
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import provenance
-from damagepred.errors import InputError, StudyError
+from damagepred.assembly import Limits
+from damagepred.errors import InputError, StudyError, require_count
 from damagepred.input_files import read_json
 from damagepred.study.capacity import Question, asked_of
+from damagepred.study.limits import require_affordable, sample_timeout
 from damagepred.study.rare_walls import Crew, Walls, question_file
 from damagepred.study.sample import joint_places
 from damagepred.study.settings import StudySettings, read_frozen
@@ -104,6 +106,7 @@ def rare_event(
     workers: int = 1,
     executor: Executor | None = None,
     timeout: float | None = None,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
     confidence: float = 0.9,
     on_level: Callable[[Level], None] | None = None,
 ) -> RareEvent:
@@ -121,8 +124,8 @@ def rare_event(
         Folder; the same call goes on with one that is there.
     samples, level_share : int, float
         See ``damagepred.uq.subset.subset_simulation``.
-    workers, executor, timeout
-        See ``Study.run``.
+    workers, executor, timeout, limits
+        See ``Study`` and ``Study.run``.
     confidence : float
         Of the interval.
     on_level : callable, optional
@@ -137,9 +140,10 @@ def rare_event(
     """
     question.check(settings)
     check_sizes(samples, level_share)  # before the folder is made: nothing else could be asked in it then
-    if workers < 1 or not (timeout is None or timeout > 0):
-        raise InputError(f"workers = {workers}, timeout = {timeout}: must be 1 or more, and greater than 0 s.")
+    require_count("workers", workers)
+    timeout = sample_timeout(timeout, limits, executor)
     asked = asked_of(settings, question)
+    require_affordable(asked, limits)
     if asked.shape_varies and asked.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")
     folder = StudyFolder(out)

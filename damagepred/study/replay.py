@@ -11,6 +11,7 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Columns, read_part
 from damagepred.archive.provenance import Environment, environment, from_table, why_bits_differ
+from damagepred.assembly import NO_LIMITS
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.path import Step, solve
@@ -55,7 +56,7 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     study = Study.from_folder(path)
     values = {place: float(design[place].values[sample]) for place in study.design.wall}
     scene, fields = sampled_wall(study.settings, study.design, sample, values)
-    ds = solve(scene, fields=fields, on_failure="return", on_step=on_step)
+    ds = solve(scene, fields=fields, on_failure="return", on_step=on_step, limits=NO_LIMITS)
     # the study's title may name a movement that is not this wall's own
     ds.attrs.update(title=f"{ds.attrs['title']}: sample {sample}", sample=sample, seed=study.settings.study.seed)
     ds.attrs["study"] = study.settings.to_toml()

@@ -20,12 +20,13 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
-from damagepred.assembly import wall_geometry
+from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
+from damagepred.study.limits import require_affordable, sample_timeout
 from damagepred.study.sample import joint_places, sampled_wall
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
 from damagepred.study.warm_up import warm_up
@@ -90,6 +91,13 @@ class Study:
     ----------
     settings : StudySettings
         Scene, variables and sampling.
+    limits : Limits
+        Price of one wall above which the study is refused, and the time that a wall may take; ``NO_LIMITS`` lifts them.
+
+    Raises
+    ------
+    InputError
+        If a wall costs more than the limits.
 
     Examples
     --------
@@ -97,22 +105,30 @@ class Study:
     >>> study.run("house.dp", samples=100, workers=2)         # doctest: +SKIP
     """
 
-    def __init__(self, settings: StudySettings) -> None:
-        self.settings = settings
+    def __init__(self, settings: StudySettings, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
+        require_affordable(settings, limits)
+        self.settings, self.limits = settings, limits
         self.design = settings.design()
         if self.design.by_distance is not None:  # better refused here than wall by wall
             self.design.joint_values(0, joint_places(settings.scene))
 
     @classmethod
-    def from_toml(cls, path: str | Path) -> Study:
+    def from_toml(cls, path: str | Path, limits: Limits = Limits()) -> Study:  # noqa: B008 - frozen
         """Read a study file.
+
+        Parameters
+        ----------
+        path : str or Path
+            TOML file.
+        limits : Limits
+            See ``Study``.
 
         Raises
         ------
         InputError
             If it, or the scene it names, is missing or not acceptable.
         """
-        return cls(StudySettings.from_toml(path))
+        return cls(StudySettings.from_toml(path), limits)
 
     @classmethod
     def from_folder(cls, path: str | Path) -> Study:
@@ -125,7 +141,7 @@ class Study:
         """
         folder = StudyFolder(path)
         folder.require()
-        return cls(read_frozen(folder.study_text()))
+        return cls(read_frozen(folder.study_text()), NO_LIMITS)
 
     def function(self, outputs: Sequence[str] | None = None, movement: Kept | None = None) -> StudyFunction:
         """Return the study as a plain function: vector of its variables -> xarray.Dataset.
@@ -144,7 +160,7 @@ class Study:
         """
         from damagepred.study.function import USUAL, StudyFunction
 
-        return StudyFunction(self.settings, USUAL if outputs is None else outputs, movement)
+        return StudyFunction(self.settings, USUAL if outputs is None else outputs, movement, self.limits)
 
     def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
         """Return the scene of one sample, and its values that vary from joint to joint.
@@ -183,7 +199,8 @@ class Study:
         executor : concurrent.futures.Executor, optional
             Run there instead; a Dask client will do, too. Its workers write into the same folder.
         timeout : float, optional
-            Seconds a sample may take; not with an executor.
+            Seconds a sample may take; not with an executor. By default the study's limit of time, an hour; ``math.inf``
+            lifts it.
         retry_failed : bool
             Run failed samples again.
         on_progress : callable, optional
@@ -203,10 +220,8 @@ class Study:
         require_count("workers", workers)
         if samples is not None:
             require_count("samples", samples)
-        if timeout is not None and not timeout > 0:
-            raise InputError(f"timeout = {timeout:g}: must be greater than 0 s.")
-        if timeout is not None and executor is not None:
-            raise InputError("timeout: is for the local workers; with an executor of your own, let it set the limit.")
+            require_affordable(self.settings, self.limits, samples)
+        timeout = sample_timeout(timeout, self.limits, executor)
         began = time.perf_counter()
         folder = StudyFolder(out)
         lock = folder.lock()

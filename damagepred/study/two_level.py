@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import open_study
+from damagepred.assembly import Limits
 from damagepred.errors import InputError, StudyError
 from damagepred.study.capacity import Question
 from damagepred.study.settings import StudySettings
@@ -107,6 +108,7 @@ def run_two_level(
     executor: Executor | None = None,
     confidence: float = 0.9,
     on_pilot: Callable[[PilotReport], None] | None = None,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
 ) -> TwoLevel:
     """Estimate the probability of a category at a movement with a coarse wall as control variate, if it pays.
 
@@ -128,6 +130,8 @@ def run_two_level(
         Of the interval.
     on_pilot : callable, optional
         Called with the pilot's report before the rest is run.
+    limits : Limits
+        See ``Study``.
 
     Raises
     ------
@@ -146,7 +150,7 @@ def run_two_level(
         raise StudyError(f"{folder}: is no folder of two-level runs; nothing was changed. Choose another with -o.")
 
     def run(level: StudySettings, name: str, samples: int) -> xr.Dataset:
-        if Study(level).run(folder / name, samples, workers, executor).interrupted:
+        if Study(level, limits).run(folder / name, samples, workers, executor).interrupted:
             raise KeyboardInterrupt
         return open_study(folder / name)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
+from damagepred.assembly import NO_LIMITS
 from damagepred.errors import SolverError
 from damagepred.path import solve
 from damagepred.scene import Loads, Movement, Scene
@@ -55,4 +56,4 @@ def warm_up(scene: Scene) -> None:
         runs.append((replace(small, dynamics=brief), scene.solver))
     for wall, solver in runs:
         with suppress(SolverError):
-            solve(wall, solver=solver)
+            solve(wall, solver=solver, limits=NO_LIMITS)

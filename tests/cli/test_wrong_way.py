@@ -66,3 +66,15 @@ def test_samples_are_a_whole_number(samples: object, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"samples = .*: must be a whole number, 1 or more"):
         Study(settings()).run(tmp_path / "study.dp", samples=samples)  # type: ignore[arg-type]
     assert not (tmp_path / "study.dp").exists()
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("name", ["solve", "check", "study"])
+def test_a_wall_beyond_the_limits_is_refused_at_once(name: str, command: Run, tmp_path: Path) -> None:
+    wall = "[scene.wall]" if name == "study" else "[wall]"
+    (tmp_path / "wall.toml").write_text(f"{wall}\nlength = 900\nheight = 30\n", encoding="utf-8")
+    result = command(name, tmp_path / "wall.toml")
+    assert result.code == 2
+    assert "would take about" in result.err
+    assert "--yes" in result.err
+    assert not (tmp_path / "wall.dp").exists()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.assembly import Model
-from damagepred.errors import SolverError
+from damagepred.errors import SolverError, TimeLimitError
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
 from damagepred.solvers.loose import come_loose
@@ -60,6 +60,8 @@ def static_equilibrium(model: Model, settings: Solver) -> Beginning | None:
     try:
         path = Path(model, replace(settings, method="quasi_static", tolerance=None))
         worst = path.advance(1.0, 0.0)
+    except TimeLimitError:
+        raise
     except SolverError:
         return None
     state = path.state

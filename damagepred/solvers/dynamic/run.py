@@ -30,6 +30,7 @@ from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import needs_all_of_the_law, needs_softening
 from damagepred.solvers.state import JointMemory
 from damagepred.solvers.stiffness import base_reaction, live_load, support_force
+from damagepred.time_limit import check_time
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -207,6 +208,7 @@ class DynamicRun:
         done = 0
         imposed, line_ends = self.imposed, 0
         while done < count:
+            check_time()
             if done == line_ends:
                 imposed, line_ends = self._next_line(drive[:, 2], done)
             reached = run_steps(

@@ -24,6 +24,7 @@ from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.state import JointMemory
 from damagepred.solvers.stiffness import block_of_dof, dead_load, dof_arms, held_dofs, live_load, residual_scale
+from damagepred.time_limit import check_time
 
 FloatArray = NDArray[np.float64]
 
@@ -423,6 +424,7 @@ class Equilibrium:
             astray = astray + 1 if worst > ASTRAY * least else 0
             if astray >= TURNS and least < CLOSE:
                 break
+            check_time()
             step, more = self._step(force, self.gap(state, u))
             before, share, last = worst, 1.0, state.jack
             state.jack = last + more
@@ -538,6 +540,7 @@ class Equilibrium:
                     break
                 # at rest under this load of the jacks: on to that which makes the deflection
                 self._take_load(state, force, u)
+            check_time()
             self.equations.update(self.stiffness)
             self.newton += 1
             step = self.equations.solve(force)

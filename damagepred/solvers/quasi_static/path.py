@@ -36,6 +36,7 @@ from damagepred.solvers.quasi_static.work import Spent, WorkBalance, law_violati
 from damagepred.solvers.stages import held_after_load, level, pushing_supports, while_loading
 from damagepred.solvers.state import JointMemory, contact_states, without_bond
 from damagepred.solvers.stiffness import base_reaction, block_of_dof, support_force
+from damagepred.time_limit import check_time
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -346,6 +347,7 @@ class Path:
         least_step = distance(state, goal) / 2**self.control.refinements
         least_half = 1.5 * distance(state, goal) / 2**HALVINGS  # no step shorter than this is halved: it has its jump
         while True:
+            check_time()
             if falls is not None and distance(state, falls) <= bracket:
                 fallen.memory.cracked[state.memory.cracked] = True  # bonds that broke nearer than where it was found
                 self.standing, self.state = state.progress, fallen

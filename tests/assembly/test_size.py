@@ -1,0 +1,111 @@
+"""Prices: counted from the description alone, and near what is built."""
+
+import math
+import time
+import tracemalloc
+
+import pytest
+
+from damagepred import NO_LIMITS, Limits, Scene, solve
+from damagepred.assembly import wall_model, wall_size
+from damagepred.errors import InputError, TimeLimitError
+from damagepred.study import Study
+from damagepred.study.settings import StudySettings
+
+WALLS = {
+    "solid": {},
+    "dpc": {"dpc": {}},
+    "stack": {"wall": {"bond": "stack"}},
+    "window": {"opening": [{"x": 2.4, "y": 0.9, "width": 0.96, "height": 1.2}]},
+    "dry": {"joint": {"tensile_strength": 0.0, "cohesion": 0.0}},
+    "mound": {"movement": {"shape": "mound"}, "footing": {"segment_length": 0.05}},
+    "deformable": {"wall": {"length": 2.0, "height": 0.6}, "solver": {"blocks": "deformable"}},
+    "footing": {"wall": {"length": 2.0, "height": 0.6}, "solver": {"footing": "deformable"}},
+}
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_counts(name: str) -> None:
+    scene = Scene.from_dict(WALLS[name])
+    model, size = wall_model(scene), wall_size(scene)
+    assert size.blocks == pytest.approx(model.n_blocks, rel=0.15)
+    assert size.contacts == pytest.approx(model.n_contacts, rel=0.5 if model.mesh is None else 2.0)
+    zones = 0 if model.mesh is None else len(model.mesh.zones)
+    assert size.zones == pytest.approx(zones, rel=0.6)
+
+
+DEAR = {
+    "long": {"wall": {"length": 1000.0}},
+    "brick of a micrometre": {"wall": {"block_length": 1e-6, "block_height": 1e-6}},
+    "increments": {"movement": {"increments": 10**9}},
+    "cycles": {"solver": {"method": "explicit", "ramp_cycles": 10**12}},
+    "zones": {"solver": {"blocks": "deformable", "zone_size": 1e-6}},
+    "footing of zones": {"solver": {"footing": "deformable", "zone_size_footing": 1e-6}},
+    "segments": {"movement": {"shape": "mound"}, "footing": {"segment_length": 1e-9}},
+    "time": {"dynamics": {"duration": 1e9}},
+    "outputs": {"dynamics": {"outputs": 10**9}},
+}
+
+
+@pytest.mark.parametrize("name", DEAR)
+@pytest.mark.timeout(30)
+def test_what_is_dear_is_refused_before_it_is_built(name: str) -> None:
+    scene = Scene.from_dict(DEAR[name])
+    tracemalloc.start()
+    began = time.perf_counter()
+    try:
+        for refused in (lambda: solve(scene), lambda: Study(StudySettings(scene=scene))):
+            with pytest.raises(InputError, match="would take about") as found:
+                refused()
+            assert "\n" not in str(found.value)
+        assert time.perf_counter() - began < 1.0
+        assert tracemalloc.get_traced_memory()[1] < 5e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_limits_of_a_long_wall_with_fields() -> None:
+    field = {"distribution": "lognormal", "mean": 0.4e6, "cov": 0.3, "field": {"correlation_length": 0.5}}
+    tables = {"scene": {"wall": {"length": 60.0}}, "variables": {"joint.tensile_strength": field}}
+    settings = StudySettings.from_dict(tables)
+    wall_size(settings.scene).require(Limits())
+    with pytest.raises(InputError, match="correlation of its joints"):
+        Study(settings)
+
+
+def test_a_design_beyond_memory() -> None:
+    settings = StudySettings.from_dict({"scene": {}, "study": {"samples": 10**12}})
+    with pytest.raises(InputError, match="the design alone"):
+        Study(settings)
+
+
+def test_limits_are_lifted() -> None:
+    tiny = Scene.from_dict({"wall": {"length": 0.96, "height": 0.3}, "movement": {"increments": 1}})
+    with pytest.raises(InputError, match="NO_LIMITS"):
+        solve(tiny, limits=Limits(memory=1.0))
+    assert solve(tiny, limits=NO_LIMITS).attrs["status"] == "complete"
+    assert Limits.asked(timeout=7200.0) == Limits(estimated_time=7200.0, time=7200.0)
+    assert Limits.asked(yes=True) == NO_LIMITS
+
+
+@pytest.mark.parametrize("value", [0, -1, math.nan, "4 GB", True, None])
+def test_limits_are_numbers(value: object) -> None:
+    with pytest.raises(InputError, match="memory"):
+        Limits(memory=value)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("solver", ["quasi_static", "explicit"])
+def test_a_wall_that_takes_too_long(solver: str) -> None:
+    scene = Scene.from_dict({"wall": {"length": 1.2, "height": 0.6}, "solver": {"method": solver}})
+    wait = lambda step: time.sleep(0.3)  # noqa: E731
+    with pytest.raises(TimeLimitError, match="longer than its time limit"):
+        solve(scene, limits=Limits(time=0.2), on_step=wait)
+    ds = solve(scene, limits=Limits(time=0.2), on_step=wait, on_failure="return")
+    assert ds.attrs["status"] == "failed"
+    assert "time limit" in ds.attrs["status_message"]
+
+
+def test_a_run_in_time_that_takes_too_long() -> None:
+    scene = Scene.from_dict({"wall": {"length": 0.72, "height": 0.3}, "dynamics": {"duration": 0.2, "outputs": 4}})
+    with pytest.raises(TimeLimitError):
+        solve(scene, limits=Limits(time=0.2), on_step=lambda step: time.sleep(0.3))
