@@ -39,6 +39,7 @@ from damagepred.damage.table import TABLES
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Damage
+from damagepred.uq.fragility.capacities import sample_weights
 
 FloatArray = NDArray[np.float64]
 Categories = NDArray[np.int8]
@@ -392,7 +393,14 @@ def _say_source(ds: xr.Dataset, name: str, title: str, source: str, confidence: 
     ds[name].attrs["comment"] = f"{title}; {source} ({confidence})"
 
 
-def shares(ds: xr.Dataset) -> dict[int, int]:
+class Share(NamedTuple):
+    """Walls that have something in common, and their share of all by their weights."""
+
+    walls: int
+    share: float
+
+
+def shares(ds: xr.Dataset) -> dict[int, Share]:
     """Return how many walls reach each category at worst, by category; -1 stands for walls of which it is not known.
 
     Of a wall that failed on its way it is known only if it has reached the highest category before.
@@ -408,9 +416,9 @@ def shares(ds: xr.Dataset) -> dict[int, int]:
     highest = int(ds.attrs.get("highest_category", len(CATEGORIES) - 1))
     if "sample" in ds["damage_category"].dims and "status" in ds:
         worst = np.where((ds["status"].values == SAMPLE_STATUS.index("failed")) & (worst < highest), -1, worst)
-    found, count = np.unique(worst, return_counts=True)
-    known = dict.fromkeys(range(highest + 1), 0)
-    return known | {int(c): int(n) for c, n in zip(found, count)}
+    weight = sample_weights(ds) if "sample" in ds.sizes else np.ones(rows)
+    every = range(-1 if (worst < 0).any() else 0, max(highest, int(worst.max())) + 1)
+    return {c: Share(int((worst == c).sum()), float(np.average(worst == c, weights=weight))) for c in every}
 
 
 def has_dpc(ds: xr.Dataset) -> bool:

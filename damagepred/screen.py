@@ -89,11 +89,17 @@ def quantity(option: str, text: str, unit: str) -> float:
     Raises
     ------
     InputError
-        If it is none.
+        If it is none, or has no unit.
     """
     from damagepred.errors import InputError
     from damagepred.scene.quantity import to_si
 
+    try:
+        float(text)
+    except ValueError:
+        pass
+    else:
+        raise InputError(f"{option} {text}: give the unit with the number, such as '{text} mm' or '{text} m'.")
     try:
         return to_si(text, unit)
     except ValueError as error:
@@ -315,11 +321,10 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         from damagepred.rejudge import shares
 
         was, now = shares(before), shares(after)
-        walls = sum(was.values())
         rows = [
             [_category(c, names[1] if c < len(names[1]) else names[0]) if c >= 0 else "not known",
-             *(f"{found.get(c, 0)} ({found.get(c, 0) / walls:.1%})" for found in (was, now))]
-            for c in sorted({*was, *now}, key=lambda c: (c < 0, c)) if c >= 0 or was.get(c, 0) or now.get(c, 0)
+             *(f"{found[c].walls} ({found[c].share:.1%})" if c in found else "0 (0.0%)" for found in (was, now))]
+            for c in sorted({*was, *now}, key=lambda c: (c < 0, c))
         ]  # fmt: skip
         table(f"{title}: walls by the worst category of their path", ["category", "before", "after"], rows)
     else:
@@ -343,6 +348,10 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
 
 def _levels(ds: xr.Dataset) -> list[str]:
     """Say how many walls, or which increments, are seen to be out of level or plumb, and have sticking openings."""
+    import numpy as np
+
+    from damagepred.uq.fragility.capacities import sample_weights
+
     said = []
     for name, what in (("deviation_level", "out of level or plumb"), ("opening_sticking", "doors and windows")):
         if name not in ds or not ds[name].size:
@@ -351,7 +360,10 @@ def _levels(ds: xr.Dataset) -> list[str]:
         rows = ds.sizes["sample"] if "sample" in ds[name].dims else 1
         worst = level.reshape(rows, -1).max(axis=1)
         words = {-1: "not known"} | {n: name.replace("_", " ") for n, name in enumerate(names)}
-        shares = (f"{(worst == n).mean():.1%} {word}" for n, word in words.items() if (worst == n).any())
+        weight = sample_weights(ds) if "sample" in ds.sizes else None
+        shares = (
+            f"{np.average(worst == n, weights=weight):.1%} {word}" for n, word in words.items() if (worst == n).any()
+        )
         said.append(f"{what}, at worst: {', '.join(shares) if rows > 1 else words[int(worst[0])]}")
     return said
 

@@ -323,5 +323,5 @@ def test_many_walls_are_judged_in_seconds(samples: int):
         expected += width >= limit * MM
     expected[(group >= 3 * MM) & (expected < 3)] = 3
     assert (judged["damage_category"].values == expected).mean() > 1 - 1e-6  # rounding at a limit
-    assert sum(shares(judged).values()) == samples
+    assert sum(found.walls for found in shares(judged).values()) == samples
     assert seconds(lambda: damagepred.judge_again(ds, table="bre251")) < 30e-6 * samples  # of processor

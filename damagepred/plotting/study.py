@@ -25,6 +25,7 @@ from damagepred.plotting.sheet import (
     title_of,
 )
 from damagepred.uq.fragility import movement_measure
+from damagepred.uq.fragility.capacities import sample_weights
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -150,6 +151,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     table = table_of(ds)
     x, width = paths.movement * MM, paths.width * MM
     shown = np.where(np.isfinite(width), width, np.nan)
+    weight = sample_weights(ds)
     strength = float(np.clip(12.0 / len(width), 0.04, 0.5))
     lines = [np.column_stack((x, row)) for row in shown]
     ax.add_collection(LineCollection(lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label="each wall"))
@@ -157,7 +159,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     for share, style in ((0.9, "--"), (0.5, "-"), (0.1, ":")):
         label = "median" if share == 0.5 else f"{share:.0%} of the walls below"
         handles += ax.plot(
-            x, quantile(width, share), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
+            x, quantile(width, share, weight), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
         )
     for name, colour, label in (
         ("crack_band_width_max", "#d55e00", "median, widest crack band"),
@@ -166,7 +168,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         if name in ds.variables and float(ds[name].max()) > HAIRLINE:
             other = common_paths(ds, width_name=name).width * MM
             handles += ax.plot(
-                x, quantile(other, 0.5), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
+                x, quantile(other, 0.5, weight), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
             )
     width_scale(ax, shown, table)
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
@@ -178,7 +180,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def quantile(width: FloatArray, share: float) -> FloatArray:
+def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) -> FloatArray:
     """Return a quantile over walls, column by column, NaN where too few of them count or it is infinite.
 
     Parameters
@@ -187,16 +189,24 @@ def quantile(width: FloatArray, share: float) -> FloatArray:
         One row a wall; NaN does not count, infinite is wider than all others.
     share : float
         0 to 1.
+    weight : array (s,), optional
+        What each wall counts for.
     """
+    heavy = np.ones(len(width)) if weight is None else weight
     counts = ~np.isnan(width)
     result = np.full(width.shape[1], np.nan)
-    walls = counts.any(axis=1).sum()
-    for column in np.flatnonzero(counts.sum(axis=0) >= FEWEST * walls):
-        values = np.sort(width[counts[:, column], column])
-        place = share * (len(values) - 1)
-        low, high = values[int(np.floor(place))], values[int(np.ceil(place))]
-        if np.isfinite(high):
-            result[column] = low + (place - np.floor(place)) * (high - low)
+    walls = heavy[counts.any(axis=1)].sum()
+    for column in np.flatnonzero(heavy @ counts >= FEWEST * walls * (1 - 1e-9)):
+        values, w = width[counts[:, column], column], heavy[counts[:, column]]
+        order = np.argsort(values, kind="stable")
+        values, w = values[order], w[order]
+        # each wall stands at the weight before it and half of its own, from 0 for the first to 1 for the last
+        at = np.cumsum(w) - 0.5 * w
+        at = (at - at[0]) / (at[-1] - at[0]) if len(at) > 1 and at[-1] > at[0] else np.zeros(len(at))
+        above = min(int(np.searchsorted(at, share * (1 - 1e-12))), len(at) - 1)
+        if np.isfinite(values[above]):
+            below = max(above - 1, 0)
+            result[column] = np.interp(share, at[below : above + 1], values[below : above + 1])
     return result
 
 
@@ -222,7 +232,8 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     paths = common_paths(ds)
     ax = axes_or_new(ax, 9.0, 5.5)
     x, highest = paths.movement * MM, highest_of(ds)
-    shares = np.array([(paths.category == c).mean(axis=0) for c in [*range(highest + 1), NOT_KNOWN]])
+    weight = sample_weights(ds)
+    shares = np.array([weight @ (paths.category == c) for c in [*range(highest + 1), NOT_KNOWN]]) / weight.sum()
     labels = [f"{c} {name_of(ds, c)}" for c in range(highest + 1)]
     bottom = np.zeros_like(x)
     for category, label in enumerate(labels):

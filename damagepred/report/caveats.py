@@ -14,6 +14,7 @@ from damagepred.report.words import chance, length, number
 from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_ground
 from damagepred.study.settings import StudySettings
+from damagepred.uq.fragility.capacities import sample_weights
 
 DOUBTFUL = 0.05
 """Probability of a curve's distance from its walls below which it is not to be trusted."""
@@ -119,10 +120,9 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySett
         )
     if curves is not None:
         said += _curve_caveats(curves, moved)
-    if (
-        "apex_limited" in ds
-        and (cut := np.nanmean(np.where(ds["apex_limited"].values < 0, np.nan, ds["apex_limited"]))) > 0
-    ):
+    counted = ds["apex_limited"].values if "apex_limited" in ds else np.zeros(0)
+    if (counted > 0).any():
+        cut = np.average(counted[counted >= 0], weights=sample_weights(ds)[counted >= 0])
         said.append(
             f"In a wall, {number(float(cut), 3)} joints on average have a sampled tensile strength beyond cohesion / "
             "friction, the tip of their friction law; it was cut to that, so the strength in effect is smaller than "

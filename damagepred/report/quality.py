@@ -149,7 +149,7 @@ def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
     for category, _ in categories(ds):
         known = walls(ds, category)
         if len(known.lower):
-            share = np.array([shares(known.lower, known.upper, at).mean() for at in grid])
+            share = np.array([np.average(shares(known.lower, known.upper, at), weights=known.weight) for at in grid])
             unsure += share * (1 - share)
     if not unsure.any():
         return moved

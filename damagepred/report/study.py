@@ -265,11 +265,10 @@ def _measures(ds: xr.Dataset) -> Table:
         columns.append(("widest joint or gap on the footing (%)", {"measure": "joint", "count_footing_gap": True}))
     columns[0][1].update(count_footing_gap=False)
     found = [shares(judge_again(ds, **rules)) for _, rules in columns]
-    total = sum(found[0].values())
     rows = [
         [
             "not known" if c < 0 else f"{c} {category_name(ds, c)}",
-            *(f"{100 * one.get(c, 0) / total:.1f}" for one in found),
+            *(f"{100 * one[c].share:.1f}" if c in one else "0.0" for one in found),
         ]
         for c in sorted({c for one in found for c in one}, key=lambda c: (c < 0, c))
     ]

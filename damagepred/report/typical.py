@@ -50,16 +50,19 @@ def typical_and_worst(ds: xr.Dataset) -> Chosen | None:
     reached = {c: np.isfinite(known.upper) for c, known in found.items()}
     if not len(found[1].sample):
         return None
-    often = [c for c, hit in reached.items() if hit.sum() >= 0.5 * max(len(hit), 1)]
+    weight = found[1].weight
+    often = [c for c, hit in reached.items() if np.average(hit, weights=weight) >= 0.5]
     some = [c for c, hit in reached.items() if hit.any()]
     width = np.nan_to_num(ds["crack_width_max"].values[found[1].sample], nan=-1.0).max(axis=1)
     if often:
         known = found[often[-1]]
-        typical = int(known.sample[_median_place(known.upper)])
-        why = f"which reached category {often[-1]} at a median {_named(measure)} of {length(_median(known.upper))}"
+        place = _median_place(known.upper, weight)
+        typical = int(known.sample[place])
+        why = f"which reached category {often[-1]} at a median {_named(measure)} of {length(known.upper[place])}"
     else:
-        typical = int(found[1].sample[_median_place(width)])
-        why = f"whose widest crack is the median, {length(_median(width))}"
+        place = _median_place(width, weight)
+        typical = int(found[1].sample[place])
+        why = f"whose widest crack is the median, {length(width[place])}"
     if some:
         known = found[some[-1]]
         first = int(np.argmin(known.upper))
@@ -73,13 +76,11 @@ def typical_and_worst(ds: xr.Dataset) -> Chosen | None:
     return Chosen(typical, worst, why, reason)
 
 
-def _median_place(values: np.ndarray) -> int:
-    """Return where the value in the middle of all is."""
-    return int(np.argsort(values, kind="stable")[(len(values) - 1) // 2])
-
-
-def _median(values: np.ndarray) -> float:
-    return float(values[_median_place(values)])
+def _median_place(values: np.ndarray, weight: np.ndarray | None) -> int:
+    """Return where the value in the middle of all is, by their weights."""
+    order = np.argsort(values, kind="stable")
+    upto = np.cumsum(np.ones(len(values)) if weight is None else weight[order])
+    return int(order[np.searchsorted(upto, 0.5 * upto[-1] * (1 - 1e-12))])
 
 
 def _named(measure: str) -> str:

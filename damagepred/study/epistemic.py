@@ -128,9 +128,16 @@ def lines(found: list[Alternative], category: int, at: float) -> list[str]:
     """
     own, said = found[0].found, []
     e = own.estimate
+    asked = f"P(category >= {category} at {1e3 * at:g} mm)"
+    if np.isnan(e.value):
+        return [
+            f"{asked} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall that had not "
+            f"reached it before was followed as far; walls, all: {e.samples + own.failed}, failed: {own.failed}, not "
+            f"followed as far: {own.not_followed}"
+        ]
     said.append(
-        f"P(category >= {category} at {1e3 * at:g} mm) = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} "
-        f"to {e.upper:.4g} ({e.confidence:.0%}), {e.samples} walls"
+        f"{asked} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
+        f"({e.confidence:.0%}), {e.samples} walls"
     )
     if own.failed:
         said.append(
@@ -138,7 +145,10 @@ def lines(found: list[Alternative], category: int, at: float) -> list[str]:
             "if all had"
         )
     if own.not_followed:
-        said.append(f"{own.not_followed} walls were not followed that far; they count as not having reached it")
+        said.append(
+            f"{own.not_followed} walls were not followed that far; they count as those that were followed further, and "
+            "the interval holds whatever became of them"
+        )
     for other in found[1:]:
         o = other.found.estimate
         few = ", too few: run it as a study" if other.effective_samples < 0.2 * o.samples else ""

@@ -15,6 +15,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
 from damagepred.study.words import duration
 from damagepred.uq.estimate import effective_samples, probability
+from damagepred.uq.fragility.capacities import sample_weights
 
 READ = ("damage_category", "run_time", "limit_deflection", *STUDIED)
 """Results that it takes to tell where a study stands; the others are not read."""
@@ -123,15 +124,17 @@ def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
     count = len(worst)
     if not count:
         return []
-    weight = np.asarray(ds["weight"].values[good], dtype=np.float64) if "weight" in ds else None
+    every, lost = sample_weights(ds), ds["status"].values == FAILED
+    weight = every[good] if "weight" in ds else None
     replicates = int(ds.attrs.get("replicates", 1))
     label = np.flatnonzero(good) % replicates if replicates > 1 else None
     rows = []
     for category in range(int(ds.attrs["highest_category"]) + 1):
         here = probability(worst == category, weight=weight, replicate=label)
         beyond = probability(worst >= category, weight=weight, replicate=label)
-        share = count / (count + failed)
-        bounds = f"{beyond.value * share:.3f} - {beyond.value * share + 1 - share:.3f}" if failed else "-"
+        low = float(every[good] @ (worst >= category)) / (count + failed)
+        high = low + float(every[lost].sum()) / (count + failed)
+        bounds = f"{low:.3f} - {min(high, 1.0):.3f}" if failed else "-"
         rows.append(
             [f"{category} {CATEGORIES[category].replace('_', ' ')}", str(int((worst == category).sum())),
              f"{here.value:.3f}", f"{beyond.value:.3f}", f"{beyond.lower:.3f} - {beyond.upper:.3f}", bounds]

@@ -52,8 +52,8 @@ class TwoLevel(NamedTuple):
     fine, coarse : int
         Walls run, without the pilot's.
     failed : int
-        Fine walls that failed before they reached the category. (A coarse wall that failed counts as not having
-        reached it: that is a number like any other, whose mean is taken out again.)
+        Fine walls that failed, or ended, before they reached the category and the movement. (A coarse wall that did
+        counts as not having reached it: that is a number like any other, whose mean is taken out again.)
     """
 
     pilot: PilotReport
@@ -188,8 +188,9 @@ def _whole(samples: int, turns: int) -> int:
 
 
 def _hits(ds: xr.Dataset, category: int, at: float, count: int) -> FloatArray:
-    """Return, of the first walls, whether each had reached the category by the movement; NaN if it failed."""
+    """Return, of the first walls, whether each had reached the category by the movement; NaN if it is not known."""
     known = walls(ds, category)
     found = np.full(ds.sizes["sample"], np.nan)
-    found[known.sample] = shares(known.lower, known.upper, at)
+    short = np.isinf(known.upper) & (known.lower < at * (1 - 1e-9))
+    found[known.sample] = np.where(short, np.nan, shares(known.lower, known.upper, at))
     return found[:count]

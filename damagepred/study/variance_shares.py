@@ -21,6 +21,7 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.fragility import movement_measure, read_capacities
+from damagepred.uq.fragility.capacities import require_categories
 from damagepred.uq.given_data import first_order, rank_correlation
 from damagepred.uq.ranks import interval_ranks
 
@@ -90,13 +91,17 @@ def output_of(ds: xr.Dataset, category: int | None = None, output: str | None = 
     if (category is None) == (output is None):
         raise InputError("sensitivity: is asked of a category, or of an output; give one of them.")
     if category is not None:
+        require_categories(ds, [category])
         walls = read_capacities(ds, [category], movement_measure(ds))
         lower, upper = walls.capacities.lower[0], walls.capacities.upper[0]
         if np.isinf(upper).all():
             raise InputError(f"category = {category}: no wall has reached it; there is nothing to depend on.")
         score = interval_ranks(lower, upper, walls.weight)
         return Output(
-            score, walls.sample, f"rank of the capacity for category {category}", float(np.isinf(upper).mean())
+            score,
+            walls.sample,
+            f"rank of the capacity for category {category}",
+            float(np.average(np.isinf(upper), weights=walls.weight)),
         )
     known = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
     if output not in known:

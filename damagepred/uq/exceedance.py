@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,9 +29,10 @@ from damagepred.uq.fragility import (
     movement_measure,
 )
 from damagepred.uq.fragility.bands import resampled_band
-from damagepred.uq.fragility.capacities import read_capacities, tally
+from damagepred.uq.fragility.capacities import read_capacities, require_categories, tally
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
+from damagepred.uq.fragility.intensity import chosen_intensity
 from damagepred.uq.fragility.models import fit_cells
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
@@ -57,8 +58,8 @@ class Walls(NamedTuple):
         Scramble of Sobol points each belongs to.
     failed : int
         Walls left out because they failed before they reached the category.
-    end : array (walls,)
-        Movement to which each was to be followed.
+    failing : array of bool (walls,)
+        Those that failed before they reached the category, if they are among them.
     """
 
     sample: NDArray[np.int64]
@@ -67,7 +68,18 @@ class Walls(NamedTuple):
     weight: FloatArray | None
     replicate: NDArray[np.int64] | None
     failed: int
-    end: FloatArray
+    failing: NDArray[np.bool_]
+
+    def part(self, which: NDArray[Any] | slice) -> Walls:
+        """Return some of the walls."""
+        return self._replace(
+            sample=self.sample[which],
+            lower=self.lower[which],
+            upper=self.upper[which],
+            weight=None if self.weight is None else self.weight[which],
+            replicate=None if self.replicate is None else self.replicate[which],
+            failing=self.failing[which],
+        )
 
 
 class Exceedance(NamedTuple):
@@ -76,14 +88,14 @@ class Exceedance(NamedTuple):
     Attributes
     ----------
     estimate : Estimate
-        From the walls of which it is known; a wall that failed beyond the movement is one of them.
+        From the walls of which it is known; a wall that failed beyond the movement is one of them. Its value is NaN
+        where no wall was followed as far.
     failed : int
         Walls that failed before the movement, and had not reached the category.
     failed_undamaged, failed_damaged : float
-        Estimate if all of those had not reached it by this movement, and if all had.
+        Estimate if all of those had not reached it by this movement, and if all had, each with its weight.
     not_followed : int
-        Walls that were not followed as far as this movement, and had not reached the category; they count as not having
-        reached it.
+        Walls that were not followed as far as this movement, and had not reached the category: unknown, see ``judged``.
     """
 
     estimate: Estimate
@@ -106,12 +118,19 @@ def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_fail
         Measure of the movement; by default the study's own.
     keep_failed : bool
         Whether failed walls are among them, known to be undamaged as far as they were followed.
+
+    Raises
+    ------
+    InputError
+        If the study has no such category or measure.
     """
+    name = movement_measure(ds) if intensity is None else chosen_intensity(ds, intensity)
+    require_categories(ds, [category])
     if "damage_category" not in ds:
         nothing = np.empty(0)
-        return Walls(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, nothing)
+        return Walls(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, np.empty(0, dtype=bool))
     known = np.flatnonzero(np.isin(ds["status"].values, (COMPLETE, COLLAPSED, FAILED)))
-    found = capacities(ds, category, intensity or movement_measure(ds))
+    found = capacities(ds, category, name)
     good = ~found.failed | keep_failed
     replicates = int(ds.attrs.get("replicates", 1))
     return Walls(
@@ -121,7 +140,7 @@ def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_fail
         np.asarray(ds["weight"].values[known[good]], dtype=np.float64) if "weight" in ds else None,
         known[good] % replicates if replicates >= ENOUGH_REPLICATES else None,
         int(found.failed.sum()),
-        found.end[good],
+        found.failed[good],
     )
 
 
@@ -153,43 +172,91 @@ def exceedance(
     Raises
     ------
     InputError
-        If the movement is not positive; of walls known at their own movements alone, if it lies beyond those, or there
-        is no curve.
+        If the movement is not positive, or the study has no such category or measure; of walls known at their own
+        movements alone, if it lies beyond those, or there is no curve.
     """
     if not at > 0:
         raise InputError(f"at = {at:g}: must be greater than 0.")
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
-        return _from_curve(ds, category, at, confidence, intensity or movement_measure(ds))
-    known = walls(ds, category, intensity, keep_failed=True)
-    status = np.asarray(ds["status"].values)[known.sample] if len(known.sample) else np.empty(0)
-    lost = (status == FAILED) & np.isinf(known.upper) & (known.lower < at * (1 - 1e-9))
-    known, failed = _without(known, lost), int(lost.sum())
-    hit = shares(known.lower, known.upper, at)
-    estimate = probability(hit, weight=known.weight, replicate=known.replicate, confidence=confidence)
-    count, value = len(hit), estimate.value
-    beyond = count + failed
-    low = value * count / beyond if beyond and count else 0.0
-    high = (value * count + failed) / beyond if beyond and count else 1.0
+        return _from_curve(ds, category, at, confidence, chosen_intensity(ds, intensity))
+    return judged(walls(ds, category, intensity, keep_failed=True), at, confidence)
+
+
+def judged(known: Walls, at: float, confidence: float = 0.9) -> Exceedance:
+    """Estimate the probability that walls have reached the category by a movement.
+
+    Parameters
+    ----------
+    known : Walls
+        What is known of them.
+    at : float
+        Movement (m, or 1 for a deflection ratio).
+    confidence : float
+        Of the interval.
+
+    Notes
+    -----
+    A wall that was not followed as far counts for the share of those, among walls that were followed further than it,
+    which reached the category by then (redistribution to the right: Efron 1967, the Kaplan-Meier estimate). The
+    interval does without that: its lower end is that of none of them having reached it, its upper end that of all.
+    Where no wall was followed as far there is no such share, and the estimate is NaN.
+    """
     # a step's rounding is no reason to say that a wall was not followed
-    short = int((np.isinf(known.upper) & (known.end < at * (1 - 1e-9))).sum())
-    return Exceedance(estimate, failed, low, high, short)
+    ended = np.isinf(known.upper) & (known.lower < at * (1 - 1e-9))
+    lost, short = ended & known.failing, (ended & ~known.failing)[~(ended & known.failing)]
+    weight = np.ones(len(lost)) if known.weight is None else known.weight
+    hit = shares(known.lower, known.upper, at)[~lost]
+    expected = _redistributed(hit, known.lower[~lost], weight[~lost], short)
+
+    def of(hits: FloatArray) -> Estimate:
+        found = probability(
+            hits,
+            weight=None if known.weight is None else weight[~lost],
+            replicate=None if known.replicate is None else known.replicate[~lost],
+            confidence=confidence,
+        )
+        if known.weight is None or not lost.any() or not weight[~lost].any():
+            return found
+        # over all walls, with the failed ones as those of which it is known: between the two bounds whatever they weigh
+        scale = float(np.mean(~lost) * (1 + weight[lost].sum() / weight[~lost].sum()))
+        value, error, lower, upper = (scale * number for number in found[:4])
+        return found._replace(value=value, error=error, lower=min(lower, 1.0), upper=min(upper, 1.0))
+
+    estimate = of(expected)
+    none, every = (np.where(np.isnan(expected), unknown, expected) for unknown in (0.0, 1.0))
+    if short.any():
+        ends = of(np.where(short, 0.0, hit)).lower, of(np.where(short, 1.0, hit)).upper
+        estimate = estimate._replace(lower=ends[0], upper=ends[1])
+    if np.isnan(expected).any():
+        estimate = estimate._replace(value=np.nan, error=np.nan, upper=1.0)
+    if not len(lost):
+        return Exceedance(estimate, 0, 0.0, 1.0, 0)
+    low = float(weight[~lost] @ none) / len(lost)
+    high = float(weight[~lost] @ every + weight[lost].sum()) / len(lost)
+    return Exceedance(estimate, int(lost.sum()), min(low, 1.0), min(high, 1.0), int(short.sum()))
 
 
-def _without(known: Walls, lost: NDArray[np.bool_]) -> Walls:
-    """Return what is known of the other walls."""
-    kept = ~lost
-    return known._replace(
-        sample=known.sample[kept],
-        lower=known.lower[kept],
-        upper=known.upper[kept],
-        weight=None if known.weight is None else known.weight[kept],
-        replicate=None if known.replicate is None else known.replicate[kept],
-        end=known.end[kept],
-    )
+def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short: NDArray[np.bool_]) -> FloatArray:
+    """Return hits in which walls of which it is not known take the share of those followed further; NaN if none was."""
+    found = hit.copy()
+    order = np.argsort(-lower, kind="stable")
+    heavy, hits, done = 0.0, 0.0, 0
+    for last in np.unique(lower[short])[::-1]:
+        upto = int(np.searchsorted(-lower[order], -last, side="right"))
+        further = order[done:upto]
+        own = further[short[further] & (lower[further] == last)]
+        others = further[~(short[further] & (lower[further] == last))]
+        heavy, hits = heavy + weight[others].sum(), hits + float(weight[others] @ found[others])
+        found[own] = hits / heavy if heavy > 0 else np.nan
+        if heavy > 0:
+            heavy, hits = heavy + weight[own].sum(), hits + float(weight[own] @ found[own])
+        done = upto
+    return found
 
 
 def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str) -> Exceedance:
     """Return the probability at a movement from walls that are each known at their own, by their lognormal curve."""
+    require_categories(ds, [category])
     found = read_capacities(ds, [category], intensity)
     if at > found.largest * (1 + 1e-9):
         raise InputError(

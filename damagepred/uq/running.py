@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.uq.estimate import probability
-from damagepred.uq.exceedance import shares, walls
+from damagepred.uq.exceedance import judged, walls
 
 FloatArray = NDArray[np.float64]
 
@@ -56,17 +55,9 @@ def running_probability(
         Measure of the movement; by default the study's own.
     """
     known = walls(ds, category, intensity)
-    hit, total = shares(known.lower, known.upper, at), len(known.lower)
+    total = len(known.lower)
     count = np.unique(np.geomspace(min(2, total), total, LOOKS).round().astype(np.int64)) if total else np.empty(0, int)
-    found = [
-        probability(
-            hit[:n],
-            weight=None if known.weight is None else known.weight[:n],
-            replicate=None if known.replicate is None else known.replicate[:n],
-            confidence=confidence,
-        )
-        for n in count
-    ]
+    found = [judged(known.part(slice(n)), at, confidence).estimate for n in count]
     return Running(
         count,
         np.array([e.value for e in found]),

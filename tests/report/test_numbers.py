@@ -376,15 +376,15 @@ def check_study(folder: StudyFolder, root: Element) -> None:
                 bounds = [found.failed_undamaged, found.failed_damaged] if found.failed else [np.nan]
                 compare_chance(row[6], bounds, caption)
         elif caption == "Walls by the worst category of their path":
-            total = ds.sizes["sample"]
             rules: tuple[dict[str, Any], ...] = ({}, {"measure": "band"}, {"count_footing_gap": True})
             per_rule = [shares(judge_again(ds, **one)) for one in rules]
             numbered = [-1 if row[0] == "not known" else int(row[0].split()[0]) for row in rows]
             assert [c for c in sorted(set().union(*per_rule)) if c >= 0] == [c for c in numbered if c >= 0]
-            assert all(one.get(-1, 0) == (~run).sum() for one in per_rule)  # failed before a category, or not run
+            # failed before a category, or not run
+            assert all((one[-1].walls if -1 in one else 0) == (~run).sum() for one in per_rule)
             assert -1 in numbered or run.all()
             by = ("widest joint", "widest crack band", "widest joint or gap on the footing")
-            columns = {head: [[one.get(c, 0) / total] for c in numbered] for head, one in zip(by, per_rule)}
+            columns = {head: [[one[c].share if c in one else 0.0] for c in numbered] for head, one in zip(by, per_rule)}
             check_columns(caption, heads, rows, {"category": [[c] if c >= 0 else [] for c in numbered], **columns})
             assert len({str(one) for one in per_rule}) == 3
         elif caption == "The curves":

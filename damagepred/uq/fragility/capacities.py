@@ -74,6 +74,33 @@ class Walls(NamedTuple):
     crossed: bool
 
 
+def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:
+    """Check that the damage table of a study has the categories asked for.
+
+    Raises
+    ------
+    InputError
+        If it has not; the message says which there are.
+    """
+    highest = highest_category(ds)
+    if wrong := [c for c in categories if not 1 <= c <= highest]:
+        asked = f"category = {wrong[0]}" if len(categories) == 1 else f"categories = {list(categories)}"
+        raise InputError(f"{asked}: the study's damage table has categories 1 to {highest}.")
+
+
+def sample_weights(ds: xr.Dataset) -> FloatArray:
+    """Return what each sample of a study counts for, array (samples,): 1, or of importance sampling."""
+    if "weight" in ds:
+        return np.asarray(ds["weight"].values, dtype=np.float64)
+    return np.ones(ds.sizes["sample"])
+
+
+def highest_category(ds: xr.Dataset) -> int:
+    """Return the highest category of the damage table a study was judged by."""
+    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split() if "damage_category" in ds else []
+    return int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
+
+
 def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
     """Read each wall's capacity for a category from a study.
 
@@ -144,7 +171,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
         done = to.stop
     end = np.where(end > 0, end, largest)  # a wall of which nothing is known was to go as far as any
     failed = (status[known] == FAILED)[None, :] & np.isinf(upper)
-    weight = np.asarray(ds["weight"].values, dtype=np.float64)[known] if "weight" in ds else np.ones(count)
+    weight = sample_weights(ds)[known]
     increments = 1 if single else ds.sizes["increment"] - 1
     return Walls(
         Capacities(lower, upper, failed, end), weight, single, marks if alike else None, largest, increments,

@@ -20,7 +20,9 @@ from damagepred.uq.fragility.capacities import (
     Capacities,
     Cells,
     Walls,
+    highest_category,
     read_capacities,
+    require_categories,
     tally,
 )
 from damagepred.uq.fragility.describe import curves_dataset
@@ -126,11 +128,9 @@ def fit_fragility(
     """
     name = _check(ds, model, band, confidence, intensity)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
-    highest = int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
-    wanted = list(range(1, highest + 1)) if categories is None else [int(c) for c in categories]
+    wanted = list(range(1, highest_category(ds) + 1)) if categories is None else [int(c) for c in categories]
     require_ascending(wanted)
-    if wanted and not 1 <= wanted[0] <= wanted[-1] <= highest:
-        raise InputError(f"categories = {wanted}: the study's damage table has categories 1 to {highest}.")
+    require_categories(ds, wanted)
     for what, number, least in (
         ("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("seed", seed, 0), ("points", points, 2),
     ):  # fmt: skip

@@ -131,6 +131,11 @@ def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
         A study, or a part of one.
     name : str
         One of ``MEASURES``, or a variable of the dataset.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
     """
     if name in ds.variables:
         return np.asarray(ds[name].values, dtype=np.float64)
@@ -140,6 +145,8 @@ def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
             return np.where(deflection > 0, 8.0 * ratio**2 / deflection, deflection)
     if name == "footing_curvature":
         return np.abs(np.asarray(ds["section_curvature"].values, dtype=np.float64)).max(axis=-1)
+    if name != "differential_movement":
+        raise InputError(f"intensity: the dataset has no variable '{name}'." + nearest(name, MEASURES))
     share = np.asarray(_movement_ratio(ds), dtype=np.float64)
     y_s = np.asarray(ds["surface_movement"].values, dtype=np.float64)
     return y_s * (share.reshape(-1, *(1,) * (y_s.ndim - 1)) if share.ndim else share)

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from damagepred.errors import InputError
-from damagepred.uq.fragility.capacities import COMPLETE
+from damagepred.uq.fragility.capacities import COMPLETE, sample_weights
 from damagepred.uq.fragility.intensity import movement_measure
 
 
@@ -72,7 +72,8 @@ def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -
     Parameters
     ----------
     studies : mapping of float to xarray.Dataset
-        The study of each movement, as ``open_study`` returns it; what counts of a path is its end.
+        The study of each movement, as ``open_study`` returns it; what counts of a path is its end. Weights of samples
+        go with them.
     intensity : str, optional
         What the movement is measured by; by default the studies' own.
 
@@ -84,6 +85,7 @@ def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -
     if not studies:
         raise InputError("stripes: there must be a study for at least one movement.")
     first = next(iter(studies.values()))
+    weighted = any("weight" in ds for ds in studies.values())
     name = intensity or movement_measure(first)
     parts = []
     for movement, ds in sorted(studies.items()):
@@ -95,5 +97,7 @@ def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -
             "status": ("sample", ds["status"].values, ds["status"].attrs),
             name: ("sample", np.full(ds.sizes["sample"], float(movement)), attrs),
         }
+        if weighted:
+            part["weight"] = ("sample", sample_weights(ds), {"units": "1"})
         parts.append(xr.Dataset(part))
     return xr.concat(parts, "sample").assign_attrs(first.attrs)

@@ -16,7 +16,7 @@ from scipy import special
 
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.fragility.capacities import Cells, read_capacities, tally
+from damagepred.uq.fragility.capacities import Cells, read_capacities, require_categories, tally
 from damagepred.uq.fragility.estimators import Composite
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
 from damagepred.uq.fragility.intensity import attributes, chosen_intensity
@@ -85,6 +85,7 @@ def fit_surface(
         If the dataset has no such variable with one number a wall, or it does not vary.
     """
     name = chosen_intensity(ds, intensity)
+    require_categories(ds, [category])
     walls = read_capacities(ds, [category], name)
     z = _second(ds, second)[walls.sample]
     known = np.isfinite(z)

@@ -1,0 +1,114 @@
+"""What is not known is not estimated, and walls that weigh more count for more."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.errors import InputError
+from damagepred.plotting.study import quantile
+from damagepred.rejudge import shares as category_shares
+from damagepred.report.typical import _median_place
+from damagepred.study.epistemic import Alternative, lines
+from damagepred.uq.exceedance import exceedance, median_movement
+from damagepred.uq.fragility import fit_surface, stripes
+from damagepred.uq.running import running_probability
+from tests.uq.test_stopping import study
+
+CAPACITY = np.array([0.0035, 0.0065, 0.0125, 0.03])
+
+
+def failing(ds: xr.Dataset, wall: int, increment: int) -> xr.Dataset:
+    """Let a wall fail after an increment."""
+    ds["status"][wall] = 2
+    ds["damage_category"][wall, increment + 1 :] = -1
+    return ds
+
+
+def test_beyond_what_any_wall_was_moved_to_nothing_is_known() -> None:
+    found = exceedance(study(np.full(20, 0.5)), 1, 0.5)
+    assert np.isnan(found.estimate.value)
+    assert (found.estimate.lower, found.estimate.upper) == (0.0, 1.0)
+    assert (found.failed_undamaged, found.failed_damaged, found.not_followed) == (0.0, 1.0, 20)
+    (said,) = lines([Alternative("", found, 20.0)], 1, 0.5)
+    assert "at 500 mm) is unknown, between 0 and 1" in said
+
+
+def test_what_was_reached_before_stays_known_beyond() -> None:
+    found = exceedance(study(CAPACITY), 1, 0.5)
+    assert np.isnan(found.estimate.value)
+    assert found.estimate.lower == exceedance(study(CAPACITY), 1, 0.02).estimate.lower > 0.3
+    assert (found.estimate.upper, found.failed_undamaged, found.failed_damaged) == (1.0, 0.75, 1.0)
+    every = exceedance(study(CAPACITY[:3]), 1, 0.5).estimate  # all have: no more can
+    assert every.value == 1.0
+
+
+def test_walls_that_were_followed_less_far_count_as_those_followed_further() -> None:
+    """Kaplan and Meier by hand: four walls; one damaged at 4 mm, one followed to 6 mm, one damaged at 8 mm of two."""
+    ds = study(np.array([0.0035, 0.5, 0.0075, 0.5]))
+    ds["central_deflection"][1] = ds["central_deflection"][1] * 0.3  # to 6 mm
+    found = exceedance(ds, 1, 0.01)
+    assert found.estimate.value == pytest.approx(1 - 3 / 4 * 1 / 2)
+    assert found.not_followed == 1
+    assert found.estimate.lower <= exceedance(study(np.array([0.0035, 0.5, 0.0075, 0.5])), 1, 0.01).estimate.lower
+    assert found.estimate.upper >= exceedance(study(np.array([0.0035, 0.007, 0.0075, 0.5])), 1, 0.01).estimate.upper
+    assert running_probability(ds, 1, 0.01).value[-1] == found.estimate.value
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("begun", [False, True])
+def test_names_that_are_none_are_refused_in_all_branches(single: bool, begun: bool) -> None:
+    ds = study(np.linspace(0.001, 0.03, 30))
+    ds["surface_movement"] = 1.5 * ds["central_deflection"]  # on a mound another measure was read without a word
+    if single:
+        ds = ds.isel(increment=-1)
+    if not begun:
+        ds = ds.drop_vars("damage_category")
+    for read in (exceedance, running_probability):
+        with pytest.raises(InputError, match="no variable 'typo'"):
+            read(ds, 1, 0.007, intensity="typo")
+    with pytest.raises(InputError, match="no variable 'typo'"):
+        median_movement(ds, 1, intensity="typo")
+
+
+def test_categories_that_there_are_not_are_refused() -> None:
+    ds = study(CAPACITY)
+    for category in (0, 2, 9):
+        message = f"category = {category}: .* categories 1 to 1"
+        with pytest.raises(InputError, match=message):
+            exceedance(ds, category, 0.007)
+        with pytest.raises(InputError, match=message):
+            median_movement(ds, category)
+        with pytest.raises(InputError, match=message):
+            exceedance(ds.isel(increment=-1), category, 0.007)
+        with pytest.raises(InputError, match=message):
+            fit_surface(ds, category, "weight")
+
+
+@pytest.mark.parametrize("heavy", [0.1, 1.0, 6.0])
+def test_bounds_of_failed_walls_count_their_weights(heavy: float) -> None:
+    """Weighted by hand: lost walls as 0 and as 1, over all weights; the estimate lies between whatever they weigh."""
+    weight = np.array([0.5, 1.0, 0.5, 0.5, heavy])
+    ds = failing(study(np.append(CAPACITY, 0.5), weight=weight), 4, 2)
+    found = exceedance(ds, 1, 0.01)
+    assert found.failed_undamaged == pytest.approx(1.5 / 5)
+    assert found.failed_damaged == pytest.approx(min((1.5 + heavy) / 5, 1.0))
+    assert found.estimate.value == pytest.approx((1.5 + heavy * 1.5 / 2.5) / 5)
+    assert found.failed_undamaged <= found.estimate.value
+
+
+def test_stripes_keep_weights() -> None:
+    weighted = study(CAPACITY, weight=np.array([2.0, 1.0, 0.5, 0.25]))
+    both = stripes({0.01: weighted, 0.02: study(CAPACITY)})
+    np.testing.assert_array_equal(both["weight"], [2.0, 1.0, 0.5, 0.25, 1, 1, 1, 1])
+    assert "weight" not in stripes({0.01: study(CAPACITY)})
+
+
+def test_shares_and_quantiles_are_weighted() -> None:
+    found = category_shares(study(CAPACITY, weight=np.array([2.0, 1.0, 1.0, 0.0])))
+    assert (found[1].walls, found[1].share) == (3, 1.0)
+    width = np.array([[1.0], [2.0], [3.0], [np.inf]])
+    assert quantile(width, 0.5)[0] == 2.5
+    assert quantile(width, 0.5, np.array([1.0, 1.0, 4.0, 1.0]))[0] == pytest.approx(2.8)
+    assert quantile(width[:3], 0.3, np.full(3, 3.0)) == pytest.approx(quantile(width[:3], 0.3))
+    assert _median_place(CAPACITY, None) == 1
+    assert _median_place(CAPACITY, np.array([0.1, 0.1, 0.1, 1.0])) == 3
