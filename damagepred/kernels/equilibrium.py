@@ -647,8 +647,8 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
             if properties.gap[i] > 0.0:
                 slides |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
-            if sigma > properties.tensile_strength[i]:
-                slides = False  # it breaks before, and is dealt with then
+            if sigma > properties.tensile_strength[i] and properties.dilation[i] == 0.0:
+                slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
                 break
             limit, _ = shear_limit(properties, i, memory.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
             slides |= abs(properties.shear_stiffness[i] * u_s) > limit
