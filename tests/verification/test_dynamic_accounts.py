@@ -1,0 +1,76 @@
+"""Energy accounts of runs in time: joints that stay elastic balance whatever damps and moves them."""
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
+from damagepred.scene.dynamics import BaseMotion
+from damagepred.solvers.dynamic import DynamicRun
+from tests.verification.test_energy_accounts import ONE_STEP, elastic_energy, softening_work
+
+SOFT = Joint(normal_stiffness=4e8, shear_stiffness=1.5e8, tensile_strength=1e9, cohesion=1e9)
+BASE = (
+    BaseMotion(kind="half_sine", direction="x", acceleration=4.0, duration=0.03),
+    BaseMotion(kind="full_sine", direction="y", acceleration=-7.0, duration=0.02, start=0.004),
+)
+DAMPED = {
+    "none": {"damping": "none"},
+    "local": {"damping": "local", "local_damping": 0.35},
+    "viscous": {"damping": "viscous", "damping_ratio": 0.15, "frequency": 90.0},
+    "rayleigh": {"damping": "rayleigh", "damping_ratio": 0.08, "frequency": 60.0, "second_frequency": 400.0},
+}
+
+
+@pytest.mark.parametrize("zones", [None, 0.1], ids=["rigid", "zones"])
+@pytest.mark.parametrize("damping", DAMPED)
+def test_works_in_time_balance_at_every_output(damping: str, zones: float | None) -> None:
+    """Three blocks on shaken ground, one of which is pushed, one of which starts with a speed, one moved."""
+    wall = Assembly(thickness=0.11, joint=SOFT, block=BlockMaterial(elastic_modulus=1e9))
+    for k in range(3):
+        wall.add_block(rectangle(0.02 * k, 0.1 * k, 0.2 + 0.02 * k, 0.1 * (k + 1)), zone_size=zones if k == 1 else None)
+    wall.rest_on_ground([0], lambda x: 2e-5 * x)
+    wall.set_velocity(1, x=0.003, y=-0.002)
+    wall.set_velocity(2, x=-0.002, y=0.004, rotation=0.01)
+    wall.load(2, x=3.0, y=-60.0, moment=1.0)
+    wall.push(1, x=25.0, y=-40.0)
+    wall.move(0, rotation=1e-6)
+    model = wall.build(Solver(lump_block_elasticity=False))
+    dynamics = Dynamics(
+        duration=0.03, outputs=9, base=BASE, movement_time=0.02, start="unstressed", new_contacts=False,
+        **DAMPED[damping],  # type: ignore[arg-type]
+    )  # fmt: skip
+    path = list(DynamicRun(model, Solver(lump_block_elasticity=False), dynamics))
+    kinetic = max(step.kinetic_energy for step in path)
+    taken = [step.damping_work for step in path]
+    assert (max(map(abs, taken)) > 0.05 * kinetic) == (damping != "none")
+    assert max(abs(step.boundary_work) for step in path) > 0.05 * kinetic
+    for step in path:
+        assert abs(step.energy_error) < 1e-6 * kinetic
+        assert step.elastic_energy == pytest.approx(elastic_energy(model, step), rel=0.0, abs=2e-8 * kinetic)
+        went = step.kinetic_energy + step.elastic_energy + step.damping_work + step.energy_error
+        assert step.external_work == pytest.approx(went - path[0].kinetic_energy - path[0].elastic_energy, abs=1e-9)
+        assert (step.friction_work, step.fracture_work, step.plastic_work, step.released_energy) == (0.0,) * 4
+    assert np.isfinite(taken).all()
+
+
+def test_a_bond_that_softens_in_time_holds_and_has_taken_what_its_secant_says() -> None:
+    """A block that is pulled off another and turned: some of its contacts soften, others are pressed."""
+    joint = Joint(
+        normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.5e6, fracture_energy=9.0
+    )
+    wall = Assembly(thickness=0.11, joint=joint)
+    low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
+    wall.support(low)
+    wall.move(high, x=0.02e-3, y=0.06e-3, rotation=0.5e-3)
+    model = wall.build(ONE_STEP)
+    # all is held or moved: a step is as long as the time between two outputs
+    dynamics = Dynamics(duration=0.05, outputs=400, movement_time=0.05, start="unstressed", new_contacts=False)
+    path = list(DynamicRun(model, ONE_STEP, dynamics))
+    assert (path[-1].state == 1).any()
+    assert (path[-1].normal_stress < 0).any()
+    for k in range(1, len(path), 41):
+        assert path[k].elastic_energy == pytest.approx(elastic_energy(model, path[k]), rel=1e-6, abs=1e-9)
+        assert path[k].fracture_work == pytest.approx(softening_work(model, path[: k + 1]), rel=5e-3, abs=1e-6)
+        assert abs(path[k].energy_error) < 1e-6 * path[-1].external_work
