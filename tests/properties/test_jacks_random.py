@@ -135,3 +135,30 @@ def test_a_footing_that_yields_on_its_jacks_does_not_collapse() -> None:
     assert quasi_static.attrs["status"] == "complete"
     found, expected = (float(ds["jack_load"][-1]) for ds in (quasi_static, explicit))
     assert found == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize(("length", "courses", "depth"), [(0.68, 5, 0.48), (0.88, 3, 0.18), (2.2, 4, 0.15)])
+def test_a_stiff_wall_lifts_off_its_supports_where_supports_that_hold_would_begin_to_pull(
+    length: float, courses: int, depth: float
+) -> None:
+    """Its jacks carry all of its weight by then: at a larger deflection there is no equilibrium."""
+    tables: dict[str, object] = {
+        "wall": {"length": length, "height": courses * 0.14, "block_length": length / 2.0, "block_height": 0.14,
+                 "thickness": 0.13},
+        "block": {"elastic_modulus": 6e9, "density": 2000.0},
+        "joint": {"normal_stiffness": 4e10, "shear_stiffness": 1e10, "tensile_strength": 5e6, "cohesion": 9e6},
+        "footing": {"width": 0.4, "depth": depth, "elastic_modulus": 8e9, "density": 2200.0},
+        "movement": {"kind": "doming", "shape": "jacks", "central_deflection": 0.4e-3, "increments": 20},
+    }  # fmt: skip
+    rig = {"support_stiffness": 1e10, "stop_at_zero": False}
+    held, free = (
+        solve(Scene.from_dict(tables | {"rig": rig | {"support": way}}), on_failure="return")
+        for way in ("held", "lift_off")
+    )
+    load = held["support_load"].sum("support").values
+    pulls = np.interp(0.0, -load, held["progress"].values)
+    assert 0.0 < pulls < 1.0
+    assert free.attrs["status"] == "collapsed"
+    assert free.attrs["collapse_progress"] == pytest.approx(
+        pulls, rel=0.02, abs=free.attrs["collapse_progress_uncertainty"]
+    )

@@ -16,16 +16,19 @@ from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers.explicit import Run
 from damagepred.solvers.falling import FEW, ROUNDS, goes_on, lasting_bonds
-from damagepred.solvers.loose import come_loose
+from damagepred.solvers.loose import Leeway, come_loose
 from damagepred.solvers.packed import memory_of
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND
+from damagepred.solvers.stages import pushing_supports
 from damagepred.solvers.state import fields_of
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
 """After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
 ALONG = 3000
 """Cycles in which the movement goes on from the last equilibrium."""
+FLOATING_LOOKS = 2
+"""Looks in a row at which a footing on jacks floats above all its supports, after which it has lifted off."""
 LOOKS, SLOWED = 4, 0.8
 """Looks, in which its cycles double, and share of its speed before them below which a wall is slowing down."""
 SHAKEN, EASED, LEAST = 4000, 0.8, 0.1
@@ -42,8 +45,7 @@ class VolumeCorrection:
     """Corrections of the pump's volume while a wall relaxes, by the secant method; the deflection is given.
 
     Under a given volume a footing that yields, or whose load falls as it bends, does not run away. A correction waits
-    until the wall has answered to the last one. Where the footing lifts off its supports, the deflection answers to no
-    volume, and the corrections grow until it has come loose.
+    until the wall has answered to the last one.
 
     Attributes
     ----------
@@ -62,11 +64,13 @@ class VolumeCorrection:
     _corrected_at: float = 0.0
     _deflection: float = np.inf
 
+    def settles(self, deflection: float, missing: float) -> bool:
+        """Return whether the wall has answered to the last correction, and a deflection (m) is still missing (m)."""
+        change, self._deflection = abs(deflection - self._deflection), deflection
+        return abs(missing) > DEFLECTION_FOUND and change <= self.settled * abs(missing)
+
     def next(self, deflection: float, missing: float) -> float:
         """Return what is to be added to the volume (m), at a deflection of which some is missing (m)."""
-        change, self._deflection = abs(deflection - self._deflection), deflection
-        if abs(missing) <= DEFLECTION_FOUND or not change <= self.settled * abs(missing):
-            return 0.0
         if self._last != 0.0:
             answer, most = (deflection - self._corrected_at) / self._last, self.growth * self.rate
             self.rate = 1.0 / answer if answer * most > 1.0 else most
@@ -109,19 +113,26 @@ def come_to_rest(
         run.halt()
     correction = None if volume_per_deflection is None else VolumeCorrection(volume_per_deflection)
     cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
+    supports, floating_looks = pushing_supports(model), 0
     while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
         if run.cycles > begun + SHAKEN:
             run.damping = max(EASED * run.damping, LEAST)
         before = run.motion.displacement.copy()
         if run.pump is not None and correction is not None:
-            run.pump.deliver(
-                correction.next(float(run.pump.weights @ before), run.pump.missing(start.progress, before))
-            )
+            deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.progress, before)
+            if correction.settles(deflection, missing):
+                if floating_looks >= FLOATING_LOOKS:  # the jacks carry all of the weight, and lift it freely
+                    before[1 : 3 * model.n_blocks : 3] += 2.0 * Leeway.of(model).at(1.0)
+                    yield replace(start, displacement=before, memory=memory_of(run.joints), jack=run.pump.load)
+                    return
+                if not floating_looks:
+                    run.pump.deliver(correction.next(deflection, missing))
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(LONGER * cycles)
         memory = memory_of(run.joints)
         opening = fields_of(run.model, memory, run.motion.displacement, start.progress).opening
+        floating_looks = floating_looks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
         stress = law.normal_stiffness[:, None] * (opening - memory.dilated)
         parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
         brittle = memory.cracked & ~softens[:, None]
