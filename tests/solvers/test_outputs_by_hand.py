@@ -1,0 +1,314 @@
+"""What solvers say of a state besides its equilibrium, by hand: law, balance, bonds, supports, leeway."""
+
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly, Kind, Model
+from damagepred.assembly.assembly import rectangle
+from damagepred.assembly.model import Jacks
+from damagepred.errors import InputError
+from damagepred.kernels.balance import adds_up_to, bring_on, out_of_balance
+from damagepred.kernels.large_contact import LAW
+from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.carried import carried
+from damagepred.solvers.dynamic.grid import grid_of, zone_picture
+from damagepred.solvers.dynamic.motion import motion_of
+from damagepred.solvers.dynamic.scenery import scenery
+from damagepred.solvers.footing import section_forces, section_interfaces, section_lengths, support_loads
+from damagepred.solvers.loose import Leeway, elastic_reach
+from damagepred.solvers.quasi_static.work import law_violation
+from damagepred.solvers.state import JointMemory, contact_states, without_bond
+from tests.verification.test_energy_accounts import ONE_STEP, softening_work
+
+SOFT = Joint(
+    normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
+    residual_tensile_strength=0.0, residual_cohesion=0.05e6, residual_friction=0.5, fracture_energy=9.0,
+    compressive_strength=4e6, cap_shear=6.0,
+)  # fmt: skip
+BRITTLE = replace(SOFT, fracture_energy=None, residual_tensile_strength=0.02e6)
+STIFF = Solver(lump_block_elasticity=False)
+
+
+def pair(joint: Joint, **more: float) -> Model:
+    wall = Assembly(thickness=0.11, joint=joint)
+    low, _ = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1), **more) for y in (0.0, 0.1))  # type: ignore[arg-type]
+    wall.support(low)
+    return wall.build(STIFF)
+
+
+# kappa where half of the bond is left: between u_0 = 5e-5 m and w_c = 1.8e-4 m
+HALF = 1.15e-4
+
+
+@pytest.mark.parametrize(
+    ("joint", "cracked", "opened", "sigma", "tau", "beyond"),
+    [
+        (BRITTLE, False, 0.0, 0.11e6, 0.0, 0.01e6),
+        (BRITTLE, True, 0.0, 0.11e6, 0.0, 0.09e6),
+        (BRITTLE, False, 0.0, -1e6, 1.2e6, 1.2e6 - (0.3e6 + 0.8e6)),
+        (BRITTLE, True, 0.0, -1e6, -0.6e6, 0.6e6 - (0.05e6 + 0.5e6)),
+        (BRITTLE, True, 0.0, 1e6, 0.25e6, 0.98e6),
+        (BRITTLE, False, 0.0, -4.3e6, 0.0, 0.3e6),
+        (BRITTLE, False, 0.0, -3.9e6, 0.5e6, 0.5e6 - np.sqrt((4e6**2 - 3.9e6**2) / 6.0)),
+        (SOFT, True, HALF, 0.08e6, 0.0, 0.03e6),
+        (SOFT, True, 0.0, 0.13e6, 0.0, 0.03e6),
+        (SOFT, True, HALF, -1e6, 0.9e6, 0.9e6 - (0.175e6 + 0.65e6)),
+        (SOFT, True, np.inf, -1e6, 0.6e6, 0.05e6),
+        (SOFT, False, 0.0, -1e6, 1e6, 0.0),
+    ],
+)
+def test_by_how_much_stresses_exceed_the_law(
+    joint: Joint, cracked: bool, opened: float, sigma: float, tau: float, beyond: float
+) -> None:
+    """At one contact of three; the others carry nothing."""
+    model = pair(joint)
+    memory = JointMemory.fresh(model)
+    memory.cracked[0, 1], memory.opened[0, 1] = cracked, opened
+    normal, shear = np.zeros((1, 3)), np.zeros((1, 3))
+    normal[0, 1], shear[0, 1] = sigma, tau
+    state = SimpleNamespace(memory=memory)
+    assert law_violation(model, state, normal, shear) == pytest.approx(beyond, rel=1e-9, abs=1e-6)  # type: ignore[arg-type]
+    shear[0, 2] = np.nan
+    assert np.isnan(law_violation(model, state, normal, shear))  # type: ignore[arg-type]
+
+
+def test_residual_is_the_largest_of_what_is_free() -> None:
+    force, free = np.array([3.0, -8.0, 5.0, 99.0]), np.array([True, True, True, False])
+    left, largest = out_of_balance(force, free, np.array([1.0, 0.5, 2.0, 1.0]))
+    np.testing.assert_array_equal(left, [3.0, -8.0, 5.0, 0.0])
+    assert largest == 10.0
+    assert out_of_balance(-force, free, np.array([1.0, 2.0, 0.1, 1.0]))[1] == 16.0
+    force[0] = np.nan
+    assert out_of_balance(force, free, np.ones(4))[1] == np.inf
+    loads = np.empty(2)
+    bring_on(np.array([1.0, 10.0]), np.array([100.0, 1000.0]), 2.0, 3.0, loads)
+    np.testing.assert_array_equal(loads, [302.0, 3020.0])
+
+
+def test_resultants_of_forces_on_gridpoints() -> None:
+    """Two blocks of two gridpoints: the largest is by turns a force along, a force up and a turning."""
+    block, dof_x, dof_y = np.array([0, 0, 1, 1]), np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
+    arm_x, arm_y = np.array([-1.0, 2.0, 0.5, -3.0]), np.array([0.5, -1.0, 2.0, 4.0])
+    total = np.empty((2, 3))
+    force = np.array([1.0, 2.0, 4.0, -3.0, 0.5, 0.25, -1.0, 2.0])
+    turning = [(-2.0 - 0.5) + (-6.0 + 4.0), (0.125 - 1.0) + (-6.0 + 4.0)]
+    assert adds_up_to(force, block, dof_x, dof_y, arm_x, arm_y, total) == 5.0
+    np.testing.assert_allclose(total, [[5.0, -1.0, turning[0]], [-0.5, 2.25, turning[1]]])
+    assert adds_up_to(-force, block, dof_x, dof_y, 3 * arm_x, 3 * arm_y, total) == pytest.approx(13.5)
+
+
+@pytest.mark.parametrize(
+    ("change", "bare"),
+    [
+        ({}, True),
+        ({"tensile_strength": 1.0}, False),
+        ({"residual_cohesion": 0.1e6}, False),
+        ({"residual_friction": 0.4}, False),
+    ],
+)
+def test_joints_without_a_bond_to_break(change: dict, bare: bool) -> None:
+    dry = Joint(tensile_strength=0.0, cohesion=0.2e6, residual_cohesion=0.2e6, friction=0.6)
+    assert set(without_bond(pair(replace(dry, **change))).tolist()) == {bare}
+
+
+def test_states_of_contacts() -> None:
+    """Cracked comes before slipping; a control joint, which has no bond, is always intact."""
+    model = pair(SOFT)
+    memory = JointMemory.fresh(model)
+    memory.cracked[0, 0] = True
+    memory.slip[0, :2] = -1e-9
+    assert contact_states(model, memory).tolist() == [[1, 2, 0]]
+    control = model.interfaces._replace(kind=np.full_like(model.interfaces.kind, Kind.CONTROL_JOINT))
+    assert contact_states(replace(model, interfaces=control), memory).tolist() == [[0, 0, 0]]
+
+
+def beam() -> Model:
+    """Three segments of footing on supports of 10 mm at 0.1, 0.7 and 1.15 m."""
+    wall = Assembly(thickness=0.2, joint=Joint(normal_stiffness=5e9, shear_stiffness=2e9))
+    edges = [0.0, 0.3, 0.7, 1.2]
+    blocks = [wall.add_block(rectangle(a, 0.0, b, 0.2)) for a, b in pairwise(edges)]
+    for block in (0, 1):
+        wall.set_joint(block, block + 1, Joint(), Kind.FOOTING_SECTION)
+    for block, x in ((0, 0.1), (1, 0.695), (2, 1.15)):
+        wall.bear(blocks[block], x, width=0.01)
+    return wall.build(STIFF)
+
+
+def test_supports_and_sections_carry_what_their_contacts_do() -> None:
+    model = beam()
+    face = model.interfaces
+    support = np.flatnonzero(face.kind == Kind.SUPPORT)
+    sigma, tau, opening = (np.zeros(face.contact_area.shape) for _ in range(3))
+    for k, carries in zip(support[np.argsort(face.x[support])], (300.0, 900.0, -120.0), strict=True):
+        sigma[k] = -carries / face.contact_area[k].sum()
+    at, load = support_loads(model, sigma)
+    np.testing.assert_allclose(at, [0.1, 0.695, 1.15])
+    np.testing.assert_allclose(load, [300.0, 900.0, -120.0])
+    jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.1, 1.15]), 1e-3, 0.0, False, "supports")
+    assert carried(replace(model, jacks=jacks), 77.0, sigma) == pytest.approx(-120.0)
+    assert carried(replace(model, jacks=jacks), 77.0, sigma[:, ::-1] * np.where(face.x > 1.0, -4.0, 1.0)[:, None]) == (
+        pytest.approx(300.0)
+    )
+    assert carried(replace(model, jacks=jacks._replace(stop="jacks")), 77.0, sigma) == 77.0
+    assert carried(replace(model, jacks=jacks._replace(stop="")), 77.0, sigma) == np.inf
+
+    here = section_interfaces(model)
+    np.testing.assert_allclose(face.x[here], [0.3, 0.7])
+    np.testing.assert_allclose(section_lengths(model, here), [0.5 * (0.3 + 0.4), 0.5 * (0.4 + 0.5)])
+    above = -face.contact_offset[here] * face.normal_x[here, None]  # the tangent points down
+    opening[here] = np.array([[1e-5], [-2e-5]]) - np.array([[1e-4], [3e-4]]) * above
+    sigma[here], tau[here] = np.array([[2e5], [1e5]]) - np.array([[1e6], [-4e6]]) * above, [[3e4], [-5e4]]
+    found = section_forces(model, opening, sigma, tau)
+    second = 0.2 * 0.2**3 / 12
+    np.testing.assert_allclose(found.strain, [1e-5 / 0.35, -2e-5 / 0.45])
+    np.testing.assert_allclose(found.curvature, [1e-4 / 0.35, 3e-4 / 0.45])
+    np.testing.assert_allclose(found.axial_force, [2e5 * 0.04, 1e5 * 0.04])
+    np.testing.assert_allclose(found.shear_force, [3e4 * 0.04, -5e4 * 0.04])
+    np.testing.assert_allclose(found.moment, [1e6 * second, -4e6 * second])
+
+
+def test_how_far_blocks_may_go() -> None:
+    """Half the largest block that moves, twice the settlement, twice the movement of ground, supports or jacks."""
+    wall = Assembly(thickness=0.1, joint=Joint(normal_stiffness=1e8, shear_stiffness=1e8))
+    for x, width in ((0.0, 0.4), (1.0, 0.1)):
+        wall.add_block(rectangle(x, 0.0, x + width, 0.1))
+    wall.rest_on_ground([0, 1], lambda x: -3e-3 * x)
+    wall.support(wall.add_block(rectangle(3.0, 0.0, 6.0, 2.0)))
+    wall.push(0, y=-500.0)
+    model = wall.build(STIFF)
+    bearing = 1e8 * 0.1 * (0.4 + 0.1)
+    weight = 2000.0 * 9.81 * 0.1 * 0.1 * (0.4 + 0.1)
+    plate = 2000.0 * 9.81 * 0.1 * 6.0
+    leeway = Leeway.of(model)
+    assert leeway.always == pytest.approx(0.5 * np.sqrt(0.04) + 2.0 * (weight + plate) / bearing)
+    assert leeway.with_progress == pytest.approx(2.0 * 3e-3 * 1.1)
+    assert leeway.at(0.25) == pytest.approx(leeway.always + 0.25 * leeway.with_progress)
+    dead, live = 2000.0 * 9.81 * 0.1 / 1e8, 500.0 / (1e8 * 0.1 * 0.4)
+    assert elastic_reach(model, 0.0) == pytest.approx(dead)
+    assert elastic_reach(model, 0.5) == pytest.approx(dead + 0.5 * live)
+    wall.move(2, x=0.02)
+    assert Leeway.of(wall.build(STIFF)).with_progress == pytest.approx(0.04)
+    jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.0, 1.0]), -0.05, 0.0, False, "")
+    assert Leeway.of(replace(model, jacks=jacks)).with_progress == pytest.approx(0.1)
+
+
+def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
+    """Column by column, the bond and what is met later; two joints, so that none takes the other's."""
+    other = Joint(
+        normal_stiffness=5e9, shear_stiffness=1.1e9, tensile_strength=0.2e6, cohesion=0.4e6, friction=0.7, dilation=0.2,
+        residual_cohesion=0.03e6, residual_friction=0.35, brittle_shear=True,
+    )  # fmt: skip
+    worn = replace(SOFT, shear_fracture_energy=200.0)
+    wall = Assembly(thickness=0.11, joint=worn)
+    for k in range(3):
+        wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * (k + 1)))
+    wall.set_joint(1, 2, other)
+    wall.support(0)
+    model = wall.build(STIFF)
+    laws = scenery(model, np.zeros(2)).laws.reshape(-1, 2, LAW)
+    for i, joint in enumerate((worn, other)):
+        k_n, k_s, psi = joint.normal_stiffness, joint.shear_stiffness, joint.dilation
+        left = joint.residual_friction
+        assert left is not None
+        first, critical, slip = joint.tensile_strength / k_n, 0.0, 0.0
+        if joint.fracture_energy is not None:
+            critical = 2 * joint.fracture_energy / joint.tensile_strength
+            slip = 2 * 200.0 / (joint.cohesion - joint.residual_cohesion)
+        strongest = joint.compressive_strength or np.inf
+        expected = [
+            k_n, k_s, 1 / k_s, joint.tensile_strength, joint.cohesion, joint.friction,
+            1 / (k_s + k_n * joint.friction * psi), 0.0, joint.residual_cohesion, left, 1 / (k_s + k_n * left * psi),
+            critical, 1 / (critical - first) if critical else None, psi, float(joint.brittle_shear), strongest,
+            strongest / k_n, 1 / joint.cap_shear, (critical - first) / slip if slip else 0.0,
+        ]  # fmt: skip
+        for column, value in enumerate(expected):
+            if value is not None and not (column == 17 and strongest == np.inf):
+                assert laws[i, 0, column] == pytest.approx(value), column
+        bare = {
+            0: k_n,
+            1: k_s,
+            2: 1 / k_s,
+            5: left,
+            6: 1 / k_s,
+            9: left,
+            10: 1 / k_s,
+            15: strongest,
+            16: strongest / k_n,
+        }
+        for column in (3, 4, 7, 8, 11, 13, 14, 18):
+            bare[column] = 0.0
+        for column, value in bare.items():
+            assert laws[i, 1, column] == pytest.approx(value), column
+
+
+def test_a_block_without_mass_that_is_partly_held_is_refused() -> None:
+    wall = Assembly()
+    wall.support(wall.add_block(rectangle(0.0, 0.0, 1.0, 0.1)))
+    light = wall.add_block(rectangle(0.0, 0.1, 1.0, 0.2), BlockMaterial(density=0.0))
+    wall.support(light, x=True, y=False, rotation=False)
+    with pytest.raises(InputError, match=r"block 1 .*no mass"):
+        motion_of(wall.build(STIFF), np.zeros(2))
+
+
+def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain() -> None:
+    """A block is strained alike all over, its plastic strain taken off, and then turned: stresses turn with it."""
+    weak = BlockMaterial(elastic_modulus=2e9, poisson_ratio=0.25, cohesion=1e9, tensile_strength=1e9, friction=0.3)
+    wall = Assembly(thickness=0.11)
+    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2), weak, zone_size=0.2)
+    model = wall.build(STIFF)
+    grid = grid_of(model, np.zeros(2), False)
+    assert grid is not None
+    exx, eyy, gxy = 3e-5, -7e-5, 4e-5
+    plastic = np.array([1e-5, 2e-5, -3e-5, 0.5e-5])
+    c, s = np.cos(0.6), np.sin(0.6)
+    turn = np.array([[c, -s], [s, c]])
+    stretch = np.array([[1.0 + exx, 0.5 * gxy], [0.5 * gxy, 1.0 + eyy]])
+    grid.displacement[:] = grid.reference @ (turn @ stretch).T - grid.reference
+    grid.plastic[:] = plastic
+    base = np.array([0.01, -0.02])
+    found = zone_picture(grid, base)
+    e = np.array([exx, eyy, gxy]) - plastic[:3]
+    # plane stress; s_zz keeps to nothing, what has yielded across is no stress in the plane
+    young, nu = 2e9, 0.25
+    xx, yy = (young / (1 - nu**2) * (e[k] + nu * e[1 - k]) for k in (0, 1))
+    xy = young / (2 * (1 + nu)) * e[2]
+    turned = turn @ np.array([[xx, xy], [xy, yy]]) @ turn.T
+    np.testing.assert_allclose(found.stress[:, 0], turned[0, 0], rtol=1e-3)
+    np.testing.assert_allclose(found.stress[:, 1], turned[1, 1], rtol=1e-3)
+    np.testing.assert_allclose(found.stress[:, 2], turned[0, 1], rtol=1e-3)
+    np.testing.assert_allclose(found.displacement, grid.displacement - base, rtol=1e-12)
+    assert (found.state == 4).all()
+
+
+def test_slip_that_breaks_a_softened_bond_ends_what_softening_takes() -> None:
+    """Opened to some way between u_0 and w_c as it is sheared; the rest of the bond is set free."""
+    joint = replace(
+        SOFT,
+        brittle_shear=True,
+        compressive_strength=None,
+        residual_cohesion=0.0,
+        residual_friction=None,
+        cohesion=0.2e6,
+    )
+    wall = Assembly(thickness=0.11, joint=joint)
+    low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
+    wall.support(low)
+    wall.move(high, x=0.3e-3, y=0.16e-3, rotation=0.0)
+    model = wall.build(ONE_STEP)
+    path: list[Increment] = list(solve_path(model, ONE_STEP, 300))
+    sheared = [np.abs(step.shear_stress).max() > 0 for step in path[1:]]
+    breaks = sheared.index(False)  # the last increment in which it holds
+    taken = [softening_work(model, path[: k + 1]) for k in (breaks, breaks + 1)]
+    area = 0.3 * 0.11
+    assert 0.1 * 9.0 * area < taken[0] < 0.8 * 9.0 * area
+    assert path[breaks].fracture_work == pytest.approx(taken[0], rel=1e-9)
+    for step in path[breaks + 1 :]:
+        assert taken[0] <= step.fracture_work <= taken[1]
+        assert step.released_energy == path[-1].released_energy
+    held = path[breaks].elastic_energy
+    assert path[-1].released_energy == pytest.approx(held, rel=0.05)
