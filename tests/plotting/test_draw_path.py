@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
 import damagepred
 from damagepred.damage.joints import DPC
@@ -107,10 +108,42 @@ def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
     ax = draw_history(cracked)
     assert not lines(ax, "widest dpc opening")
     (marks,) = (c for c in ax.collections if len(c.get_offsets()) == cracked.sizes["increment"])
-    from matplotlib.colors import to_rgba
-
     assert [tuple(c) for c in marks.get_facecolors()] == [to_rgba(COLOURS[c]) for c in cracked.damage_category.values]
     assert 1e3 * float(cracked.crack_width_max.max()) < ax.get_ylim()[1]
+
+
+WIDTHS = {
+    "widest crack above the dpc": "crack_width_max", "widest dpc opening": "dpc_opening_max",
+    "widest crack band": "crack_band_width_max", "widest gap on the footing": "footing_opening_max",
+    "widest crack below the dpc": "base_crack_width_max",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("measure", "head", "scale"),
+    [("central_deflection", "central deflection (mm)", 1e3), ("surface_movement", "surface movement $y_s$ (mm)", 1e3),
+     ("time", "time (s)", 1.0)],
+)  # fmt: skip
+def test_every_line_of_a_history_is_its_variable(on_dpc, measure, head, scale):
+    ds = on_dpc.copy()
+    for factor, name in enumerate(WIDTHS.values(), start=3):  # no two alike, and none largest at the end
+        ds[name] = "increment", factor * 1e-3 * np.array([0.0, 1.0, 2.0, 1.7])
+    ds["footing_separation_length"] = ds["footing_separation_length"].copy(data=[0.0, 0.1, 0.2, 0.3])
+    if measure not in ds:
+        ds[measure] = "increment", np.array([0.0, 0.013, 0.029, 0.031])
+    ds["damage_category"] = ds["damage_category"].copy(data=np.array([0, 3, 1, 2], dtype=np.int8))
+    ax = draw_history(ds)
+    x = scale * ds[measure].values
+    for label, name in WIDTHS.items():
+        (line,) = lines(ax, label)
+        assert line.get_xdata() == pytest.approx(x)
+        assert line.get_ydata() == pytest.approx(1e3 * ds[name].values), label
+    (marks,) = (c for c in ax.collections if len(c.get_offsets()) == 4)
+    np.testing.assert_allclose(marks.get_offsets(), np.column_stack((x, 1e3 * ds.crack_width_max.values)))
+    assert [tuple(c) for c in marks.get_facecolors()] == [to_rgba(COLOURS[c]) for c in (0, 3, 1, 2)]
+    assert ax.get_xlabel() == head
+    assert ax.get_xlim() == pytest.approx((0.0, 1.02 * x.max()))
+    assert ax.get_ylim()[1] > 14.0
 
 
 def test_limits_follow_the_table(cracked):

@@ -63,6 +63,33 @@ def test_all_paths_and_quantiles_are_drawn(study):
         assert words in title
 
 
+def test_every_line_of_a_study_is_its_quantile(study):
+    """Of walls that were all followed to the end, by numpy's own quantiles."""
+    study["status"][:] = 0
+    random = np.random.default_rng(3)
+    names = ("crack_width_max", "crack_band_width_max", "footing_opening_max")
+    for factor, name in enumerate(names, start=1):
+        width = np.cumsum(random.uniform(0.0, 2e-3 * factor, (8, 5)), axis=1)
+        study[name] = ("sample", "increment"), width
+    study["damage_category"] = study["damage_category"].copy(data=np.tile(np.array([0, 0, 1, 1, 2], np.int8), (8, 1)))
+    ax = draw_crack_widths(study)
+    expected = {
+        "90% of the walls below": (names[0], 0.9), "median": (names[0], 0.5), "10% of the walls below": (names[0], 0.1),
+        "median, widest crack band": (names[1], 0.5), "median, gap on the footing": (names[2], 0.5),
+    }  # fmt: skip
+    assert [line.get_label() for line in ax.lines if line.get_label() in expected] == list(expected)
+    for line in ax.lines:
+        if line.get_label() in expected:
+            name, share = expected[line.get_label()]
+            assert line.get_xdata() == pytest.approx(np.linspace(0.0, 40.0, 5))
+            assert line.get_ydata() == pytest.approx(1e3 * np.quantile(study[name].values, share, axis=0))
+    (walls,) = (c for c in ax.collections if c.get_label() == "each wall")
+    np.testing.assert_allclose(
+        [segment[:, 1] for segment in walls.get_segments()], 1e3 * study["crack_width_max"].values
+    )
+    assert ax.get_xlim() == pytest.approx((0.0, 40.0))
+
+
 def test_shares_add_up_and_show_what_is_not_known(study):
     ax = draw_category_shares(study)
     paths = common_paths(study)
