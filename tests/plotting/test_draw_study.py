@@ -2,11 +2,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from damagepred.errors import InputError
-from damagepred.plotting import draw_category_shares, draw_crack_widths, draw_fragility
+from damagepred.plotting import draw_category_shares, draw_crack_widths, draw_fragility, draw_fragility_surface
+from damagepred.plotting.convergence import draw_convergence
 from damagepred.plotting.fragility import as_ratio
 from damagepred.plotting.study import common_paths, quantile
+from damagepred.scene.site import site_classes
+from damagepred.uq.running import running_probability
 
 
 def band(ax, label):
@@ -153,3 +157,101 @@ def test_deflection_ratios_are_shown_as_fractions(curves):
 def test_what_holds_no_curves_is_refused(study):
     with pytest.raises(InputError, match="probability"):
         draw_fragility(study)
+
+
+def test_convergence_draws_the_running_probability_of_each_category(study):
+    study["status"][:] = 0
+    width = np.array([0.4, 6.0, 2.0, 0.1, 9.0, 3.0, 20.0, 1.5])[:, None] * np.linspace(0.0, 1.0, 5) * 1e-3
+    study["crack_width_max"] = ("sample", "increment"), width
+    level = np.searchsorted([0.1e-3, 1e-3, 5e-3, 15e-3], width, side="right").astype(np.int8)
+    study["damage_category"] = study["damage_category"].copy(data=level)
+    ax = draw_convergence(study, 30e-3, confidence=0.8)
+    for category in range(1, 5):
+        found = running_probability(study, category, 30e-3, confidence=0.8)
+        (line,) = (x for x in ax.lines if x.get_label().startswith(f"{category} "))
+        assert line.get_xdata() == pytest.approx(np.arange(1, 9)[-len(found.counted) :])
+        assert line.get_ydata() == pytest.approx(found.value)
+        # 30 mm is an increment: what is drawn at the end is the share of the walls there
+        assert line.get_ydata()[-1] == pytest.approx((level[:, 3] >= category).mean())
+        corners = ax.collections[category - 1].get_paths()[0].vertices
+        assert corners[:, 1].min() == pytest.approx(found.lower.min())
+        assert corners[:, 1].max() == pytest.approx(found.upper.max())
+    title = ax.get_title(loc="left")
+    assert "at a central deflection of 30 mm; bands: 80% confidence each" in title.replace("\n", " ")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("walls counted (1)", "probability (1)")
+    assert ax.get_xlim() == (2.0, 8.0)
+    assert ax.get_xticks().tolist() == [2, 3, 5, 8]
+    study["status"][:] = 3
+    study["damage_category"][:] = -1
+    with pytest.raises(InputError, match="no finished sample"):
+        draw_convergence(study, 30e-3)
+
+
+@pytest.mark.parametrize(
+    ("units", "factor", "shown"),
+    [("Pa", 1e-6, "MPa"), ("m", 1.0, "m"), ("Pa m-1", 1e-9, "GPa/m"), ("1", 1.0, "1"), ("kg m-3", 1.0, "kg m-3")],
+)
+def test_a_surface_is_drawn_with_its_units(units, factor, shown):
+    second, x = np.array([2.0, 3.5, 7.0]), np.array([1e-3, 4e-3, 9e-3, 20e-3])
+    surface = xr.Dataset(
+        {"probability": (("second", "intensity"), np.linspace(0.0, 0.95, 12).reshape(3, 4)),
+         "median": ("second", 1e-3 * second), "median_lower": ("second", 0.8e-3 * second),
+         "median_upper": ("second", 1.3e-3 * second), "slope": 1.25, "slope_lower": 0.75, "slope_upper": 1.5,
+         "dispersion": 0.35, "dispersion_alone": 0.45, "fit_status": "fitted"},
+        {"second": ("second", second, {"units": units}), "intensity": ("intensity", x, {"units": "m"})},
+        {"category": 2, "category_name": "very_slight", "second_variable": "joint.normal_stiffness", "samples": 60,
+         "samples_failed": 4, "confidence": 0.8, "scale": "log", "intensity_measure": "central_deflection",
+         "title": "soft mortar"},
+    )  # fmt: skip
+    ax = draw_fragility_surface(surface)
+    lower, upper = ax.lines
+    assert lower.get_xdata() == pytest.approx(0.8 * second)
+    assert upper.get_xdata() == pytest.approx(1.3 * second)
+    assert lower.get_ydata() == pytest.approx(factor * second)
+    assert ax.get_xlim() == pytest.approx((1.0, 20.0))
+    assert ax.get_ylim() == pytest.approx((2.0 * factor, 7.0 * factor))
+    assert ax.get_xlabel() == "central deflection (mm)"
+    assert ax.get_ylabel() == f"joint, normal stiffness ({shown})"
+    assert legend(ax) == ["probability 0.5", "0.1 and 0.9", "80% band of the median"]
+    words = ax.get_title(loc="left").replace("\n", " ")
+    assert words == (
+        "Soft mortar category 2 (very slight) or worse; 60 walls, 4 of them failed; median goes with its power 1.25 "
+        "(0.75 to 1.50); dispersion 0.35, 0.45 without it"
+    )
+    surface.attrs["scale"] = "linear"
+    words = draw_fragility_surface(surface).get_title(loc="left").replace("\n", " ")
+    assert "ln(median) changes by 1.25 a unit" in words
+
+
+def test_bands_and_medians_of_curves_are_drawn_in_their_unit(curves):
+    curves["probability_upper"] = np.minimum(1.1 * curves["probability"], 1.0)  # not as far above as below
+    ax = draw_fragility(curves)
+    for number, filled in enumerate(ax.collections):
+        corners = filled.get_paths()[0].vertices
+        at = np.isclose(corners[:, 0], 20.0)
+        one = curves.isel(category=number, intensity=10)
+        assert curves.intensity.values[10] == pytest.approx(20e-3)
+        ends = [float(one["probability_lower"]), float(one["probability_upper"])]
+        assert [corners[at, 1].min(), corners[at, 1].max()] == pytest.approx(ends)
+    assert ax.get_xlim() == pytest.approx((0.0, 40.0))
+    bent = curves.assign_coords(intensity=("intensity", curves.intensity.values, {"units": "m-1"}))
+    bent.attrs |= {"intensity_measure": "curvature", "model": "common"}
+    ax = draw_fragility(bent)
+    assert ax.get_xlabel() == "curvature (1/m)"
+    assert legend(ax)[0] == "category 1 (very slight): median 0.01 1/m, dispersion 0.40"
+    assert "one dispersion for all categories" in ax.get_title(loc="left")
+
+
+def test_classes_of_sites_are_marked_on_movements_of_the_surface(curves):
+    curves.attrs["intensity_measure"] = "surface_movement"
+    ax = draw_fragility(curves)
+    assert ax.get_xlabel() == "surface movement $y_s$ (mm)"
+    marked = {t.get_text(): t.get_position()[0] for t in ax.texts}
+    low, places = 0.0, []
+    for site in site_classes():
+        high = min(1e3 * site.up_to, 40.0)
+        if high > low:
+            assert marked[site.name] == pytest.approx((max(1e3 * site.above, 0.0) + high) / 2)
+            places += [high] if high < 40.0 else []
+        low = high
+    assert [line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":"] == pytest.approx(places)

@@ -204,3 +204,113 @@ def test_shares_of_levels_are_shares_of_walls() -> None:
     level: Any = np.array([[0, 1], [1, 2], [0, 0], [1, 1]], dtype=np.int8)
     ds = xr.Dataset({"deviation_level": (("sample", "increment"), level, flags)})
     assert screen._levels(ds) == ["out of level or plumb, at worst: 25.0% none, 50.0% slight, 25.0% severe"]
+
+
+def bands(names: Sequence[str], shape: tuple[int, ...] = (), first: float = 0.0) -> dict[str, Any]:
+    """Values with lower and upper ends, no two of them alike."""
+    values = {}
+    for k, name in enumerate(names):
+        middle = first + 0.1 * (k + 1) + 0.31 * np.arange(int(np.prod(shape))).reshape(shape) * (-1) ** k
+        values |= {name: middle, f"{name}_lower": middle - 0.03 * (k + 1), f"{name}_upper": middle + 0.07 * (k + 1)}
+    return values
+
+
+def banded(cell: str, one: xr.Dataset, name: str) -> None:
+    """Compare a number and its interval; one that begins below zero is parted by words."""
+    values = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
+    plain = cell if values[1] < 0 else re.sub(r"(?<=\d)-", " ", cell)
+    assert (" to " in cell) == (values[1] < 0)
+    compare(plain, "", values, name)
+
+
+def test_every_number_of_a_sensitivity(shown: Screen) -> None:
+    """Each column and row is its own; those of groups stand in a second table."""
+    inputs = ("spearman", "partial", "first_order")
+    values = {name: ("variable", v) for name, v in bands(inputs, (2,)).items()}
+    values |= {name: ("group", v) for name, v in bands(("group_first_order", "group_total"), (2,), 0.2).items()}
+    values |= {name: ((), v) for name, v in bands(("interaction",), (), 0.35).items()}
+    found = xr.Dataset(
+        values, {"variable": ["joint.friction", "dpc.friction"], "group": ["wall", "joints"]},
+        {"title": "house", "output": "capacity", "walls": 96, "tables": 24, "confidence": 0.8, "share_censored": 0.13,
+         "samples_failed": 5},
+    )  # fmt: skip
+    screen.sensitivity_tables(found)
+    (title, heads, rows), (beyond, group_heads, groups) = shown.tables
+    assert title == "house: capacity, 96 walls"
+    assert heads == ["input", *(f"{w}\n(80 % interval)" for w in ("rank correlation", "partial", "share of variance"))]
+    assert "24 tables" in beyond
+    assert group_heads == ["group", "by itself\n(80 % interval)", "with the interaction\n(80 % interval)"]
+    for name, cells in zip(("joint.friction", "dpc.friction"), rows, strict=True):
+        assert cells[0] == name
+        for cell, column in zip(cells[1:], inputs, strict=True):
+            banded(cell, found.sel(variable=name), column)
+    words = ["what holds for a wall", "what varies from joint to joint", "both together beyond that"]
+    assert [cells[0] for cells in groups] == words
+    for name, cells in zip(("wall", "joints"), groups):
+        banded(cells[1], found.sel(group=name), "group_first_order")
+        banded(cells[2], found.sel(group=name), "group_total")
+    banded(groups[2][1], found, "interaction")
+    assert [line[:8] for line in shown.lines] == ["13% of t", "5 failed"]
+    shown.tables.clear(), shown.lines.clear()
+    screen.sensitivity_tables(found.drop_dims("group").assign_attrs(share_censored=0.0, samples_failed=0))
+    assert len(shown.tables) == 1
+    assert not shown.lines
+
+
+@pytest.mark.parametrize(("scale", "words"), [("log", "its power"), ("linear", "exp of it times")])
+def test_every_number_of_a_surface(scale: str, words: str) -> None:
+    surface = xr.Dataset(
+        {**bands(("slope", "dispersion"), (), 0.4), "dispersion_alone": 0.91, "fit_status": "fitted"},
+        attrs={"category": 2, "intensity_measure": "surface_movement", "second_variable": "joint.cohesion",
+               "scale": scale, "aic_with": 211.4, "aic_without": 219.7},
+    )  # fmt: skip
+    assert screen.surface_lines(surface) == [
+        "category 2 against the surface movement and joint.cohesion: the median goes with "
+        f"{words} 0.5 (0.47-0.57); dispersion 0.60 (0.54-0.74), without it 0.91",
+        "Akaike's criterion: 211.4 with it, 219.7 without; it speaks for the curve with it",
+    ]
+    assert screen.surface_lines(surface.assign_attrs(aic_with=230.0))[1].endswith("the curve without it")
+    (said,) = screen.surface_lines(surface.assign(fit_status="never reached"))
+    assert said.endswith("no surface, never reached")
+
+
+def test_how_well_curves_fit_is_said_of_each() -> None:
+    curves = xr.Dataset(
+        {"fit_note": ("category", ["", "few", ""]), "p_value": ("category", [0.2, 0.03, 0.05]),
+         "distance": ("category", [0.11, 0.23, 0.37])},
+        {"category": [1, 2, 3]}, {"aic_separate": 80.25, "aic_common": 79.5, "curves_cross": 0},
+    )  # fmt: skip
+    akaike = "Akaike's criterion: {} with a dispersion for each category, {} with one for all; it speaks for {}"
+    assert screen._fit_lines(curves) == [
+        "category 2: a lognormal fits badly; only 3% of true ones do so by chance (distance from the empirical curve "
+        "0.23)",
+        "category 2: few",
+        akaike.format("80.2", "79.5", "one dispersion for all"),
+    ]
+    other = curves.assign_attrs(aic_common=81.5, crossed=1, curves_cross=1)
+    said = screen._fit_lines(other)
+    assert said[2] == akaike.format("80.2", "81.5", "a dispersion for each")
+    assert ["walls come in fours" in said[3], "cross" in said[4]] == [True, True]
+    del other.attrs["aic_common"]
+    assert not any("Akaike" in line for line in screen._fit_lines(other))
+
+
+def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
+    steps = "increment"
+    ds = xr.Dataset(
+        {"zones_in_shear": (steps, [1, 9, 3]), "zones_in_tension": (steps, [2, 0, 5]),
+         "zones_yielded_before": (steps, [0, 4, 7]), "unbalanced_force_ratio": (steps, [1e-6, 3e-5, 2e-6]),
+         "base_reaction": (steps, [7e3, 8e3, 9.25e3]), "cycles": (steps, [10, 200, 3000]),
+         "block_x": ("block", np.zeros(18))},
+        attrs={"deformable_blocks": 11, "zones": 128, "plane": "stress", "solver_method": "explicit"},
+    )  # fmt: skip
+    blocks = "11 of 18 blocks deformable, 128 zones in plane stress; "
+    assert screen.zones_in_words(ds) == [blocks + "at the end 3 yield in shear, 5 in tension, 7 have yielded before"]
+    for name in ("shear", "tension"):  # each of the three kinds is enough to be told
+        ds[f"zones_in_{name}"] = steps, [0, 0, 0]
+    assert "7 have yielded before" in screen.zones_in_words(ds)[0]
+    ds["zones_yielded_before"] = steps, [0, 0, 0]
+    assert screen.zones_in_words(ds) == [blocks + "none of them yields"]
+    assert screen.wall_quality(ds) == ["unbalanced force at most 3.0e-05 block weights; 3210 cycles; reaction 9.250 kN"]
+    del ds.attrs["zones"]
+    assert screen.zones_in_words(ds) == []
