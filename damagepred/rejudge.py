@@ -468,8 +468,8 @@ def footing_gap_note(ds: xr.Dataset) -> str:
             f"in {some} of {rows} walls the gap along the bed on the footing is of a higher category than the cracks; "
             f"{how}"
         )
-    worst = int(np.argmax(np.where(higher, by_gap, -1)))
-    opens = f"the bed on the footing opens by {1e3 * float(gap.max()):.3g} mm"
+    worst = int(np.argmax(np.where(higher, gap, -1.0)))
+    opens = f"the bed on the footing opens by {1e3 * float(gap[worst]):.3g} mm"
     return f"{opens}, which would be category {int(by_gap[worst])}; {how}"
 
 

@@ -13,8 +13,8 @@ from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.schema import category_attributes
 from damagepred.damage import load_table
 from damagepred.errors import InputError
-from damagepred.rejudge import shares
-from damagepred.scene import Damage, Joint, Movement, Opening, Scene, Wall
+from damagepred.rejudge import footing_gap_note, measure_in_words, shares
+from damagepred.scene import Damage, Dpc, Joint, Movement, Opening, Scene, Wall
 from damagepred.study import Study, open_study
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
@@ -280,6 +280,40 @@ def test_a_study_of_an_older_version_says_that_it_lacks_bands_and_gaps(rules: di
     assert "damage_category_band" not in judged
     with pytest.raises(InputError, match=f"of an older version, does not hold {name}"):
         damagepred.judge_again(ds, **rules)
+
+
+GAP = "; it counts with [damage] count_footing_gap = true, or judge --footing-gap"
+
+
+def test_a_gap_that_would_count_is_told_where_it_is_worse_than_the_cracks():
+    """Not by its width at the end, where cracks are as bad; nothing where it counts, or where it is not known."""
+    scene = {"scene": Scene(wall=Wall(length=2.4, height=0.6)).to_toml()}
+    ds = study([[0.0, 0.5, 2.0, 16.0, np.nan], [0.0, 0.5, 0.6, 0.7, 0.8], [0.0, 2.0, 3.0, 4.0, 4.5]])
+    ds["damage_category"].values[0, 4] = -1
+    gap = [[0.0, 3.0, 6.0, 12.0, np.nan], [0.0, 0.05, 0.5, 0.9, 0.95], [0.0, 0.5, 2.0, 4.0, 6.0]]
+    ds["footing_opening_max"] = ("sample", "increment"), np.array(gap) * MM
+    ds = ds.assign_attrs(scene)
+    of_walls = "in 2 of 3 walls the gap along the bed on the footing is of a higher category than the cracks"
+    assert footing_gap_note(ds) == of_walls + GAP
+    one = ds.isel(sample=0).assign_attrs(scene)
+    assert footing_gap_note(one) == "the bed on the footing opens by 6 mm, which would be category 3" + GAP
+    assert footing_gap_note(ds.isel(sample=1)) == ""
+    for other in (ds.drop_vars("footing_opening_max"),
+                  ds.assign_attrs(scene=Scene(damage=Damage(count_footing_gap=True)).to_toml(), count_footing_gap=1),
+                  ds.assign_attrs(scene=Scene(dpc=Dpc(course=1)).to_toml())):  # fmt: skip
+        assert footing_gap_note(other) == ""
+
+
+def test_shares_of_a_study_and_of_one_wall():
+    ds = study([[0.0, 0.5], [0.0, 2.0], [0.0, 16.0], [0.0, 20.0], [0.0, 0.05]], status=[2, 2, 2, 0, 0])
+    assert shares(ds) == {-1: 2, 0: 1, 1: 0, 2: 0, 3: 0, 4: 2}
+    assert shares(ds.isel(sample=1)) == {0: 0, 1: 0, 2: 1, 3: 0, 4: 0}
+
+
+def test_the_measure_of_categories_in_words():
+    said = [measure_in_words(xr.Dataset(attrs=attrs)) for attrs in (
+        {}, {"damage_measure": "band"}, {"damage_measure": "joint", "count_footing_gap": 1})]  # fmt: skip
+    assert said == ["widest joint", "widest crack band", "widest joint, and the gap along the footing bed"]
 
 
 def test_an_unknown_measure_is_refused(wall: xr.Dataset):

@@ -131,6 +131,8 @@ def test_arrays_broadcast_and_the_sign_of_the_movement_does_not_count():
     assert strain.bending.shape == strain.diagonal.shape == (2, 3)
     np.testing.assert_array_equal(strain.largest[0], strain.largest[1])
     assert np.isnan(beam_strain(np.nan, 6.0, 2.4, "dishing").largest)
+    plain = beam_strain(1e-3, 6.0, 2.4, "dishing", ground_strain=2e-4)  # E/G = 2.6, so nu = 0.3
+    assert plain == beam_strain(1e-3, 6.0, 2.4, "dishing", 2.6, ground_strain=2e-4, poisson_ratio=0.3)
 
 
 @pytest.mark.parametrize(

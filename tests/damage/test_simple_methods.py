@@ -80,6 +80,23 @@ def test_angular_distortion_is_the_end_slope_of_the_form(shape: str, slope: floa
     assert angular_distortion(scene, 2e-3) == pytest.approx(slope * 2e-3, rel=1e-6)
 
 
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+@pytest.mark.parametrize("low", [0.2, 0.8])
+def test_angular_distortion_is_the_steepest_slope_on_either_side(low: float, kind: str):
+    """By differences of the profile itself; the form falls more steeply on one side than on the other."""
+    table = (
+        ((0.0, 0.0), (low, 1.0), (0.5, 0.9), (1.0, 0.0))
+        if low < 0.5
+        else ((0.0, 0.0), (0.5, 0.9), (low, 1.0), (1.0, 0.0))
+    )
+    movement = {"shape": "table", "kind": kind, "central_deflection": 6e-3, "table": table}
+    scene = Scene.from_dict({"movement": movement})
+    x = np.linspace(0.0, 6.0, 40001)
+    rise = np.diff(scene.movement.profile(x, 6.0)) / np.diff(x)
+    assert abs(rise.max() + rise.min()) > 1e-3
+    assert angular_distortion(scene) == pytest.approx(np.abs(rise).max(), rel=1e-3)
+
+
 def test_limits_of_movement():
     by = {(limit.author, limit.about): limit for limit in load_movement_limits()}
     assert by["Skempton and MacDonald 1956", "first cracks in walls"].value(6, 2.4) == pytest.approx(1 / 300)
@@ -107,7 +124,15 @@ def test_table_of_a_scene():
     assert simple_methods(scene, 5.01e-4).set_index(["method", "about"])["exceeded"][
         "AS 2870-2011 Table 4.1", "full masonry"
     ]
+    by = {(limit.author, limit.about): limit for limit in load_movement_limits()}
+    values = {"deflection_ratio": 5e-4, "angular_distortion": angular_distortion(scene)}
+    for row in table[table["measure"] != "tensile_strain"].itertuples():
+        assert row.limit == by[row.method, row.about].value(6.0, 2.4)
+        assert row.value == values[row.measure]
+    strain = simple_category(scene)
     categories = table[table["measure"] == "tensile_strain"]
+    assert (categories["value"] == max(strain.bending_strain, strain.diagonal_strain)).all()
+    assert categories["limit"].tolist() == list(load_strain_table().limits)
     assert categories["exceeded"].sum() == int(simple_category(scene).category)
 
 

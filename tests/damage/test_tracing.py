@@ -299,6 +299,24 @@ def test_where_a_crack_begins():
     assert (found.first_increment, found.first_piece) == (1, 3 * wall.place("bed", 4, 4) + 2)
 
 
+def test_a_crack_is_as_old_as_its_oldest_piece():
+    """Neither its first nor its last piece; of those the one that was widest when its bond broke, not now."""
+    wall = Pattern()
+    growth = Growth(wall.map)
+    for increment, (columns, widths) in enumerate((((6,), (0.3,)), ((5, 8), (2.0, 0.2)), ((4, 7, 9), (0.5, 1.0, 3.0)))):
+        for i, width in zip(columns, widths):
+            wall.open("bed", i, 4, width * MM)
+        wall.open("bed", 6, 4, (0.1 * MM, 0.3 * MM, 0.2 * MM) if not increment else 0.06 * MM)
+        found = growth.step(increment, wall.opening, wall.slip, wall.cracked)
+    (one,) = found
+    assert (one.first_increment, one.first_piece) == (0, 3 * wall.place("bed", 6, 4) + 1)
+
+
+def test_points_of_pieces_and_of_what_joins_them_have_numbers_of_their_own():
+    pieces = Pieces(Pattern().map)
+    assert sorted(np.unique(pieces.ends)) == list(range(pieces.points))
+
+
 # -- through bricks --------------------------------------------------------------------------------------------------
 
 

@@ -118,6 +118,12 @@ def test_an_identifier_openquake_would_refuse_is_refused(name: str, ratios: xr.D
         openquake_xml(ratios, identifier=name)
 
 
+@pytest.mark.parametrize(("kind", "form"), [("openquake", "continuous"), ("openquake-discrete", "discrete")])
+def test_a_file_for_openquake_has_the_form_asked_for(kind: str, form: str, deflections: xr.Dataset, tmp_path: Path):
+    (file,) = export_curves(deflections, kind, tmp_path / "curves.nc")
+    assert _function(file.read_text(encoding="utf-8")).get("format") == form
+
+
 # -- what cannot be told ---------------------------------------------------------------------------------------------
 
 
@@ -145,6 +151,9 @@ def test_curves_that_cross_are_refused_with_the_remedy(kind: str, tmp_path: Path
     crossing = curves_of([0.002, 0.003], [0.6, 0.3])
     with pytest.raises(InputError, match=r"categories 1 and 2 cross at 0\.0045, where both are 0\.91.*--model common"):
         export_curves(crossing, kind, tmp_path / "curves.nc")
+    in_mm = curves_of([0.002, 0.003], [0.6, 0.3], "central_deflection")
+    with pytest.raises(InputError, match=r"cross at 4\.5 mm, where both are 0\.91"):
+        export_curves(in_mm, kind, tmp_path / "curves.nc")
     swapped = curves_of([0.003, 0.002], [0.3, 0.3])
     with pytest.raises(InputError, match="categories 1 and 2 cross"):
         export_curves(swapped, kind, tmp_path / "curves.nc")

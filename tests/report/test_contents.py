@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
-from damagepred.report.caveats import study_caveats
+from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
 from damagepred.report.limits import code_limits, study_limits, wall_limits
@@ -250,6 +250,82 @@ def test_the_table_of_cracks_is_that_of_the_wall(wall: xr.Dataset) -> None:
     assert {row[1] for row in cracks.rows} <= {"wall", "below dpc", "dpc opening", "dpc slip"}
     (sound,) = crack_parts(wall.isel(increment=slice(0, 1)))
     assert isinstance(sound, Text)
+
+
+def caveats(scene: dict) -> str:
+    return " ".join(model_caveats(Scene.from_dict(scene)))
+
+
+@pytest.mark.parametrize(
+    ("words", "said", "not_said"),
+    [
+        ("Displacements are small and there is no time", {}, {"dynamics": {}}),
+        ("Bricks neither crack nor crush", {}, {"solver": {"method": "explicit", "blocks": "deformable"}}),
+        ("Bricks neither crack nor crush", {},
+         {"dpc": {}, "solver": {"method": "explicit", "above_dpc": "deformable"}}),
+        ("Bonds break at once", {}, {"joint": {"fracture_energy": 5.0, "shear_fracture_energy": 50.0}}),
+        ("follows a given form", {}, {"movement": {"shape": "jacks"}}),
+        ("The footing is linear elastic", {"movement": {"shape": "jacks"}}, {}),
+        ("The footing is linear elastic", {"movement": {"shape": "jacks"}},
+         {"movement": {"shape": "jacks"}, "footing": {"concrete": {}}}),
+        ("that of the wall above the damp-proof course", {"dpc": {}}, {}),
+        ("compliance of the joints counts twice", {}, {"block": {"elastic_modulus": 12e9}}),
+        ("compliance of the joints counts twice", {"joint": {"normal_stiffness": 0.99e11}},
+         {"joint": {"normal_stiffness": 1e11}}),
+    ],
+)  # fmt: skip
+def test_what_a_model_leaves_out_is_said_where_it_does(words: str, said: dict, not_said: dict) -> None:
+    assert words in caveats(said)
+    assert words not in caveats(not_said)
+
+
+def test_what_must_be_known_of_one_wall_is_said() -> None:
+    scene = Scene.from_dict({})
+
+    def said(**attrs: object) -> list[str]:
+        (text,) = wall_caveats(xr.Dataset(attrs=attrs), scene).parts
+        return text.items[: -len(model_caveats(scene))]
+
+    (alone,) = said()
+    assert alone.startswith("This is one wall with the values stated.")
+    ended, sampled, cut = said(status="collapsed", status_message="it fell", sample=4, apex_limited_joints=7)
+    assert ended == "The path ended early: it fell."
+    assert sampled.startswith("This is one sampled wall of a study.")
+    assert cut.startswith("7 joints have a tensile strength beyond")
+
+
+def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
+    """Its curves, made up: one reached by few, one crossed by an extrapolated median; walls cut short or at a limit."""
+    ds = open_study(made_up_study(tmp_path / "house.dp", 5))
+    ds["apex_limited"] = "sample", np.array([2.0, -1.0, 5.0, 0.0, 4.0])
+    ds["limit_deflection"] = "sample", np.array([1e-3, np.nan, 2e-3, np.nan, np.nan])
+    settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
+    curves = xr.Dataset(
+        {"reached": ("category", [11, 4, 0]), "not_reached": ("category", [3, 9, 14]),
+         "p_value": ("category", [0.5, 0.04, np.nan]), "median": ("category", [2e-3, 7.5e-3, np.nan])},
+        {"category": [1, 2, 3]}, {"samples_failed": 6, "curves_cross": 1, "intensity_measure": "central_deflection"},
+    )  # fmt: skip
+
+    def said(curves: xr.Dataset) -> list[str]:
+        (text,) = study_caveats(ds, curves, settings, 6e-3).parts
+        return [line for line in text.items if line not in model_caveats(settings.scene, settings.variables)]
+
+    known = said(curves)
+    for words in (
+        "6 failed walls count in the curves",
+        "Category 2 was not reached by 9 of 13 walls:",
+        "The curve of category 2 is doubtful: of walls that follow such a curve, 0.040 lie as far",
+        "The median of category 2, 7.5 mm, lies beyond 6 mm, to which all walls were moved",
+        "The curves of two categories, fitted apart, cross",
+        "In a wall, 2.75 joints on average have a sampled tensile strength beyond",
+        "2 walls ended before the full movement",
+    ):
+        assert sum(line.startswith(words) for line in known) == 1, words
+    fewer = said(curves.assign(median=curves["median"] / 7.5 * 6, p_value=curves["p_value"] * 0 + 0.05).drop_attrs())
+    assert len(fewer) == len(known) - 4  # at their limits none of these is said; the count of category 2 still is
+    ds["apex_limited"] *= 0
+    ds["limit_deflection"] *= np.nan
+    assert len(said(curves)) == len(known) - 2
 
 
 def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
