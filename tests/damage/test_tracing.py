@@ -59,7 +59,25 @@ def test_the_mean_line_of_a_bent_crack_is_the_axis_of_its_second_moments():
     a, b, whole = HALF, COURSE, HALF + COURSE
     xx, yy = a**3 / 3 - a**4 / (4 * whole), b**3 / 3 - b**4 / (4 * whole)
     xy = a**2 * b**2 / (4 * whole)
-    assert only(wall).crack.inclination == pytest.approx(np.degrees(0.5 * np.arctan2(2 * xy, xx - yy)))
+    crack = only(wall).crack
+    assert crack.inclination == pytest.approx(np.degrees(0.5 * np.arctan2(2 * xy, xx - yy)))
+    # where pieces lie along it: each third of both lines from the centroid
+    middle = np.array([3 * HALF + (a * a / 2 + b * a) / whole, 4 * COURSE + b * b / 2 / whole])
+    ends = np.concatenate((crack.path[:-1, None], crack.path[1:, None]), axis=1).mean(axis=1)
+    angle = np.radians(crack.inclination)
+    along = (ends - middle) @ (np.cos(angle), np.sin(angle))
+    np.testing.assert_allclose(np.sort(crack.along), np.sort(along), atol=1e-12)
+
+
+@pytest.mark.parametrize(("line", "begin", "end"), [("bed", (4, 4), (5, 4)), ("head", (4, 4), (4, 5))])
+@pytest.mark.parametrize("width", [(1 * MM, 0.0, 0.0), (0.0, 1 * MM, 0.0), (0.0, 0.0, 1 * MM), (1 * MM,) * 3])
+def test_the_path_of_a_short_crack_runs_right_or_up(line: str, begin: tuple, end: tuple, width: tuple):
+    wall = Pattern()
+    wall.open(line, 4, 4, width)
+    path = only(wall).crack.path
+    assert (np.diff(path, axis=0) > -1e-12).all()
+    if min(width) > 0:
+        np.testing.assert_allclose(path[[0, -1]], np.array([begin, end]) * (HALF, COURSE))
 
 
 @pytest.mark.parametrize("shift", [(1 * MM, -2 * MM), (3 * MM, -0.5 * MM), (1 * MM, -1 * MM)])

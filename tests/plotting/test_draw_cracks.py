@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgba
 
 import damagepred
 from damagepred.plotting.categories import COLOURS
-from damagepred.plotting.cracks import cracks_sheet, draw_cracks, widest_of_each_part
+from damagepred.plotting.cracks import _row, cracks_sheet, draw_cracks, widest_of_each_part
 from damagepred.wall_cracks import crack_frame
 
 
@@ -42,6 +42,62 @@ def test_the_sheet_bears_a_table(cracked: xr.Dataset, on_dpc: xr.Dataset):
         assert cells[1, 0].get_text().get_text() == str(frame["crack"][0])
         assert cells[1, 2].get_text().get_text() == f"{1e3 * frame['crack_width'][0]:.2f}"
         assert max(row for row, _ in cells) == len(widest_of_each_part(frame))
+
+
+def test_every_number_of_the_sheet(cracked: xr.Dataset):
+    """Each column is the variable that its head names, in its unit; a row made up has a value of its own in each."""
+    frame = widest_of_each_part(crack_frame(damagepred.cracks(cracked)))
+    cells = cracks_sheet(cracked).axes[1].tables[0].get_celld()
+    names = {
+        "width\n(mm)": "crack_width",
+        "normal to its\nline (mm)": "crack_width_normal",
+        "opening and\nslip (mm)": "crack_displacement",
+        "began at a\ndeflection (mm)": "first_central_deflection",
+    }
+    heads = [cells[0, column].get_text().get_text() for column in range(9)]
+    for row, one in enumerate(frame.to_dict("records"), start=1):
+        for column, head in enumerate(heads):
+            if head in names:
+                assert cells[row, column].get_text().get_text() == f"{1e3 * one[names[head]]:.2f}"
+    made_up = {
+        "crack": 7, "crack_part": "below_dpc", "crack_width": 1.23e-3, "crack_width_normal": 0.98e-3,
+        "crack_displacement": 1.57e-3, "crack_length": 0.64, "crack_orientation": "stepped", "crack_inclination": 32.4,
+        "crack_branches": 2, "crack_length_through_blocks": 0.1, "crack_x": 2.25, "crack_y": 0.75,
+        "first_central_deflection": 4.5e-3,
+    }  # fmt: skip
+    told = ["7", "below dpc", "1.23", "0.98", "1.57", "0.64", "stepped, 32°, 2 branches, bricks", "2.25, 0.75", "4.50"]
+    assert _row(made_up) == told
+    level = made_up | {"crack_orientation": "horizontal", "crack_branches": 1, "crack_length_through_blocks": 0.0}
+    assert _row(level)[6] == "horizontal, 1 branch"
+    assert _row(level | {"crack_branches": 0})[6] == "horizontal"
+
+
+def test_cracks_are_numbered_where_they_are_widest(cracked: xr.Dataset):
+    """A number stands beside its crack, none over another, and a line leads to the place."""
+    ax = draw_cracks(cracked)
+    frame = widest_of_each_part(crack_frame(damagepred.cracks(cracked))).set_index("crack")
+    apart = 0.035 * float(np.ptp(cracked.vertex_x.values))
+    assert len(ax.texts) == len(frame) > 2
+    for text in ax.texts:
+        one = frame.loc[int(text.get_text())]
+        assert text.xy == (one["crack_x"], one["crack_y"])
+        assert min(abs(np.hypot(*np.subtract(text.xyann, text.xy)) / apart - r) for r in (1.1, 2.2, 3.3)) < 1e-9
+    places = np.array([text.xyann for text in ax.texts])
+    distance = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    assert distance[~np.eye(len(places), dtype=bool)].min() > apart
+
+
+def test_the_legend_names_the_categories_that_are_drawn(cracked: xr.Dataset):
+    ax = draw_cracks(cracked)
+    opening = damagepred.crack_profile(cracked)["piece_opening"].values
+    names = ["below 0.1 mm", "from 0.1 mm", "from 1 mm", "from 5 mm", "from 15 mm"]
+    found = np.unique(np.searchsorted(np.array([0.1, 1.0, 5.0, 15.0]) * 1e-3, opening, side="right"))
+    assert len(found) > 1
+    told = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert [words for words in told if "category" in words] == [f"{names[c]} (category {c})" for c in found]
+    assert "open or slid by more than 0.05 mm" in ax.get_title(loc="left").replace("\n", " ")
+    timed = cracked.assign_coords(time=("increment", 0.25 * np.arange(cracked.sizes["increment"])))
+    assert "cracks at 0.75 s" in draw_cracks(timed).get_title(loc="left")
 
 
 def test_of_each_part_the_widest_are_shown():

@@ -10,6 +10,7 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
+from damagepred.report.cracks import _row as crack_row
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
 from damagepred.report.limits import code_limits, study_limits, wall_limits
@@ -326,6 +327,17 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     ds["apex_limited"] *= 0
     ds["limit_deflection"] *= np.nan
     assert len(said(curves)) == len(known) - 2
+
+
+def test_every_cell_of_a_crack() -> None:
+    one = {
+        "crack": 7, "crack_part": "below_dpc", "crack_width": 1.23e-3, "crack_displacement": 1.57e-3,
+        "crack_length": 0.64, "crack_orientation": "stepped", "crack_inclination": 31.6,
+        "crack_length_through_blocks": 0.1, "crack_x": 2.25, "crack_y": 0.75, "first_central_deflection": 4.5e-3,
+    }  # fmt: skip
+    told = ["7", "below dpc", "1.23 mm", "1.57 mm", "0.64", "stepped, 32°, through bricks", "2.25, 0.75", "4.5 mm"]
+    assert crack_row(one, in_time=False) == told
+    assert crack_row(one | {"crack_length_through_blocks": 0.0}, in_time=True) == [*told[:5], "stepped, 32°", told[6]]
 
 
 def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
