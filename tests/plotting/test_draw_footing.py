@@ -118,6 +118,8 @@ def test_load_of_the_jacks_and_where_it_ends(on_jacks):
     limit = on_jacks.attrs["limit_deflection"]
     assert idle_at(on_jacks) == pytest.approx(limit)
     assert any(list(x.get_xdata()) == pytest.approx([1e3 * limit]) for x in ax.lines if x.get_marker() == "o")
+    assert ax.get_xlim() == pytest.approx((0.0, 1.1e3 * float(on_jacks.central_deflection.max())))
+    assert f"{1e3 * limit:.3g} mm" in words(ax)
     draw_jack_load(on_jacks, ax, "again")
     assert [x.get_label() for x in ax.lines].count("again: each jack") == 1
     assert len([x for x in ax.lines if x.get_label().endswith("each jack")]) == 2
@@ -157,6 +159,8 @@ def test_pictures_of_a_footing_are_written(on_jacks, on_mound, tmp_path):
     assert [p.name for p in save_wall_pictures(on_jacks, tmp_path / "a")] == [*always, "jack_load.png", "stress_xx.png"]
     assert [p.name for p in save_wall_pictures(on_mound, tmp_path / "b")] == [*always, "stress_xx.png"]
     axes = footing_sheet(on_mound).axes
+    assert ["little wall" in ax.get_title(loc="left") for ax in axes[:3]] == [True, False, False]
+    assert [ax.get_xlabel() for ax in axes[:3]] == ["", "", "along the wall (m)"]
     assert "surface movement (mm)" in [ax.get_ylabel() for ax in axes]
 
 

@@ -10,6 +10,7 @@ from damagepred.assembly.assembly import GRAVITY, rectangle
 from damagepred.errors import InputError
 from damagepred.plotting import draw_stress, draw_zone_states
 from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.geometry import Faces
 from damagepred.plotting.stress import COMPONENTS, band_colours, block_stress, one_of, stress_levels, zone_stress
 from damagepred.plotting.zones import STATES, Zones
 from damagepred.scene import BlockMaterial, Joint, Solver
@@ -145,7 +146,42 @@ def test_the_bar_under_the_wall_is_as_long_as_its_displacement_is_drawn(deformab
     words = next(t.get_text() for t in ax.texts if "displacement of" in t.get_text())
     size = float(words.split()[2]) * 1e-3
     assert np.ptp(line.get_xdata()) == pytest.approx(40 * size)
+    shape = Deformed.of(deformable, -1, 40.0).shape
+    assert max(line.get_xdata()) == pytest.approx(shape[:, 0].max())  # its right end is the wall's
+    assert 0.04 < 40 * size / np.ptp(deformable.vertex_x.values) < 0.16
+    room = 0.02 * np.ptp(shape, axis=0)[0]
+    assert ax.get_xlim() == pytest.approx((shape[:, 0].min() - room, shape[:, 0].max() + room))
+    assert ax.get_ylim() == pytest.approx((shape[:, 1].min() - room, shape[:, 1].max() + room))
     assert not draw_stress(deformable, exaggeration=1).texts
+
+
+def test_the_movement_of_a_picture_in_words(deformable):
+    def said(ds, increment=-1):
+        return Deformed.of(ds, increment, 2.5).movement
+
+    assert (said(deformable), said(deformable, 1), said(deformable, 0)) == (
+        "doming 1.0 mm",
+        "doming 0.5 mm",
+        "dead load",
+    )
+    grown = deformable.assign(progress=("increment", [0.0, 0.4, 1.0]))
+    grown["central_deflection"] = 0.0 * grown["central_deflection"]
+    assert (said(grown, 1), said(grown, 0)) == ("40 % of the movement", "dead load")
+    assert said(deformable.assign_coords(time=("increment", [0.0, 0.25, 0.75])), 1) == "0.25 s"
+    del grown.attrs["scene"]
+    assert said(deformable.drop_attrs()) == "central deflection 1.0 mm"
+    wall = Deformed.of(deformable, -1, 2.5)
+    assert wall.scale == "displacements drawn 2.5 times too large"
+    width, height = np.ptp(wall.shape, axis=0)
+    assert wall.sheet_height(2.0) == pytest.approx(8.0 * height / width + 2.0)
+    assert (wall.sheet_height(-9.0), wall.sheet_height(99.0)) == (3.2, 9.0)
+
+
+def test_both_faces_of_cracks_are_drawn_with_stresses(cracked):
+    ax = draw_stress(cracked, exaggeration=5)
+    faces = Faces.of(cracked, -1)
+    wide = faces.is_mortar & (faces.crack > 0.05e-3)
+    assert len(collection(ax, "cracks").get_segments()) == 2 * wide.sum() > 0
 
 
 def test_states_are_drawn_zone_by_zone(deformable):

@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from damagepred.report.inputs import input_section, unsure
 from damagepred.report.limits import code_limits, study_limits, wall_limits
 from damagepred.report.parts import Drawing, Table, Text
 from damagepred.report.quality import common_movement, energy_shares
-from damagepred.report.sources import source_of_value, sources_of_variable
+from damagepred.report.sources import field_source, source_of_value, sources_of_variable
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
@@ -71,6 +72,8 @@ def test_a_source_is_named_for_the_papers_values_and_for_no_other() -> None:
     assert str(source_of_value("wall", "length", 6.0)) == "default"
     assert str(source_of_value("wall", "length", 5.0)) == "as given"
     assert str(source_of_value("opening.0", "width", 0.9)) == "as given"
+    assert str(source_of_value("wall", "bond", "running")) == "default"
+    assert str(source_of_value("wall", "bond", "stack")) == "as given"
 
 
 def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> None:
@@ -87,6 +90,13 @@ def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> 
     mean, scatter = sources_of_variable("joint.tensile_strength", changed)
     assert mean.confidence == "seed"
     assert str(scatter) == "cov: as given"
+    normal = replace(changed, distribution="normal")
+    assert [str(s) for s in sources_of_variable("joint.tensile_strength", normal)] == ["as given"]
+    assert str(sources_of_variable("joint.tensile_strength", replace(changed, mean="0.4 MPa"))[0]) == "mean: as given"
+    assert str(field_source("joint.tensile_strength", 0.41)) == "as given"
+    assert field_source("joint.tensile_strength", 0.4).confidence == "memory"
+    own = replace(changed, source="our own tests")
+    assert [str(s) for s in sources_of_variable("joint.tensile_strength", own)] == ["our own tests"]
     assert "mortar joints: tensile strength" in unsure(settings)
     assert "movement: central deflection" not in unsure(settings)
 
