@@ -98,6 +98,21 @@ def test_opening_with_one_jamb_is_named(on_dpc):
     assert "one jamb only" in line.get_label()
 
 
+def test_openings_are_named_by_kind_size_and_place(on_dpc):
+    ds = on_dpc.copy()
+    values = {"left": [0.25, 1.5], "sill": [0.9, 0.0], "width": [1.25, 0.8], "height": [0.6, 2.0]}
+    ds = ds.drop_dims("opening").assign({f"opening_{name}": ("opening", v) for name, v in values.items()})
+    change = np.array([[0.0, 0.0], [1.0, -2.0], [3.0, -4.0], [5.0, -7.0]]) * 1e-3
+    ds["opening_width_change"] = ("increment", "opening"), change
+    drawn = {
+        line.get_label(): line.get_ydata() for line in draw_opening_width_change(ds).lines if len(line.get_xdata()) == 4
+    }
+    assert list(drawn) == ["window 1: 1.25 x 0.60 m, at 0.25 m", "door 2: 0.80 x 2.00 m, at 1.50 m"]
+    np.testing.assert_allclose(list(drawn.values()), 1e3 * change.T)
+    ds["opening_sill"] = "opening", [np.nan, 0.0]
+    assert draw_opening_width_change(ds).lines[1].get_label() == "opening 1"
+
+
 def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
     ax = draw_history(on_dpc)
     assert lines(ax, "widest crack above the dpc")[0].get_ydata() == pytest.approx(1e3 * on_dpc.crack_width_max.values)

@@ -50,6 +50,17 @@ def test_corners_move_with_their_block(cracked):
         assert drawn[i] == pytest.approx(before + factor * motion, abs=1e-12)
 
 
+def test_points_turn_with_their_block_to_first_order_and_by_large_angles_in_full():
+    turn = np.array([1e-4, 1.2, -2.5])
+    x, y, moved = np.array([0.5, 1.0, -2.0]), np.array([0.1, 3.0, 0.7]), np.array([[0.1, 0.2], [0.3, -0.4], [1.0, 2.0]])
+    points = np.array([[0.7, 0.4], [1.3, 2.5], [-2.6, 1.9]])
+    for i, (dx, dy) in enumerate(points - np.column_stack((x, y))):
+        (found,) = Motion(x, y, moved, turn).at(np.array([i]), points[i : i + 1])
+        turned = np.array([np.cos(turn[i]) * dx - np.sin(turn[i]) * dy, np.sin(turn[i]) * dx + np.cos(turn[i]) * dy])
+        full, small = turned - (dx, dy), turn[i] * np.array([-dy, dx])
+        assert found == pytest.approx(moved[i] + (full if i else small), abs=1e-12)
+
+
 def test_gaps_are_as_wide_as_the_stored_openings(cracked):
     points, block = corners(cracked)
     faces = Faces.of(cracked, -1)

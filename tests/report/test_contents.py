@@ -332,6 +332,7 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
         "2 walls ended before the full movement",
     ):
         assert sum(line.startswith(words) for line in known) == 1, words
+    assert not any("ategory 1" in line for line in known)
     fewer = said(curves.assign(median=curves["median"] / 7.5 * 6, p_value=curves["p_value"] * 0 + 0.05).drop_attrs())
     assert len(fewer) == len(known) - 4  # at their limits none of these is said; the count of category 2 still is
     ds["apex_limited"] *= 0

@@ -51,6 +51,48 @@ def test_scrambles_where_coarse_results_tell_the_fine_ones() -> None:
     found = two_level(coarse, coarse, further, replicates=4)
     assert found.value == pytest.approx(0.45)
     assert found.error == pytest.approx(np.sqrt(0.05 / 3) / 2)
+    half = stats.t.ppf(0.95, 3) * found.error
+    assert (found.lower, found.upper) == pytest.approx((0.45 - half, 0.45 + half))
+    assert found.effective_samples == pytest.approx(coarse.var(ddof=1) / found.error**2)
+
+
+def test_each_fifth_has_its_coefficient_from_the_other_four() -> None:
+    """Value and error of unlike results, fold by fold, by least squares of the other folds."""
+    random = np.random.default_rng(5)
+    fine, coarse, further = random.random(23), random.random(23), random.random(31)
+    fine += 0.6 * coarse
+    slope = np.empty(23)
+    for k in range(5):
+        others = np.arange(23) % 5 != k
+        slope[k::5] = np.polyfit(coarse[others], fine[others], 1)[0] * 31 / 54
+    both = np.append(coarse, further).mean()
+    variance = np.var(fine - slope * (coarse - both), ddof=1) / 23 + slope.mean() ** 2 * np.var(further, ddof=1) / 31
+    found = two_level(fine, coarse, further, confidence=0.8)
+    assert found.value == pytest.approx(np.mean(fine - slope * coarse) + slope.mean() * further.mean())
+    assert found.error == pytest.approx(np.sqrt(variance))
+    assert found.lower == pytest.approx(found.value - stats.t.ppf(0.9, 22) * found.error)
+    assert (found.samples, found.confidence) == (23, 0.8)
+
+
+def test_a_pilot_by_hand() -> None:
+    """Hits of 4 walls of 12 each, 2 of them of both: correlation 1/4, and its interval by Fisher's transformation."""
+    fine, coarse = (np.arange(12) < 4) * 1.0, ((np.arange(12) > 1) & (np.arange(12) < 6)) * 1.0
+    report = read_pilot(fine, coarse, 8.0, 2.0)
+    assert (report.samples, report.cost_ratio, report.correlation) == (12, 0.25, pytest.approx(0.25))
+    ends = [np.tanh(np.arctanh(0.25) + sign * 1.645 / 3) for sign in (-1, 1)]
+    assert [report.correlation_lower, report.correlation_upper] == pytest.approx(ends)
+    assert report.relative_cost == pytest.approx(relative_cost(0.25, 0.25)[0])
+    assert report.relative_cost_worst == relative_cost(0.0, 0.25)[0] == pytest.approx(1.25)
+    assert report.line() == (
+        f"correlation 0.25 ({ends[0]:.2f} to {ends[1]:.2f}, 90 %), a coarse wall costs 0.25 of a fine one: the same "
+        "error for 1.25 of the cost (1.25 at worst) with 1.0 coarse walls a fine one: it does not pay"
+    )
+    # with a budget of 20: 12 fine and 13 coarse ones are too few to count on, 12 and 16 are enough
+    some = report._replace(pays=True, cost_ratio=0.5, coarse_per_fine=1.1)
+    assert some.allocation(20.0) == (20, 0)
+    assert some._replace(coarse_per_fine=1.3).allocation(20.0) == (12, 16)
+    assert some._replace(coarse_per_fine=4.0).allocation(14.0) == (14, 0)
+    assert some._replace(coarse_per_fine=4.0).allocation(16.0) == (10, 12)
 
 
 def whole_procedure(seed: int, counted: bool) -> float:
