@@ -306,8 +306,9 @@ def test_a_gap_that_would_count_is_told_where_it_is_worse_than_the_cracks():
 
 def test_shares_of_a_study_and_of_one_wall():
     ds = study([[0.0, 0.5], [0.0, 2.0], [0.0, 16.0], [0.0, 20.0], [0.0, 0.05]], status=[2, 2, 2, 0, 0])
-    assert shares(ds) == {-1: 2, 0: 1, 1: 0, 2: 0, 3: 0, 4: 2}
-    assert shares(ds.isel(sample=1)) == {0: 0, 1: 0, 2: 1, 3: 0, 4: 0}
+    walls = {-1: 2, 0: 1, 1: 0, 2: 0, 3: 0, 4: 2}
+    assert {c: (one.walls, one.share) for c, one in shares(ds).items()} == {c: (n, n / 5) for c, n in walls.items()}
+    assert {c: one.walls for c, one in shares(ds.isel(sample=1)).items()} == {0: 0, 1: 0, 2: 1, 3: 0, 4: 0}
 
 
 def test_the_measure_of_categories_in_words():
