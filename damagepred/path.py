@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.archive.cautions import energy_error_share, snap_through_share
+from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.assembly import Assembly, Kind, Limits, Model, wall_model, wall_size
@@ -291,9 +291,9 @@ def _solve(
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     method = settings.method if run is None else "dynamic"
     ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
-    ending |= {name: getattr(settings, name) for name in ("energy_tolerance", "snap_through_tolerance")}
+    ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
     ending |= _ending(model, steps[-1])
-    ds = _collect(model, steps, judged, attributes | ending, store_zones)
+    ds = _collect(model, steps, judged, settings, attributes | ending, store_zones)
     if isinstance(scene, Scene):
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
@@ -366,6 +366,30 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
     return values
+
+
+def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
+    """Return how far blocks move beyond the ground, and the widest crack, over the larger of length and height.
+
+    Increments in which the wall has collapsed do not count; a run in time, in which blocks may move as far as they
+    like, has neither: then they are NaN.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    steps : list of Step
+        Its path.
+    """
+    standing = [s for s in steps if not s.increment.collapsed]
+    if not standing or np.isfinite(standing[0].increment.time):
+        return dict.fromkeys(("displacement_share", "crack_share"), float("nan"))
+    size = float(np.ptp(model.blocks.vertices, axis=0).max())
+    moved = max(float(np.hypot(*s.increment.displacement[:, :2].T).max()) for s in standing)
+    given = [state.largest() for state in model.ground.states()]
+    given += [float(np.abs(model.supports.prescribed_displacement).max(initial=0.0)), model.central_deflection]
+    widest = max(max(s.verdict.crack_width_max, s.verdict.crack_band_width_max) for s in standing)
+    return {"displacement_share": max(moved - max(given), 0.0) / size, "crack_share": float(widest) / size}
 
 
 def without_zone_fields(step: Step) -> Step:
@@ -456,7 +480,12 @@ def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
 
 
 def _collect(
-    model: Model, steps: list[Step], damage: Damage, attributes: Mapping[str, object], store_zones: bool
+    model: Model,
+    steps: list[Step],
+    damage: Damage,
+    settings: Solver,
+    attributes: Mapping[str, object],
+    store_zones: bool,
 ) -> xr.Dataset:
     blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
     per_joint = face.contact_area.shape[1]
@@ -507,6 +536,8 @@ def _collect(
     for share in (energy_error_share, snap_through_share):
         if np.isfinite(found := share(values)):
             ds.attrs[share.__name__] = found
+    ds.attrs |= {name: share for name, share in shares_of_size(model, steps).items() if np.isfinite(share)}
+    ds.attrs["implausible"] = int(implausible(ds.attrs, settings))
     for name, more in kept_rules(damage).items():
         ds[name].attrs.update(more)
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")

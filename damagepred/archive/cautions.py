@@ -16,7 +16,7 @@ WORKS = (
     "crushing_work", "plastic_work", "damping_work", "released_energy",
 )  # fmt: skip
 """Terms of the energy balance (J), its error apart."""
-STUDIED = ("energy_error_share", "snap_through_share", "snap_back_limited")
+STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "crack_share", "snap_back_limited")
 """Results of a study that ``study_cautions`` looks at."""
 
 
@@ -65,6 +65,47 @@ def _share(values: Mapping[Any, Any], name: str) -> float:
     return float(energy.max() / most) if energy.size and most > 0.0 else float("nan")
 
 
+TOLERANCES = {
+    "energy_error_share": "energy_tolerance",
+    "displacement_share": "displacement_tolerance",
+    "crack_share": "crack_tolerance",
+}
+"""What makes a wall implausible, and the setting of the solver above which it does."""
+
+
+def implausible(shares: Mapping[str, float], settings: Any) -> bool:
+    """Return whether one of the shares of a wall exceeds its tolerance.
+
+    Parameters
+    ----------
+    shares : mapping of str to float
+        Those of ``TOLERANCES``, as far as they are known.
+    settings : object
+        With the tolerances: the solver's settings.
+    """
+    return any(shares.get(share, np.nan) > getattr(settings, option) for share, option in TOLERANCES.items())
+
+
+_SNAP_THROUGH = (
+    "no equilibrium was near, and the wall moved by itself to one that is not the only one. Places of bricks and "
+    "widths of cracks depend on the number of increments there. Solve with another number and compare."
+)
+_TOO_LARGE = (
+    "the equations take displacements as small, so the result is implausible. Check stiffness, density, loads and "
+    "their units."
+)
+_CAUTIONS = (
+    ("energy_error_share", "energy_tolerance", "energy that does not balance is", "largest work done",
+     "the steps are too long. Take more increments."),
+    ("snap_through_share", "snap_through_tolerance", "energy set free in snap-through is", "largest work done",
+     _SNAP_THROUGH),
+    ("displacement_share", "displacement_tolerance", "the largest displacement beyond that of the ground is",
+     "wall's size", _TOO_LARGE),
+    ("crack_share", "crack_tolerance", "the widest crack is", "wall's size", _TOO_LARGE),
+)  # fmt: skip
+"""Share, tolerance, and what is said where it is exceeded: of what, of which whole, and what follows."""
+
+
 def wall_cautions(ds: xr.Dataset) -> list[str]:
     """Return what a reader must know of how a wall was solved, a sentence each.
 
@@ -74,27 +115,17 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
         Of one wall; archives of older versions tell nothing.
     """
     said = []
-    share, limit = (float(ds.attrs.get(name, np.nan)) for name in ("energy_error_share", "energy_tolerance"))
-    if share > limit:
-        said.append(
-            f"Energy that does not balance is {share:.2g} of the largest work done, more than energy_tolerance = "
-            f"{limit:g}: the steps are too long. Take more increments."
-        )
-    share, limit = (float(ds.attrs.get(f"snap_through_{name}", np.nan)) for name in ("share", "tolerance"))
-    if share > limit:
-        said.append(
-            f"Energy set free in snap-through is {share:.2g} of the largest work done, more than "
-            f"snap_through_tolerance = {limit:g}: {_SNAP_THROUGH}"
-        )
+    for name, option, what, whole, consequence in _CAUTIONS:
+        share, limit = (float(ds.attrs.get(key, np.nan)) for key in (name, option))
+        if share > limit:
+            said.append(
+                f"{what[0].upper()}{what[1:]} {share:.2g} of the {whole}, more than {option} = {limit:g}: {consequence}"
+            )
     if count := int(ds.attrs.get("snap_back_limited_joints", 0)):
         said.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
     return said
 
 
-_SNAP_THROUGH = (
-    "no equilibrium was near, and the wall moved by itself to one that is not the only one. Places of bricks and "
-    "widths of cracks depend on the number of increments there. Solve with another number and compare."
-)
 _SNAP_BACK = (
     "fracture_energy or shear_fracture_energy is less than the joint holds elastically as it breaks (snap-back). The "
     "other mode softens if its energy suffices; slip without a softening tension leaves the bond as it is."
@@ -110,18 +141,15 @@ def study_cautions(ds: xr.Dataset) -> list[str]:
         With what it has of ``STUDIED``.
     """
     said = []
-    for quantity, what, option, consequence in (
-        ("energy_error", "that does not balance", "energy_tolerance", "the steps are too long. Take more increments."),
-        ("snap_through", "set free in snap-through", "snap_through_tolerance", _SNAP_THROUGH),
-    ):
-        if f"{quantity}_share" not in ds:
+    for name, option, what, whole, consequence in _CAUTIONS:
+        if name not in ds:
             continue
-        share = np.asarray(ds[f"{quantity}_share"].values, dtype=np.float64)
-        limit = float(ds[f"{quantity}_share"].attrs.get("tolerance", np.nan))
+        share = np.asarray(ds[name].values, dtype=np.float64)
+        limit = float(ds[name].attrs.get("tolerance", np.nan))
         if count := int((share > limit).sum()):
             said.append(
-                f"In {count} walls energy {what} is more than {option} = {limit:g} of the largest work done, "
-                f"{np.nanmax(share):.2g} at most: {consequence}"
+                f"In {count} walls {what} more than {option} = {limit:g} of the {whole}, {np.nanmax(share):.2g} at "
+                f"most: {consequence}"
             )
     if "snap_back_limited" in ds:
         counts = np.maximum(np.nan_to_num(np.asarray(ds["snap_back_limited"].values, dtype=np.float64)), 0.0)

@@ -306,6 +306,13 @@ VARIABLES: dict[str, Variable] = {
     "snap_through_share": Variable(
         ("sample",), "1", "energy set free in snap-through over the largest work done; NaN where it is not counted"
     ),
+    "displacement_share": Variable(
+        ("sample",), "1", "largest displacement of a block beyond that of the ground over the size of the wall"
+    ),
+    "crack_share": Variable(("sample",), "1", "widest crack over the size of the wall"),
+    "implausible": Variable(
+        ("sample",), None, "whether energy error, displacement or crack exceeds its tolerance", ("no", "yes")
+    ),
     "snap_back_limited": Variable(
         ("sample",), "1", "joints whose fracture energy is less than they hold as they crack: their bond breaks at once"
     ),

@@ -11,6 +11,7 @@ import numpy as np
 
 from damagepred.errors import InputError
 from damagepred.scene import ControlJoint, Opening, Scene
+from damagepred.scene.wall import SLIVER
 
 
 class Brick(NamedTuple):
@@ -77,10 +78,10 @@ def _marks(scene: Scene) -> list[tuple[list[float], float]]:
 def _breakpoints(marks: list[float], spacing: float) -> list[float]:
     # jambs a hair apart are one: a sliver between them would be no brick
     points = np.unique(np.array(marks))
-    keep = np.concatenate(([True], np.diff(points) > 0.05 * spacing))
+    keep = np.concatenate(([True], np.diff(points) > SLIVER * spacing))
     keep[-1] = True
     points = points[keep]
-    if len(points) > 2 and points[-1] - points[-2] <= 0.05 * spacing:
+    if len(points) > 2 and points[-1] - points[-2] <= SLIVER * spacing:
         points = np.delete(points, -2)
     return [float(v) for v in points]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.data_files import data_file
-from damagepred.errors import InputError, nearest
+from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.input_files import read_toml
 from damagepred.text import check_title
 
@@ -133,13 +133,18 @@ def read_table(path: Path) -> DamageTable:
         return _table(content)
     except KeyError as error:
         raise InputError(f"{path}: is no damage table, it lacks {error}; see data/damage/as2870.toml.") from None
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise InputError(f"{path}: is no damage table ({error}); see data/damage/as2870.toml.") from None
+
+
+def _group_category(value: object, highest: int) -> int:
+    require_count("group.category", value, 0)
+    return int(require_number("group.category", value, 0, highest))
 
 
 def _table(content: dict[str, Any]) -> DamageTable:
     categories = sorted(content["category"], key=lambda c: int(c["number"]))
-    limits = [float(c["from"]) for c in categories[1:]]
+    limits = [require_number("from", c["from"], 0.0, unit="m", open_low=True) for c in categories[1:]]
     if [c["number"] for c in categories] != list(range(len(categories))) or len(categories) < 2:
         raise ValueError("categories must be numbered 0, 1, ...")
     if any(a >= b for a, b in zip([0.0, *limits], limits)):
@@ -150,11 +155,13 @@ def _table(content: dict[str, Any]) -> DamageTable:
         raise ValueError(f"category name {bad[0][:40]!r}: must be at most 40 letters, digits, spaces, '_' and '-'")
     return DamageTable(
         name=check_title(content["name"]),
-        source=content["source"],
-        confidence=content["confidence"],
+        source=str(content["source"]),
+        confidence=str(content["confidence"]),
         category_names=tuple(names),
         limits=tuple(limits),
-        group_category=int(content["group"]["category"]),
-        group_width=float(content["group"]["crack_width"]),
-        plasterboard_factor=content["plasterboard"]["factor"] if "plasterboard" in content else None,
+        group_category=_group_category(content["group"]["category"], len(limits)),
+        group_width=require_number("group.crack_width", content["group"]["crack_width"], 0.0, unit="m"),
+        plasterboard_factor=require_number("plasterboard.factor", content["plasterboard"]["factor"], 0.0, open_low=True)
+        if "plasterboard" in content
+        else None,
     )

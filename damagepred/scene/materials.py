@@ -35,7 +35,7 @@ class BlockMaterial:
         None: the apex, or no limit without cohesion.
     """
 
-    elastic_modulus: Pressure = Field(default=9.0e9, gt=0)
+    elastic_modulus: Pressure = Field(default=9.0e9, ge=1e-3)
     poisson_ratio: Pure = Field(default=0.19, ge=0, lt=0.5)
     density: Density = Field(default=2000.0, ge=0)
     cohesion: Pressure | None = Field(default=None, ge=0)
@@ -205,12 +205,12 @@ class Footing:
         What the beam is made of (``[footing.concrete]``) if it cracks. None: it is elastic with ``elastic_modulus``.
     """
 
-    width: Length = Field(default=0.3, gt=0)
-    depth: Length = Field(default=0.3, gt=0)
-    elastic_modulus: Pressure = Field(default=7.0e9, gt=0)
+    width: Length = Field(default=0.3, ge=1e-3, le=100)
+    depth: Length = Field(default=0.3, ge=1e-3, le=100)
+    elastic_modulus: Pressure = Field(default=7.0e9, ge=1e-3)
     poisson_ratio: Pure = Field(default=0.2, ge=0, lt=0.5)
     density: Density = Field(default=2130.0, ge=0)
-    segment_length: Length | None = Field(default=None, gt=0)
+    segment_length: Length | None = Field(default=None, ge=1e-3)
     joint: Joint | None = None
     concrete: ReinforcedConcrete | None = None
 

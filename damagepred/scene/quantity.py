@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, GetCoreSchemaHandler
+from pydantic import BeforeValidator, Field, GetCoreSchemaHandler
 from pydantic_core import core_schema
 
 _NUMBER_AND_UNIT = re.compile(
@@ -120,17 +120,18 @@ def _whole(value: Any) -> Any:
     return value
 
 
-Count = Annotated[int, BeforeValidator(_whole)]
-Length = Annotated[float, Quantity("m")]
-Pressure = Annotated[float, Quantity("Pa")]
-Stiffness = Annotated[float, Quantity("Pa/m")]
-Density = Annotated[float, Quantity("kg/m**3")]
-Force = Annotated[float, Quantity("N")]
-FractureEnergy = Annotated[float, Quantity("N/m")]
-Moment = Annotated[float, Quantity("N*m")]
-SpringStiffness = Annotated[float, Quantity("N/m")]
-Pure = Annotated[float, Quantity("1")]
-Duration = Annotated[float, Quantity("s")]
-Frequency = Annotated[float, Quantity("Hz")]
-Speed = Annotated[float, Quantity("m/s")]
-Acceleration = Annotated[float, Quantity("m/s**2")]
+Count = Annotated[int, BeforeValidator(_whole), Field(ge=-(2**63), le=2**63 - 1)]
+# bounds of what is physically possible, and of what equations can be solved with
+Length = Annotated[float, Quantity("m"), Field(ge=-1e4, le=1e4)]
+Pressure = Annotated[float, Quantity("Pa"), Field(ge=-1e16, le=1e16)]
+Stiffness = Annotated[float, Quantity("Pa/m"), Field(ge=1e-3, le=1e18)]
+Density = Annotated[float, Quantity("kg/m**3"), Field(le=1e5)]
+Force = Annotated[float, Quantity("N"), Field(ge=-1e12, le=1e12)]
+FractureEnergy = Annotated[float, Quantity("N/m"), Field(le=1e12)]
+Moment = Annotated[float, Quantity("N*m"), Field(le=1e12)]
+SpringStiffness = Annotated[float, Quantity("N/m"), Field(ge=1e-3, le=1e18)]
+Pure = Annotated[float, Quantity("1"), Field(ge=-1e15, le=1e15)]
+Duration = Annotated[float, Quantity("s"), Field(le=1e9)]
+Frequency = Annotated[float, Quantity("Hz"), Field(le=1e9)]
+Speed = Annotated[float, Quantity("m/s"), Field(ge=-1e4, le=1e4)]
+Acceleration = Annotated[float, Quantity("m/s**2"), Field(ge=-1e6, le=1e6)]

@@ -21,7 +21,7 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
-from damagepred.scene.wall import ControlJoint, Opening, Wall
+from damagepred.scene.wall import SLIVER, ControlJoint, Opening, Wall
 from damagepred.text import check_title
 
 
@@ -74,6 +74,7 @@ class Scene:
                 )
             if hole.width >= wall.length - tolerance:
                 raise ValueError(f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower")
+            self._outlives_the_gauge(name, hole)
         for (i, first), (j, second) in combinations(enumerate(self.opening, start=1), 2):
             if first.overlaps(second):
                 raise ValueError(
@@ -96,6 +97,20 @@ class Scene:
                 f"wall's length ({wall.length:g} m) is outside the small rotations of this model"
             )
         return self
+
+    def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
+        """Refuse openings, and strips of wall beside them, that are too narrow for joints on both sides."""
+        wall = self.wall
+        along, up = SLIVER * wall.block_length / 2, SLIVER * wall.block_height
+        for what, size, least in (
+            ("width", hole.width, along), ("strip of wall on its left", hole.x, along),
+            ("strip of wall on its right", wall.length - hole.right, along), ("height", hole.height, up),
+            ("strip of wall below it", hole.y, up), ("strip of wall above it", wall.height - hole.top, up),
+        ):  # fmt: skip
+            if 1e-9 * wall.length < size <= least:
+                raise ValueError(
+                    f"{name}: the {what} is {size:g} m and would vanish as bricks are laid; take more than {least:g} m"
+                )
 
     def _dpc_is_in_the_wall(self) -> None:
         if self.dpc is None:

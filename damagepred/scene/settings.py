@@ -89,6 +89,12 @@ class Solver:
         Energy that the quasi-static solver may find set free in snap-through (the wall moves by itself to an
         equilibrium that is not near), as a share of the largest work done, before a run says so in the same places: its
         result then depends on the number of increments. Changes no result.
+    displacement_tolerance : float
+        Displacement of a block, beyond that of the ground, as a share of the wall's length or height, whichever is
+        larger, above which a wall is marked ``implausible``: the equations take displacements as small. Changes no
+        result.
+    crack_tolerance : float
+        Width of the widest crack, as a share of the same, above which a wall is marked so. Changes no result.
     symmetric_half : bool
         Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
         movement; False solves it in full.
@@ -120,6 +126,8 @@ class Solver:
     time_step_safety: Pure = Field(default=0.9, gt=0, le=1)
     energy_tolerance: Pure = Field(default=0.05, gt=0)
     snap_through_tolerance: Pure = Field(default=0.05, gt=0)
+    displacement_tolerance: Pure = Field(default=0.05, gt=0)
+    crack_tolerance: Pure = Field(default=0.05, gt=0)
     symmetric_half: bool = True
 
     @model_validator(mode="before")

@@ -10,6 +10,9 @@ from pydantic import Field, model_validator
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length
 
+SLIVER = 0.05
+"""Share of a half brick, or of a course, within which two edges lie on the same joint."""
+
 
 @described
 class Wall:
@@ -30,9 +33,9 @@ class Wall:
 
     length: Length = Field(default=6.0, gt=0, le=1000)
     height: Length = Field(default=2.4, gt=0, le=200)
-    thickness: Length = Field(default=0.11, gt=0, le=5)
-    block_length: Length = Field(default=0.24, gt=0, le=20)
-    block_height: Length = Field(default=0.075, gt=0, le=20)
+    thickness: Length = Field(default=0.11, ge=1e-3, le=5)
+    block_length: Length = Field(default=0.24, ge=1e-3, le=20)
+    block_height: Length = Field(default=0.075, ge=1e-3, le=20)
     bond: Literal["running", "stack"] = "running"
 
     @property

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.archive.cautions import energy_error_share, snap_through_share
+from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
@@ -29,7 +29,7 @@ from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
 from damagepred.one_thread import one_blas_thread
-from damagepred.path import Step, follow, model_of, path_values, without_zone_fields
+from damagepred.path import Step, follow, model_of, path_values, shares_of_size, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.warm_up import warm_up
@@ -271,6 +271,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     increments = settings.scene.movement.increments
     values = path_values(model, steps)
     group_count = values.pop("group_count")
+    shares = {"energy_error_share": energy_error_share(values), "snap_through_share": snap_through_share(values)}
+    shares |= shares_of_size(model, steps)
     beyond = increments + 1 - len(steps)
     last = steps[-1].increment
     filled: dict[str, np.ndarray] = {}
@@ -299,8 +301,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "apex_limited": np.array([model.apex_limited]),
         "environment": np.array([0]),
         "snap_back_limited": np.array([model.snap_back_limited]),
-        "energy_error_share": np.array([energy_error_share(values)]),
-        "snap_through_share": np.array([snap_through_share(values)]),
+        **{name: np.array([share]) for name, share in shares.items()},
+        "implausible": np.array([implausible(shares, settings.scene.solver)], dtype=np.int8),
     }
     columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
     table = damage_table(settings.scene.damage)
@@ -311,7 +313,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
             for n in CATEGORY_VARIABLES
         ),
         *kept_rules(settings.scene.damage).items(),
-        ("energy_error_share", {"tolerance": settings.scene.solver.energy_tolerance}),
+        *((share, {"tolerance": getattr(settings.scene.solver, option)}) for share, option in TOLERANCES.items()),
         ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})

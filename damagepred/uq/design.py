@@ -174,7 +174,7 @@ class Design:
                 by_distance,
                 quantiles,
             )
-        lag = {place: lag_correlation(marginals[place], f.course_correlation) for place, f in fields.items()}
+        lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
         return cls(
             seed, sampler, marginals, wall, joint, wall_factor,
             joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]), None, quantiles,
@@ -266,6 +266,13 @@ class Design:
             new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
             normal = np.array([course_noise(new[k], sequence, self.lag[place]) for k, place in enumerate(self.joint)])
         return {place: self.joint_quantiles[place](normal[k]) for k, place in enumerate(self.joint)}
+
+
+def _lag(place: str, marginal: Any, correlation: float) -> float:
+    try:
+        return lag_correlation(marginal, correlation)
+    except ValueError as error:
+        raise InputError(f'[variables."{place}"] field: {error}.') from None
 
 
 def _table_places(columns: tuple[str, ...], wall: tuple[str, ...]) -> tuple[str, ...]:

@@ -98,7 +98,7 @@ class WallFields:
     ) -> None:
         self._names = tuple(names)
         self._fields = [fields[name] for name in names]
-        self._normal = [_ToNormals(marginals[name]) for name in names]
+        self._normal = [_to_normals(name, marginals[name]) for name in names]
         self._correlation: FloatArray = factor @ factor.T
         self._made: tuple[str, list[_OneKind]] = ("", [])
 
@@ -197,6 +197,13 @@ def stated_correlation(field: JointField, places: JointPlaces, here: IntArray) -
         found[sequence[:, None] != sequence] = 0.0
     np.fill_diagonal(found, 1.0)
     return found
+
+
+def _to_normals(name: str, marginal: Marginal) -> _ToNormals:
+    try:
+        return _ToNormals(marginal)
+    except ValueError as error:
+        raise InputError(f'[variables."{name}"] field: {error}.') from None
 
 
 class _ToNormals:

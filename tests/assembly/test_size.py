@@ -36,12 +36,16 @@ def test_counts(name: str) -> None:
 
 DEAR = {
     "long": {"wall": {"length": 1000.0}},
-    "brick of a micrometre": {"wall": {"block_length": 1e-6, "block_height": 1e-6}},
+    "brick of a millimetre": {"wall": {"block_length": 1e-3, "block_height": 1e-3}},
     "increments": {"movement": {"increments": 10**9}},
     "cycles": {"solver": {"method": "explicit", "ramp_cycles": 10**12}},
     "zones": {"solver": {"blocks": "deformable", "zone_size": 1e-6}},
     "footing of zones": {"solver": {"footing": "deformable", "zone_size_footing": 1e-6}},
-    "segments": {"movement": {"shape": "mound"}, "footing": {"segment_length": 1e-9}},
+    "segments": {
+        "wall": {"length": 1000.0, "height": 0.3},
+        "movement": {"shape": "mound"},
+        "footing": {"segment_length": 1e-3},
+    },
     "time": {"dynamics": {"duration": 1e9}},
     "outputs": {"dynamics": {"outputs": 10**9}},
 }

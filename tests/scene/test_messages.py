@@ -31,7 +31,7 @@ BAD = {
     "unknown damage table": ({"damage": {"table": "as2780"}}, ["as2780", "Did you mean 'as2870'?"]),
     "negative": ({"joint": {"cohesion": -1.0}}, ["[joint] cohesion = -1", "at least 0 Pa"]),
     "negative with unit": ({"wall": {"length": "-6 m"}}, ["[wall] length", "-6", "greater than 0 m"]),
-    "zero": ({"wall": {"thickness": 0}}, ["[wall] thickness = 0", "greater than 0 m"]),
+    "zero": ({"wall": {"thickness": 0}}, ["[wall] thickness = 0", "at least 0.001 m"]),
     "too large": ({"block": {"poisson_ratio": 0.5}}, ["[block] poisson_ratio = 0.5", "less than 0.5"]),
     "above": ({"solver": {"contacts_per_interface": 10}}, ["contacts_per_interface = 10", "at most 9"]),
     "text": ({"wall": {"length": "long"}}, ["[wall] length = 'long'", "'8 mm'"]),

@@ -1,0 +1,71 @@
+"""Results that cannot be right are refused where the input shows it, and marked where only the result does."""
+
+from pathlib import Path
+
+import pytest
+
+import damagepred
+from damagepred import Scene
+from damagepred.archive.files import read_dataset
+from damagepred.errors import InputError
+from tests.cli.conftest import Run, command
+
+__all__ = ["command"]
+
+SOFT = "[wall]\nlength = 1.2\nheight = 0.6\n[movement]\nincrements = 2\n[joint]\nnormal_stiffness = 2e5\n"
+
+REFUSED = {
+    "density": ({"block": {"density": 2e15}}, "at most 100000 kg/m3"),
+    "thickness": ({"wall": {"thickness": 1e-9}}, "at least 0.001 m"),
+    "modulus": ({"block": {"elastic_modulus": 1e30}}, "at most 1e+16 Pa"),
+    "a slit": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.9, "height": 0.0002}]}, "would vanish as bricks are laid"),
+    "a sliver of wall": (
+        {"opening": [{"x": 0.002, "y": 0.9, "width": 0.9, "height": 0.9}]},
+        "the strip of wall on its left is 0.002 m and would vanish",
+    ),
+    "a narrow hole": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.005, "height": 0.9}]}, "the width is 0.005 m"),
+    "a low sill": ({"opening": [{"x": 2.0, "y": 0.003, "width": 0.9, "height": 0.9}]}, "strip of wall below it"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name: str) -> None:
+    tables, words = REFUSED[name]
+    with pytest.raises(InputError) as refused:
+        Scene.from_dict(tables)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_openings_that_reach_the_ends_are_taken() -> None:
+    for hole in ({"kind": "door", "x": 0.0, "height": 2.4}, {"x": 2.0, "y": 0.9, "height": 1.5}):
+        Scene.from_dict({"opening": [{"width": 0.9, **hole}]})
+
+
+def test_a_plausible_wall() -> None:
+    ds = damagepred.solve(Scene.from_dict({"wall": {"length": 1.2, "height": 0.6}, "movement": {"increments": 2}}))
+    assert ds.attrs["implausible"] == 0
+    assert 0.0 <= ds.attrs["displacement_share"] < ds.attrs["displacement_tolerance"] == 0.05
+    assert 0.0 <= ds.attrs["crack_share"] < ds.attrs["crack_tolerance"] == 0.05
+
+
+def test_a_wall_that_sinks_is_marked(command: Run, tmp_path: Path) -> None:
+    """On the screen, in the archive and in the report."""
+    file, archive, page = tmp_path / "wall.toml", tmp_path / "wall.nc", tmp_path / "wall.html"
+    file.write_text(SOFT, encoding="utf-8")
+    solved = command("solve", file, "-o", archive)
+    assert "displacement_tolerance = 0.05" in solved.out + solved.err
+    ds = read_dataset(archive)
+    assert ds.attrs["implausible"] == 1
+    assert ds.attrs["displacement_share"] > 0.05
+    assert command("report", archive, "-o", page).code == 0
+    assert "the result is implausible" in page.read_text(encoding="utf-8")
+
+
+def test_walls_of_a_study_are_marked(command: Run, tmp_path: Path) -> None:
+    file, folder = tmp_path / "study.toml", tmp_path / "study.dp"
+    file.write_text("[study]\nsamples = 2\n" + SOFT.replace("[", "[scene."), encoding="utf-8")
+    run = command("study", file, "-o", folder)
+    assert "In 2 walls the largest displacement" in run.out + run.err
+    assert damagepred.open_study(folder).implausible.values.tolist() == [1, 1]
+    assert "the result is implausible" in command("status", folder).out
