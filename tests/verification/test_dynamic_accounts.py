@@ -31,8 +31,8 @@ def test_works_in_time_balance_at_every_output(damping: str, zones: float | None
     for k in range(3):
         wall.add_block(rectangle(0.02 * k, 0.1 * k, 0.2 + 0.02 * k, 0.1 * (k + 1)), zone_size=zones if k == 1 else None)
     wall.rest_on_ground([0], lambda x: 2e-5 * x)
-    wall.set_velocity(1, x=0.003, y=-0.002)
-    wall.set_velocity(2, x=-0.002, y=0.004, rotation=0.01)
+    wall.set_velocity(1, x=0.03, y=-0.02)
+    wall.set_velocity(2, x=-0.02, y=0.04, rotation=0.3)
     wall.load(2, x=3.0, y=-60.0, moment=1.0)
     wall.push(1, x=25.0, y=-40.0)
     wall.move(0, rotation=1e-6)
@@ -43,11 +43,15 @@ def test_works_in_time_balance_at_every_output(damping: str, zones: float | None
     )  # fmt: skip
     path = list(DynamicRun(model, Solver(lump_block_elasticity=False), dynamics))
     kinetic = max(step.kinetic_energy for step in path)
+    polar = model.density[2] * model.blocks.polar[2] * 0.11
+    begun = 0.5 * (model.mass[1] * (0.03**2 + 0.02**2) + model.mass[2] * (0.02**2 + 0.04**2) + polar * 0.3**2)
+    # less what the forces that act at first make of it in half a step either way
+    assert path[0].kinetic_energy == pytest.approx(begun, rel=0.1)
     taken = [step.damping_work for step in path]
     assert (max(map(abs, taken)) > 0.05 * kinetic) == (damping != "none")
     assert max(abs(step.boundary_work) for step in path) > 0.05 * kinetic
     for step in path:
-        assert abs(step.energy_error) < 1e-6 * kinetic
+        assert abs(step.energy_error) < 5e-6 * kinetic
         assert step.elastic_energy == pytest.approx(elastic_energy(model, step), rel=0.0, abs=2e-8 * kinetic)
         went = step.kinetic_energy + step.elastic_energy + step.damping_work + step.energy_error
         assert step.external_work == pytest.approx(went - path[0].kinetic_energy - path[0].elastic_energy, abs=1e-9)

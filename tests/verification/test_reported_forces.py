@@ -7,11 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from damagepred.assembly import Model
+from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
 from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.explicit import CALM_CHECKS, CHECK_EVERY
 from tests.validation.test_quasi_static_balance import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 
@@ -48,7 +49,12 @@ MODELS: dict[str, Callable[[], Model]] = {
 def path_of(model: Model, method: str, half: bool) -> list[Increment]:
     if method == "dynamic":  # so slowly that it stays near equilibrium
         settings = Dynamics(
-            duration=0.2, outputs=2, movement_time=0.18, damping="local", local_damping=0.3, new_contacts=False
+            duration=0.2,
+            outputs=2,
+            movement_time=0.18,
+            damping="local",
+            local_damping=0.3,
+            new_contacts=False,
         )
         return list(DynamicRun(model, QUASI_STATIC, settings))
     solver = {"quasi_static": QUASI_STATIC, "explicit": EXPLICIT}[method]
@@ -111,7 +117,9 @@ def test_reported_forces_are_those_of_the_stresses(name: str, method: str) -> No
         near = {"quasi_static": 1e-9, "explicit": 1e-6, "dynamic": 1e-3}[method]
         if method != "dynamic":
             assert largest < 2e-6
-            assert step.unbalanced_force_ratio == pytest.approx(largest, rel=0.5, abs=1e-9)
+            # the explicit solver's blocks have moved once more
+            close = 1e-3 if method == "quasi_static" else 0.5
+            assert step.unbalanced_force_ratio == pytest.approx(largest, rel=close, abs=1e-9)
         assert step.support_force is not None
         held = np.where(free, 0.0, -force)
         size = np.abs(held).max() + weight
@@ -165,3 +173,24 @@ def check_breaks(model: Model, path: list[Increment]) -> None:
         if before is not None and before.broken_at is not None:
             known = np.isfinite(before.broken_at)
             np.testing.assert_array_equal(now.broken_at[known], before.broken_at[known])
+
+
+@pytest.mark.parametrize(("up", "moment"), [(-3.0, 0.0), (500.0, 2.0), (-20.0, 40.0)])
+def test_residual_of_a_run_in_time_counts_turning_by_the_radius_of_gyration(up: float, moment: float) -> None:
+    """Unstressed at first, so that nothing but the loads acts."""
+    wall = Assembly(thickness=0.11)
+    block = wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
+    wall.load(block, y=up, moment=moment)
+    wall.support(wall.add_block(rectangle(1.0, 0.0, 2.0, 0.1)))
+    model = wall.build(QUASI_STATIC)
+    first = next(iter(DynamicRun(model, QUASI_STATIC, Dynamics(duration=0.01, outputs=1, start="unstressed"))))
+    force = up - 2000.0 * 9.81 * 0.3 * 0.1 * 0.11
+    gyration = np.sqrt((0.3**2 + 0.1**2) / 12)
+    assert first.unbalanced_force_ratio == pytest.approx(max(abs(force), moment / gyration) / abs(force))
+
+
+def test_cycles_are_counted_increment_by_increment() -> None:
+    """With next to no tolerance each takes its ramp and the least number of looks at the residual."""
+    settings = replace(EXPLICIT, tolerance=1e3)
+    path = list(solve_path(moved_wall(DRY), settings, 3))
+    assert [step.cycles for step in path[1:]] == [settings.ramp_cycles + CHECK_EVERY * CALM_CHECKS] * 3

@@ -29,7 +29,7 @@ from damagepred.solvers.increment import ContactState, Increment
 from damagepred.solvers.loose import come_loose
 from damagepred.solvers.packed import needs_all_of_the_law, needs_softening
 from damagepred.solvers.state import JointMemory
-from damagepred.solvers.stiffness import base_reaction, live_load, support_force
+from damagepred.solvers.stiffness import base_reaction, held_dofs, live_load, residual_scale, support_force
 from damagepred.time_limit import check_time
 
 FloatArray = NDArray[np.float64]
@@ -377,11 +377,10 @@ class DynamicRun:
         return force
 
     def _unbalanced(self) -> float:
-        worst = 0.0
-        for part in self._moving:
-            force = np.abs(part.force[: len(part.load)] + part.load)[part.inverse_mass > 0]
-            worst = max(worst, float(force.max(initial=0.0)))
-        return worst / self.model.mean_block_weight
+        """Return the largest force on what is free, moments over radii of gyration, over the mean block weight."""
+        ratio = np.abs(self._acting() / residual_scale(self.model))
+        ratio[held_dofs(self.model)] = 0.0
+        return float(ratio.max(initial=0.0))
 
 
 def impacts(dynamics: Dynamics) -> str:
