@@ -19,6 +19,23 @@ def test_inputs_and_groups_are_drawn_with_their_intervals():
     points = left.lines[0].get_xdata()
     assert points == pytest.approx(found["spearman"].sel(variable=["dpc.friction", "joint.friction"]).values)
     assert "120 walls" in figure.get_suptitle()
+    order = ["dpc.friction", "joint.friction"]
+    for ax, shown in (
+        (left, [("spearman", {"variable": order}), ("partial", {"variable": order})]),
+        (right, [("first_order", {"variable": order}), ("group_first_order", {}), ("group_total", {})]),
+    ):
+        assert len(ax.containers) == len(shown)
+        for points, (name, of) in zip(ax.containers, shown):
+            value, low, high = (found[f"{name}{end}"].sel(of).values for end in ("", "_lower", "_upper"))
+            assert points.lines[0].get_xdata() == pytest.approx(value)
+            (bars,) = points.lines[2]
+            ends = np.array([segment[:, 0] for segment in bars.get_segments()])
+            np.testing.assert_allclose(ends, np.column_stack((np.minimum(low, value), np.maximum(high, value))))
+        bottom, top = ax.get_ylim()
+        assert all(bottom < y < top for points in ax.containers for y in points.lines[0].get_ydata())
+    assert right.get_xlabel() == "share of the variance (1)"
+    heights = [round(float(points.lines[0].get_ydata()[0])) for points in right.containers]
+    assert [right.get_yticks().tolist().index(y) for y in heights] == [2, 0, 0]  # beside the names of what they are of
 
 
 def test_an_ordinary_study_has_no_groups_and_others_are_refused():

@@ -132,6 +132,8 @@ def test_zones_and_rigid_blocks_are_drawn_in_one_picture(deformable):
     assert "doming 1.0 mm" in title
     assert "10 times" in title
     assert f"{1e-6 * min(zone_stress(deformable, -1)[:, 1].min(), 1e6 * mean.min()):.3g} to" in title
+    largest = 1e-6 * max(zone_stress(deformable, -1)[:, 1].max(), 1e6 * mean.max())
+    assert f" to {largest:.3g} MPa" in title.replace("\n", " ").replace("−", "-")
     assert ax.get_aspect() == 1.0
     # nothing is clipped
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()

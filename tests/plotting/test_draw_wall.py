@@ -89,6 +89,17 @@ def test_cracks_have_the_colour_of_their_category(cracked):
     assert colours == {to_rgba(COLOURS[c]) for c in expected}
 
 
+def test_the_bar_of_widths_has_limits_and_categories(cracked):
+    ax = draw_wall(cracked)
+    (bar,) = ax.child_axes
+    assert [t.get_text() for t in bar.get_yticklabels()] == ["0.1", "1", "5", "15"]
+    assert bar.get_yticks() == pytest.approx([0.1, 1.0, 5.0, 15.0])
+    assert [(t.get_text(), t.get_position()[1]) for t in bar.texts] == [
+        (str(c), pytest.approx((c + 0.5) / 5)) for c in range(5)
+    ]
+    assert bar.get_ylabel() == "crack width (mm); numbers in the bar: category"
+
+
 def test_ground_is_the_prescribed_profile(cracked):
     x, height, rise = ground_profile(cracked, -1)
     profile = Movement(kind="doming", central_deflection=6e-3).profile(x, 1.2)

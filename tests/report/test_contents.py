@@ -95,6 +95,8 @@ def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> 
     assert str(sources_of_variable("joint.tensile_strength", replace(changed, mean="0.4 MPa"))[0]) == "mean: as given"
     assert str(field_source("joint.tensile_strength", 0.41)) == "as given"
     assert field_source("joint.tensile_strength", 0.4).confidence == "memory"
+    percent = replace(settings.variables["joint.tensile_strength"], cov="30 %")
+    assert [s.confidence for s in sources_of_variable("joint.tensile_strength", percent)] == ["seed", "memory"]
     own = replace(changed, source="our own tests")
     assert [str(s) for s in sources_of_variable("joint.tensile_strength", own)] == ["our own tests"]
     assert "mortar joints: tensile strength" in unsure(settings)

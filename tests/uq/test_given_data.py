@@ -102,6 +102,21 @@ def test_first_order_share_of_weighted_walls_by_hand() -> None:
     assert float(found["first_order"][0]) == pytest.approx(1.0 - (24.0 / (9.6 - 3.0)) / (168.0 / (9.6 - 1.0)))
 
 
+@pytest.mark.parametrize(("confidence", "factor"), [(0.9, 1.6448536), (0.6, 0.8416212)])
+def test_intervals_are_the_error_times_the_normal_s_quantile(confidence: float, factor: float) -> None:
+    """The error is the scatter of the walls drawn again; that of a mean would be its square root of n times less."""
+    random = np.random.default_rng(8)
+    x, e = random.standard_normal((2, 90))
+    found = first_order({"x": x}, x + 0.7 * e, resamples=40, confidence=confidence)
+    value, error, lower, upper = (float(found[f"first_order{end}"][0]) for end in ("", "_error", "_lower", "_upper"))
+    assert (upper - value, value - lower) == pytest.approx((factor * error, factor * error), rel=1e-6)
+    again = [
+        float(first_order({"x": x[some]}, x[some] + 0.7 * e[some], resamples=0)["first_order"][0])
+        for some in (np.random.default_rng(s).integers(90, size=90) for s in range(300))
+    ]
+    assert error == pytest.approx(np.std(again), rel=0.35)
+
+
 def test_an_input_that_does_nothing_has_no_share_on_average() -> None:
     shares = []
     for seed in range(150):
