@@ -118,3 +118,11 @@ def test_samples_have_the_stated_correlation_within_its_confidence_limits(a: str
     error = np.std(x * y - 0.5 * found * (x**2 + y**2)) / math.sqrt(count)
     assert found == pytest.approx(wanted, abs=3.5 * error)
     assert error < 0.008
+
+
+def test_probabilities_of_a_table_on_and_between_its_values() -> None:
+    table = Table([1.0, 2.0, 7.0], [2, 5, 3])
+    at = [0.5, 1.0, 1.5, 2.0, 6.9, 7.0, 8.0]
+    assert table.cdf(at) == pytest.approx([0.0, 0.2, 0.2, 0.7, 0.7, 1.0, 1.0])
+    assert table.sf(at) == pytest.approx([1.0, 0.8, 0.8, 0.3, 0.3, 0.0, 0.0])
+    assert table.ppf([0.1, 0.2, 0.3, 0.7, 0.8]).tolist() == [1.0, 1.0, 2.0, 2.0, 7.0]
