@@ -61,6 +61,14 @@ def test_a_wall_on_jacks_is_drawn_with_segments_supports_and_jacks(on_jacks):
     assert len(arrows(ax)) == on_jacks.sizes["jack"]
     for arrow in arrows(ax):  # they push up
         assert (arrow.xy[1] > arrow.xyann[1]) == (load > 0)
+    low, length = float(on_jacks.vertex_y.min()), float(np.ptp(on_jacks.vertex_x.values))
+    triangles = [patch.get_xy()[:3] for patch in ax.patches if patch.get_label() == "support"]
+    assert [corners[0, 0] for corners in triangles] == pytest.approx(on_jacks.support_x.values)
+    for corners in triangles:  # under the footing, as wide on either side
+        assert corners[0, 1] == pytest.approx(low, abs=0.05 * length)
+        half = corners[2, 0] - corners[0, 0]
+        assert 0 < half == pytest.approx(corners[0, 0] - corners[1, 0])
+        assert corners[1, 1] == corners[2, 1] < corners[0, 1]
     kilonewtons = [float(t.removesuffix(" kN")) for t in words(ax) if t.endswith(" kN")]
     drawn = [*on_jacks.support_load.values[1], load, load, load]
     assert kilonewtons == pytest.approx(np.array(drawn) / 1e3, abs=0.006)

@@ -10,6 +10,9 @@ from scipy import optimize, special, stats
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
+from damagepred.uq.fragility.capacities import tally
+from damagepred.uq.fragility.estimators import Composite
+from damagepred.uq.fragility.resampling import resample
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
 
 SITUATIONS = {"all followed": (30.0, 0.0), "60 % censored": (7.0, 0.0), "10 % failed": (20.0, 0.1), "both": (7.0, 0.1)}
@@ -189,3 +192,17 @@ def test_a_wall_that_failed_beyond_a_movement_is_known_at_it() -> None:
     assert (found.failed_undamaged, found.failed_damaged) == pytest.approx((4 / 10, 6 / 10))
     assert exceedance(ds, 1, 10.0).failed == 6
     assert exceedance(ds, 1, 10.0).estimate.value == 1.0
+
+
+def test_weighted_walls_drawn_again_scatter_about_their_own_fit() -> None:
+    """Strong walls weigh nine times the weak ones; without that, or the other way round, the median is another."""
+    random = np.random.default_rng(4)
+    capacity = np.sort(random.lognormal(2.0, 0.5, 80))
+    weight = np.where(np.arange(80) < 40, 1.0, 9.0)
+    estimator = Composite([0], tally(capacity[None] * 0.95, capacity[None] * 1.05, weight))
+    best = estimator.best()
+    found = resample(estimator, best, 300, np.random.default_rng(5))
+    error = found.again.std(axis=0, ddof=1)
+    assert (np.abs(found.again.mean(axis=0) - best) < 0.6 * error).all()
+    unlike = Composite([0], tally(capacity[None] * 0.95, capacity[None] * 1.05, 1.0 / weight)).best()
+    assert (np.abs(unlike - best) > 2 * error).any()
