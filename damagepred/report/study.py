@@ -25,6 +25,7 @@ from damagepred.report.words import chance, length, named, number, with_band
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.words import duration
 from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.fragility.bands import FEW_WALLS
 
 if TYPE_CHECKING:
     from damagepred.path import Step
@@ -342,7 +343,8 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
         "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
-        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls. Goodness of fit: how often walls of the "
+        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category that fewer than {FEW_WALLS} "
+        "walls tell of, quantiles of the posterior. Goodness of fit: how often walls of the "
         "curve itself lie as far from it as these walls do; below 0.05 the curve is doubtful."
     )
     if str(curves.attrs["model"]) == "common":

@@ -15,7 +15,6 @@ from damagepred.uq.estimate import (
     ENOUGH_REPLICATES,
     Estimate,
     effective_samples,
-    normal_factor,
     probability,
     student_factor,
 )
@@ -28,12 +27,13 @@ from damagepred.uq.fragility import (
     fit_lognormal,
     movement_measure,
 )
-from damagepred.uq.fragility.bands import resampled_band
+from damagepred.uq.fragility.bands import FEW_WALLS, posterior_band, resampled_band
 from damagepred.uq.fragility.capacities import read_capacities, require_categories, tally
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
 from damagepred.uq.fragility.intensity import chosen_intensity
 from damagepred.uq.fragility.models import fit_cells
+from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
 
@@ -276,10 +276,14 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
             f"give no curve to read the probability from: {fit.status}."
         )
     (estimator,) = estimators(cells)
-    again = resample(estimator, estimator.best(), 3 * RESAMPLES, generator(0, Stream.BOOTSTRAP, category))
-    grid = np.array([at])
-    band = resampled_band("bca", again, 0, grid, confidence)
-    spread = float(np.std(special.ndtr(again.again[:, 0] * np.log(at) - again.again[:, 1]), ddof=1))
+    grid, random, count = np.array([at]), generator(0, Stream.BOOTSTRAP, category), known_walls(estimator)
+    if count < FEW_WALLS:
+        drawn = draw_posterior(estimator, estimator.best(), random)
+        band = posterior_band(drawn, 0, grid, confidence)
+    else:
+        again = resample(estimator, estimator.best(), 3 * RESAMPLES, random)
+        drawn, band = again.again, resampled_band("bca", again, 0, grid, confidence, count)
+    spread = float(np.std(special.ndtr(drawn[:, 0] * np.log(at) - drawn[:, 1]), ddof=1))
     good = ~failed[0]
     value = float(fit.probability(grid)[0])
     estimate = Estimate(
@@ -309,7 +313,8 @@ def median_movement(
     Failed walls count as far as they were followed, as in ``damagepred.fit_fragility``.
 
     Its error is that of the logarithm: by leaving out one replicate of Sobol points after the other where there are at
-    least four, otherwise by resampling walls.
+    least four, otherwise by resampling walls. Where fewer than 100 walls tell of it, error and interval are those of
+    the posterior (``damagepred.uq.fragility.posterior``).
 
     Parameters
     ----------
@@ -338,20 +343,22 @@ def median_movement(
         error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
         factor = student_factor(confidence, groups - 1)
     else:
-        error, factor = _resampled_error(known, heavy, seed, category), normal_factor(confidence)
+        weight = fair_weights(heavy, known.upper)
+        (estimator,) = estimators(tally(known.lower[None], known.upper[None], weight))
+        told, random = known_walls(estimator), generator(seed, Stream.BOOTSTRAP, category)
+        if told < FEW_WALLS:
+            drawn = draw_posterior(estimator, estimator.best(), random)
+            logarithm = drawn[:, 1] / drawn[:, 0]
+            lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))
+            return Estimate(fit, fit * float(logarithm.std()), float(lower), float(upper), confidence, count, kish)
+        found = resample(estimator, estimator.best(), RESAMPLES, random)
+        error = float(np.std(found.again[:, 1] / found.again[:, 0], ddof=1)) if len(found.again) > 1 else np.nan
+        factor = student_factor(confidence, told - 1.0)
     if not np.isfinite(error):
         return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
     return Estimate(
         fit, fit * error, fit * np.exp(-factor * error), fit * np.exp(factor * error), confidence, count, kish
     )
-
-
-def _resampled_error(known: Walls, heavy: FloatArray, seed: int, category: int) -> float:
-    """Return the standard error of the median's logarithm from walls drawn again."""
-    weight = fair_weights(heavy, known.upper)
-    (estimator,) = estimators(tally(known.lower[None], known.upper[None], weight))
-    found = resample(estimator, estimator.best(), RESAMPLES, generator(seed, Stream.BOOTSTRAP, category))
-    return float(np.std(found.again[:, 1] / found.again[:, 0], ddof=1)) if len(found.again) > 1 else np.nan
 
 
 def _median(known: Walls, heavy: FloatArray) -> float:

@@ -8,6 +8,7 @@ import xarray as xr
 from scipy import optimize, special, stats
 
 from damagepred.errors import InputError
+from damagepred.uq.estimate import wilson
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
 from damagepred.uq.fragility.capacities import tally
@@ -81,7 +82,9 @@ def test_the_profile_band_is_where_the_profile_likelihood_falls() -> None:
         return float(np.log(special.ndtr(b) - special.ndtr(a)).sum())
 
     most = log_likelihood(float(curve["median"]), float(curve["dispersion"]))
-    drop = 0.5 * stats.chi2.ppf(0.9, 1)
+    n = int(np.isfinite(c.upper).sum())
+    drop = 0.5 * n * math.log1p(stats.t.ppf(0.95, n - 1) ** 2 / (n - 1))
+    assert drop == pytest.approx(0.5 * stats.chi2.ppf(0.9, 1), rel=0.1)
     for end in ("lower", "upper"):
         median, dispersion = float(curve[f"median_{end}"]), float(curve[f"dispersion_{end}"])
         over = optimize.minimize_scalar(lambda s, m=median: -log_likelihood(m, s), bounds=(0.1, 3), method="bounded")
@@ -120,21 +123,35 @@ def test_profile_bands_need_no_resampling_and_no_weights() -> None:
         fit_fragility(weighted, categories=[1], band="profile")
 
 
-def test_few_resamples_that_can_be_fitted_are_told() -> None:
+def test_a_band_of_three_walls_is_that_of_the_posterior_and_others_are_refused() -> None:
     """Three of 40 walls reached it: many resamples have fewer."""
     ds = study(np.append([3.5, 5.5, 7.5], np.full(37, 99.0)), end=10.0, increments=10)
     curve = fit_fragility(ds, categories=[1], bootstrap=200).isel(category=0)
-    assert float(curve["resamples_fitted"]) < 0.8
     note = str(curve["fit_note"].values)
     assert "rests on 3 walls" in note
     assert "lies beyond the study's movement" in note
-    assert "of the resamples could be fitted: its band is by profile likelihood" in note
-    profile = fit_fragility(ds, categories=[1], band="profile").isel(category=0)
-    np.testing.assert_array_equal(curve["probability_upper"], profile["probability_upper"])
-    assert float(curve["probability_lower"][-1]) < 0.03 < 3 / 40 < 0.15 < float(curve["probability_upper"][-1])
-    weighted = ds.assign(weight=("sample", np.linspace(0.5, 1.5, 40)))
-    curve = fit_fragility(weighted, categories=[1], bootstrap=200).isel(category=0)
-    assert "of the resamples could be fitted: its band is too narrow" in str(curve["fit_note"].values)
+    low, high = wilson(3 / 40, 40, stats.norm.ppf(0.95))
+    assert float(curve["probability_lower"][-1]) == pytest.approx(low, rel=0.3)
+    assert float(curve["probability_upper"][-1]) == pytest.approx(high, rel=0.2)
+    for band in ("percentile", "profile"):
+        refused = fit_fragility(ds, categories=[1], band=band, bootstrap=200).isel(category=0)
+        assert np.isnan(refused["probability_upper"]).all()
+        assert "no band: of so few walls it would be too narrow; take bca" in str(refused["fit_note"].values)
+
+
+def test_few_walls_have_student_s_and_chi_squared_s_limits() -> None:
+    """Of capacities that are all known nearly exactly, the posterior's quantiles are the textbook's intervals."""
+    for walls in (3, 5, 20):
+        values = lognormal(np.random.default_rng(walls), 8.0, 0.5, walls)
+        curve = fit_fragility(study(values, end=60.0, increments=6000), categories=[1]).isel(category=0)
+        logarithm = np.log(values)
+        scatter, free = float(logarithm.std(ddof=1)), walls - 1
+        half = stats.t.ppf(0.95, free) * scatter / math.sqrt(walls)
+        for end, sign, tail in (("lower", -1, 0.95), ("upper", 1, 0.05)):
+            exact = float(logarithm.mean()) + sign * half
+            assert math.log(float(curve[f"median_{end}"])) == pytest.approx(exact, abs=0.15 * half)
+            exact = scatter * math.sqrt(free / stats.chi2.ppf(tail, free))
+            assert float(curve[f"dispersion_{end}"]) == pytest.approx(exact, rel=0.06)
 
 
 def test_the_band_holds_the_truth_where_few_walls_reach_the_category() -> None:

@@ -4,8 +4,12 @@
 - ``"bca"``: the same, shifted for the bias that resampling shows and for how the error grows with the value (Efron
   1987, J. Am. Stat. Assoc. 82); its acceleration comes from the walls' influence on the fit instead of a jackknife;
 - ``"profile"``: without resampling, all curves whose likelihood is not too small: the range of each number over the
-  parameters whose log-likelihood is within half the quantile of chi-squared (1 degree of freedom) of the largest, which
-  is its profile likelihood interval. For walls that count alike, and curves fitted each for itself.
+  parameters whose log-likelihood is within half a limit of the largest, which is its profile likelihood interval. The
+  limit is n ln(1 + t^2 / (n - 1)), of n walls that tell and Student's quantile t; chi-squared's (1 degree of freedom)
+  of many. For walls that count alike, and curves fitted each for itself.
+
+Quantiles of resamples are taken further out by what n walls leave open (``expanded``). Of a category that fewer than
+``FEW_WALLS`` tell of, a band asked for as BCa is that of the posterior instead (``damagepred.uq.fragility.posterior``).
 
 Each number is treated as a function of g = 1/dispersion and h = ln(median)/dispersion.
 """
@@ -21,9 +25,16 @@ from scipy import special
 from damagepred.errors import InputError
 from damagepred.uq.fragility.estimators import Composite, Estimator
 from damagepred.uq.fragility.likelihood import likelihood
+from damagepred.uq.fragility.posterior import known_walls
 from damagepred.uq.fragility.resampling import Resampled
 
 FloatArray = NDArray[np.float64]
+
+FEW_WALLS = 100
+"""Walls below which quantiles of the posterior stand in for BCa; see studies/coverage."""
+
+FEWEST_WALLS = 30
+"""Walls below which there is no band by resampling or profile likelihood: it would hold less than it says."""
 
 BANDS = ("percentile", "bca", "profile")
 
@@ -58,7 +69,7 @@ def _band(low: FloatArray, high: FloatArray) -> Band:
     return Band((float(np.exp(low[0])), float(np.exp(high[0]))), (float(low[1]), float(high[1])), (ends[0], ends[1]))
 
 
-def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, confidence: float) -> Band:
+def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, confidence: float, walls: float) -> Band:
     """Return the band of one category from resampled fits.
 
     Parameters
@@ -73,18 +84,54 @@ def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, co
         Movements.
     confidence : float
         Of the band.
+    walls : float
+        Walls that tell of it, see ``expanded``.
     """
     if len(found.again) < 2:
         return no_band(len(grid))
     again = np.sort(_numbers(found.again[:, 0], found.again[:, 1 + place], grid), axis=0)
-    tails = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])[:, None] * np.ones(again.shape[1])
+    reach = expanded(np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)]), walls)[:, None]
+    z = reach * np.ones(again.shape[1])
     if kind == "bca":
         best = _numbers(found.best[:1], found.best[1 + place : 2 + place], grid)[0]
         below = ((again < best).sum(axis=0) + 0.5 * (again == best).sum(axis=0) + 0.5) / (len(again) + 1)
         bias = special.ndtri(below)
-        z = bias + special.ndtri(tails)
-        tails = special.ndtr(bias + z / (1.0 - _acceleration(found, place, grid) * z))
-    # quantiles at shares that differ from number to number
+        z = bias + (bias + z) / (1.0 - _acceleration(found, place, grid) * (bias + z))
+    return _quantiles(again, special.ndtr(z))
+
+
+def expanded(tails: FloatArray, walls: float) -> FloatArray:
+    """Return the standard normals whose probabilities are taken for quantiles of resampled fits.
+
+    With them the percentile interval of a mean is Student's: resamples of n walls scatter by the root of (n - 1) / n
+    too little, and know nothing of how unsure their scatter is (Hesterberg 2015, Am. Stat. 69).
+
+    Parameters
+    ----------
+    tails : array
+        Probabilities of the interval's ends.
+    walls : float
+        Number n of walls that tell, 2 at least.
+    """
+    n = max(walls, 2.0)
+    return np.asarray(np.sqrt(n / (n - 1.0)) * special.stdtrit(n - 1.0, tails))
+
+
+def posterior_band(draws: FloatArray, place: int, grid: FloatArray, confidence: float) -> Band:
+    """Return the band of one category from draws of the posterior, array (draws, parameters).
+
+    Parameters
+    ----------
+    draws, place, grid, confidence
+        See ``resampled_band``.
+    """
+    again = np.sort(_numbers(draws[:, 0], draws[:, 1 + place], grid), axis=0)
+    tails = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])[:, None] * np.ones(again.shape[1])
+    return _quantiles(again, tails)
+
+
+def _quantiles(again: FloatArray, tails: FloatArray) -> Band:
+    """Return the band between quantiles of sorted numbers, at shares that differ from number to number."""
     at = tails * (len(again) - 1)
     under = np.clip(at.astype(np.int64), 0, len(again) - 2)
     columns = np.arange(again.shape[1])
@@ -145,7 +192,10 @@ def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confi
             "band = 'profile': is for curves that are fitted each for itself (model = 'separate') to walls that count "
             "alike; take 'bca' or 'percentile'."
         )
-    rim = _rim(estimator, best, special.chdtri(1.0, 1.0 - confidence))
+    n = max(known_walls(estimator), 2.0)
+    # of n capacities known exactly this limit gives Student's interval of the median, and chi-squared's of many
+    drop = n * np.log1p(special.stdtrit(n - 1.0, 0.5 * (1.0 + confidence)) ** 2 / (n - 1.0))
+    rim = _rim(estimator, best, float(drop))
     numbers = _numbers(rim[:, 0], rim[:, 1], grid)
     return _band(numbers.min(axis=0), numbers.max(axis=0))
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.errors import InputError, require_count
 from damagepred.one_thread import one_blas_thread
+from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.capacities import (
     COLLAPSED,
@@ -26,10 +27,11 @@ from damagepred.uq.fragility.capacities import (
     tally,
 )
 from damagepred.uq.fragility.describe import curves_dataset
-from damagepred.uq.fragility.estimators import Estimator, estimators
+from damagepred.uq.fragility.estimators import Composite, Estimator, estimators
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
 from damagepred.uq.fragility.intensity import chosen_intensity
 from damagepred.uq.fragility.models import fit_cells, require_ascending
+from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.samplers import Stream, generator
@@ -47,6 +49,9 @@ MANY_WALLS = 50_000
 
 MOST_FITTED = 0.95
 """Share of the resamples that can be fitted, below which those that cannot would be missing from the band."""
+
+FEWEST_COMMON = 15
+"""Walls that must tell of each category for bands of curves with a common dispersion; see studies/coverage."""
 
 FEW = 10
 """Fewer walls than that which reached a category are worth a word."""
@@ -96,7 +101,8 @@ def fit_fragility(
         Of the band, 0.9 for 5 to 95 %.
     band : {"bca", "percentile", "profile"}
         How it is found, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band. A category
-        of which fewer than 95 % of the resamples can be fitted has the profile band where there is one.
+        that fewer than 100 walls tell of has the band of the posterior instead of BCa; one of which fewer than 95 % of
+        the resamples can be fitted has the profile band where there is one.
     bootstrap : int
         Number of resamples of walls for the band; 0 for none.
     goodness : int
@@ -189,7 +195,7 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     columns |= _columns_of(fits, limits, asked.grid)
     columns |= _failures(walls, fits, common) | _judged(fits, free, walls, asked)
     columns["resamples_fitted"] = share
-    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common) for k in kinds])
+    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, asked) for k in kinds])
     return columns, _criteria(fits, walls)
 
 
@@ -217,19 +223,33 @@ def _with_bands(
     nothing = [np.nan] * len(places)
     if fits[0].status != FITTED:
         return fits, none, nothing
-    best = estimator.best()
+    best, count = estimator.best(), known_walls(estimator)
+    possible = asked.band != "profile" or bands.has_profile(estimator)
+    if possible and count < _fewest(asked.band, asked.model == "common"):
+        return fits, none, nothing
     if asked.band == "profile":
         return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], nothing
     if asked.bootstrap == 0:
         return fits, none, nothing
     random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[places[0]])
+    dependent = isinstance(estimator, Composite) and len(places) > 1
+    if asked.band == "bca" and not dependent and count < bands.FEW_WALLS:
+        draws = draw_posterior(estimator, best, random)
+        return fits, [bands.posterior_band(draws, n, asked.grid, asked.confidence) for n in range(len(places))], nothing
     again = resample(estimator, best, asked.bootstrap, random)
     share = [len(again.again) / asked.bootstrap] * len(places)
     if share[0] < MOST_FITTED and bands.has_profile(estimator):
         # what cannot be fitted lies to one side: what is left of the resamples would make too narrow a band
         return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], share
-    limits = [bands.resampled_band(asked.band, again, n, asked.grid, asked.confidence) for n in range(len(places))]
+    limits = [
+        bands.resampled_band(asked.band, again, n, asked.grid, asked.confidence, count) for n in range(len(places))
+    ]
     return fits, limits, share
+
+
+def _fewest(band: str, common: bool) -> int:
+    """Return how many walls must tell of a category for its band to hold what it says."""
+    return bands.FEWEST_WALLS if band != "bca" else FEWEST_COMMON if common else 0
 
 
 def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
@@ -264,10 +284,13 @@ def _without_form(alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, 
         row: dict[str, Any] = {"probability": found.probability(asked.grid), "median": _middle(found)}
         curves = np.array([one.probability(asked.grid) for one in again])
         medians = np.array([one.quantile(0.5) for one in again])
-        for word, tail in zip(("lower", "upper"), tails):
-            row[f"probability_{word}"] = (
-                np.quantile(curves, tail, axis=0) if times > 1 else np.full(len(asked.grid), np.nan)
-            )
+        ends = (
+            _shares_between(row["probability"], curves, cells, asked)
+            if times > 1
+            else [np.full(len(asked.grid), np.nan)] * 2
+        )
+        for word, tail, end_ in zip(("lower", "upper"), tails, ends):
+            row[f"probability_{word}"] = end_
             end = float(np.quantile(medians, tail, method="nearest")) if times > 1 else np.nan
             row[f"median_{word}"] = end if np.isfinite(end) else np.nan
             row[f"dispersion_{word}"] = np.nan
@@ -280,6 +303,20 @@ def _without_form(alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, 
         each = [tally(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(rows))]
         columns[f"median_failed_{name}"] = np.array([_middle(_empirical(cells, walls.single)) for cells in each])
     return columns
+
+
+def _shares_between(best: FloatArray, curves: FloatArray, cells: Cells, asked: _Asked) -> list[FloatArray]:
+    """Return pointwise limits of the empirical curve: Wilson's, for as many walls as have the resamples' scatter.
+
+    Where resamples do not scatter, all walls that tell stand for as many (none of them damaged, or all).
+    """
+    scatter = curves.std(axis=0, ddof=1)
+    every = effective_samples(np.repeat(cells.weight, cells.number))
+    told = np.minimum(best * (1 - best) / np.maximum(scatter, 1e-12) ** 2, every)
+    count = np.where((scatter > 0) & (told > 0), told, every)
+    factor = normal_factor(asked.confidence)
+    ends = np.array([wilson(p, n, factor) for p, n in zip(np.clip(best, 0.0, 1.0), count)]).T
+    return [np.where(np.arange(len(best)) == 0, best, end) for end in ends]
 
 
 def _middle(found: Npmle) -> float:
@@ -338,7 +375,7 @@ def _criteria(fits: list[Fit], walls: Walls) -> dict[str, float]:
     return found | {"aic_walls": lower.shape[1]}
 
 
-def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool) -> str:
+def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, asked: _Asked) -> str:
     """Say what a reader of a curve should know."""
     if fit.status != FITTED:
         return ""
@@ -348,6 +385,9 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool) -> s
     said = []
     if count < FEW:
         said.append(f"rests on {count} walls that reached it")
+    if asked.bootstrap and known_walls(Composite([0], cells)) < _fewest(asked.band, common):
+        instead = "separate curves" if asked.band == "bca" else "bca"
+        said.append(f"no band: of so few walls it would be too narrow; take {instead}")
     if fit.median > walls.largest:
         said.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:

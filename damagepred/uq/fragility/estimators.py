@@ -29,6 +29,10 @@ class Estimator(Protocol):
 
     categories: list[int]
     cells: Cells
+    rows: Rows | KindRows
+
+    def row_weight(self, weight: FloatArray) -> FloatArray:
+        """Return how often each of the ``rows`` counts for weights (resamples, cells)."""
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return parameters (resamples, 1 + categories) for weights (resamples, cells)."""
@@ -70,8 +74,8 @@ def estimators(cells: Cells, common: bool = False, single: bool = False) -> list
     return [Ordinal(good, some) if single else Composite(good, some)]
 
 
-class _Shared:
-    """What both estimators share."""
+class Shared:
+    """What estimators share."""
 
     categories: list[int]
     cells: Cells
@@ -85,9 +89,25 @@ class _Shared:
             self._best = self.at(self.cells.total[None])[0]
         return self._best
 
+    def row_weight(self, weight: FloatArray) -> FloatArray:
+        """Return how often each of the rows counts."""
+        return weight
+
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters for weights of the cells."""
         raise NotImplementedError
+
+    def scores(self, at: FloatArray) -> FloatArray:
+        """Return each cell's own gradient."""
+        return scores(at, self.rows, len(self.cells.number))
+
+    def curvature(self, at: FloatArray) -> FloatArray:
+        """Return the curvature of the log-likelihood."""
+        return likelihood(at[None], self.rows, self.row_weight(self.cells.total[None])).curvature[0]
+
+    def value(self, at: FloatArray) -> float:
+        """Return the log-likelihood."""
+        return float(likelihood(at[None], self.rows, self.row_weight(self.cells.total[None])).value[0])
 
     def fits(self) -> list[Fit]:
         """Return the curves of the categories."""
@@ -99,7 +119,7 @@ class _Shared:
         return [Fit(float(np.exp(h / at[0])), float(dispersion), FITTED) for h in at[1:]]
 
 
-class Composite(_Shared):
+class Composite(Shared):
     """Intervals of capacities, the categories' likelihoods multiplied; with one category the likelihood itself.
 
     Parameters
@@ -130,26 +150,19 @@ class Composite(_Shared):
             self.rows = KindRows(lower, upper, kind, size)
         self._start = _start(lower, upper, kind, size)
 
-    def _of_rows(self, weight: FloatArray) -> FloatArray:
+    def row_weight(self, weight: FloatArray) -> FloatArray:
+        """Return how often each of the rows counts: cells that differ in other categories alone share one."""
         return weight if self._sum is None else np.asarray(weight @ self._sum)
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters for weights of the cells."""
-        return most_likely(self.rows, self._of_rows(weight), self._start if start is None else start)[0]
+        return most_likely(self.rows, self.row_weight(weight), self._start if start is None else start)[0]
 
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient."""
         count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
         found = scores(at, self.rows, count)
         return found if self._sum is None else np.asarray(self._sum @ found)
-
-    def curvature(self, at: FloatArray) -> FloatArray:
-        """Return the curvature of the log-likelihood."""
-        return likelihood(at[None], self.rows, self._of_rows(self.cells.total[None])).curvature[0]
-
-    def value(self, at: FloatArray) -> float:
-        """Return the log-likelihood."""
-        return float(likelihood(at[None], self.rows, self._of_rows(self.cells.total[None])).value[0])
 
 
 def _start(lower: FloatArray, upper: FloatArray, kind: NDArray[np.int8], kinds: int) -> FloatArray:
@@ -164,7 +177,7 @@ def _start(lower: FloatArray, upper: FloatArray, kind: NDArray[np.int8], kinds: 
     return np.append(1.0, mean) / spread
 
 
-class Ordinal(_Shared):
+class Ordinal(Shared):
     """Walls that are each known at one movement: the likelihood of the category each is in.
 
     Parameters
@@ -209,15 +222,3 @@ class Ordinal(_Shared):
             found, _ = most_likely(self._rows(level, int(merged[-1]) + 1), weight[who], begin[who][:, kept])
             at[who, 0], at[who, 1:] = found[:, 0], found[:, 1 + merged]
         return at
-
-    def scores(self, at: FloatArray) -> FloatArray:
-        """Return each cell's own gradient."""
-        return scores(at, self.rows, len(self.cells.number))
-
-    def curvature(self, at: FloatArray) -> FloatArray:
-        """Return the curvature of the log-likelihood."""
-        return likelihood(at[None], self.rows, self.cells.total[None]).curvature[0]
-
-    def value(self, at: FloatArray) -> float:
-        """Return the log-likelihood."""
-        return float(likelihood(at[None], self.rows, self.cells.total[None]).value[0])

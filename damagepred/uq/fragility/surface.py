@@ -16,19 +16,19 @@ from scipy import special
 
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
+from damagepred.uq.fragility.bands import FEW_WALLS, expanded
 from damagepred.uq.fragility.capacities import Cells, read_capacities, require_categories, tally
-from damagepred.uq.fragility.estimators import Composite
+from damagepred.uq.fragility.estimators import Composite, Shared
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
 from damagepred.uq.fragility.intensity import attributes, chosen_intensity
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
     SMALLEST,
-    likelihood,
     most_likely,
     rows_of,
-    scores,
 )
-from damagepred.uq.fragility.resampling import Resampled, resample
+from damagepred.uq.fragility.posterior import draw_posterior, known_walls
+from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
@@ -65,7 +65,7 @@ def fit_surface(
         Whether the logarithm of the median goes with the variable's logarithm or with itself; by default with the
         logarithm where all values are positive.
     confidence : float
-        Of the percentile bands.
+        Of the bands: quantiles of resampled fits, or of the posterior where fewer than 100 walls tell of the category.
     bootstrap, seed : int
         Resamples of walls, and their seed.
     points : tuple of int
@@ -137,7 +137,7 @@ def _second(ds: xr.Dataset, name: str) -> FloatArray:
     return np.asarray(ds[name].values, dtype=np.float64)
 
 
-class _Regression:
+class _Regression(Shared):
     """Estimator of 1/dispersion and (a, b) over the dispersion, x counted from its mean."""
 
     def __init__(self, cells: Cells, logarithmic: bool) -> None:
@@ -161,22 +161,6 @@ class _Regression:
             start = np.append(Composite([0], self.cells).best(), 0.0)
         return most_likely(self.rows, weight, start)[0]
 
-    def scores(self, at: FloatArray) -> FloatArray:
-        """Return each cell's own gradient."""
-        return scores(at, self.rows, len(self.cells.number))
-
-    def curvature(self, at: FloatArray) -> FloatArray:
-        """Return the curvature of the log-likelihood."""
-        return likelihood(at[None], self.rows, self.cells.total[None]).curvature[0]
-
-    def value(self, at: FloatArray) -> float:
-        """Return the log-likelihood."""
-        return float(likelihood(at[None], self.rows, self.cells.total[None]).value[0])
-
-    def best(self) -> FloatArray:
-        """Return the parameters for all walls."""
-        return self.at(self.cells.total[None])[0]
-
     def fits(self) -> list[Fit]:
         """Return the curve at the mean of the second variable."""
         at = self.best()
@@ -191,6 +175,8 @@ def _fitted(
     status = reasons(model.cells)[0] or FITTED
     at, alone = np.full(3, np.nan), np.full(2, np.nan)
     again = np.empty((0, 3))
+    level = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])
+    tails = level
     attrs: dict[str, float] = {}
     if status == FITTED:
         plain = Composite([0], model.cells)
@@ -200,11 +186,14 @@ def _fitted(
             at = np.full(3, np.nan)
         else:
             attrs = {"aic_with": 6.0 - 2.0 * model.value(at), "aic_without": 4.0 - 2.0 * plain.value(alone)}
-            if bootstrap:
-                found: Resampled = resample(model, at, bootstrap, random)
-                again = found.again
+            if bootstrap and known_walls(model) < FEW_WALLS:
+                again, tails = draw_posterior(model, at, random), level
+            elif bootstrap:
+                again, tails = (
+                    resample(model, at, bootstrap, random).again,
+                    special.ndtr(expanded(level, known_walls(model))),
+                )
     regressors = model.regressors(grid_z)
-    tails = [0.5 * (1 - confidence), 0.5 * (1 + confidence)]
     with np.errstate(divide="ignore"):
         log_grid = np.log(grid)
 

@@ -1,0 +1,175 @@
+"""Few walls: draws from the posterior of the parameters with the prior that makes its intervals hold what they say.
+
+For capacities that are known exactly, or up to a number of walls, quantiles of the posterior with the right-invariant
+prior d(ln median) d(dispersion) / dispersion are exact confidence limits, of the median (Student's t), of the
+dispersion (chi-squared) and of each probability, however few walls there are (Severini, Mukerjee and Ghosh 2002,
+Biometrika 89). Likelihood ratios and resamples of a few walls are not: studies/coverage.
+
+Where each wall is known at one movement alone, that prior would let the dispersion run away, and Jeffreys' takes its
+place: the root of the determinant of the information, which is that of Firth's (1993, Biometrika 80) penalty.
+
+For each dispersion the likelihood is close to a normal density in ln(median)/dispersion. The dispersion is drawn from
+its density by Laplace's approximation, the others from those normals, and the draws are weighted by what their density
+really is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.uq.estimate import effective_samples
+from damagepred.uq.fragility.capacities import Cells
+from damagepred.uq.fragility.estimators import Estimator
+from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Likelihood, likelihood
+
+FloatArray = NDArray[np.float64]
+
+_POINTS = 60
+"""Dispersions to either side of the estimate at which the density is worked out."""
+
+_NOTHING = 25.0
+"""Logarithm by which it has fallen where it no longer counts."""
+
+_DRAWS = 1500
+
+
+def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Generator) -> FloatArray:
+    """Draw from the posterior of the parameters, array (draws, parameters).
+
+    Parameters
+    ----------
+    estimator : Estimator
+        With the walls; its likelihood must be that of the walls, no product of categories' own.
+    best : array (parameters,)
+        Its estimate.
+    random : Generator
+        Source of the draws.
+
+    Notes
+    -----
+    Walls that weigh differently count as so many alike ones that would know as much (Kish).
+    """
+    cells, single = estimator.cells, _known_once(estimator.cells)
+    weight = cells.total * (_kish(cells.weight, cells.number) / cells.total.sum())
+
+    def of(at: FloatArray) -> Likelihood:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return likelihood(at, estimator.rows, np.broadcast_to(weight, (len(at), len(weight))))
+
+    def log_prior(at: FloatArray, here: Likelihood) -> FloatArray:
+        if single:
+            with np.errstate(invalid="ignore"):
+                return np.asarray(0.5 * np.linalg.slogdet(-here.curvature)[1])
+        return np.asarray(-(others + 1.0) * np.log(at[:, 0]))
+
+    others = len(best) - 1
+    spread = np.sqrt(max(np.linalg.pinv(-of(best[None]).curvature[0], hermitian=True)[0, 0], 0.0)) / best[0]
+    step = np.clip(8.0 * spread, 4.0, 12.0) / _POINTS
+    upwards, downwards = (list(_along(best, direction * step, of, log_prior)) for direction in (1.0, -1.0))
+    found = [*downwards[:0:-1], *upwards]
+    log_g, density = np.array([np.log(one.at[0]) for one in found]), np.array([one.density for one in found])
+    at, precision = np.array([one.at for one in found]), np.array([one.precision for one in found])
+    density = np.exp(density - density.max())
+    share = 0.5 * (density[1:] + density[:-1]) * np.diff(log_g)
+    upto = np.append(0.0, np.cumsum(share)) / share.sum()
+    # draws from the density between the points, taken as even, and from the normals at the nearest points
+    uniform = (np.arange(_DRAWS) + random.random(_DRAWS)) / _DRAWS
+    panel = np.clip(np.searchsorted(upto, uniform, side="right") - 1, 0, len(share) - 1)
+    inside = (uniform - upto[panel]) / np.maximum(np.diff(upto)[panel], 1e-300)
+    drawn_g = log_g[panel] + inside * np.diff(log_g)[panel]
+    middle = at[panel, 1:] + inside[:, None] * (at[panel + 1, 1:] - at[panel, 1:])
+    factor = np.linalg.cholesky(np.linalg.inv(precision))[panel]
+    normal = random.standard_normal((_DRAWS, others))
+    draws = np.column_stack((np.exp(drawn_g), middle + np.einsum("nij,nj->ni", factor, normal)))
+    proposed = (
+        np.log(share[panel] / np.diff(log_g)[panel]) - 0.5 * (normal**2).sum(axis=1)
+        - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
+    )  # fmt: skip
+    here = of(draws)
+    log_weight = here.value + log_prior(draws, here) + drawn_g - proposed
+    log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
+    heavy = np.exp(log_weight - log_weight.max())
+    # systematic resampling: each draw as often as its weight says
+    places = (np.arange(_DRAWS) + random.random()) / _DRAWS
+    return draws[np.minimum(np.searchsorted(np.cumsum(heavy) / heavy.sum(), places), _DRAWS - 1)]
+
+
+def known_walls(estimator: Estimator) -> float:
+    """Return how many alike walls tell of the category of which the fewest do (Kish).
+
+    Those that reached it; where each wall is known at one movement alone, the fewer of those that did and did not, and
+    with several categories half of all.
+    """
+    cells = estimator.cells
+    if _known_once(cells) and len(cells.lower) > 1:
+        return 0.5 * _kish(cells.weight, cells.number)
+    found = []
+    for lower, upper in zip(cells.lower, cells.upper):
+        reached = np.isfinite(upper)
+        kinds = [reached, (lower > 0) & ~reached] if _known_once(cells) else [reached]
+        found += [_kish(cells.weight[kind], cells.number[kind]) for kind in kinds]
+    return min(found, default=0.0)
+
+
+def _kish(weight: FloatArray, number: NDArray[np.int64]) -> float:
+    return effective_samples(np.repeat(weight, number))
+
+
+def _known_once(cells: Cells) -> bool:
+    """Whether each wall is known at one movement alone."""
+    return bool((cells.lower[np.isfinite(cells.upper)] == 0).all())
+
+
+class _Point(NamedTuple):
+    """Where the likelihood is largest for a dispersion.
+
+    Attributes
+    ----------
+    at : array (parameters,)
+        The parameters.
+    density : float
+        Logarithm of the posterior density of the first parameter's logarithm, up to a constant.
+    precision : array (parameters - 1, parameters - 1)
+        Negative curvature of the log-likelihood by the other parameters.
+    """
+
+    at: FloatArray
+    density: float
+    precision: FloatArray
+
+
+def _along(
+    best: FloatArray,
+    step: float,
+    of: Callable[[FloatArray], Likelihood],
+    log_prior: Callable[[FloatArray, Likelihood], FloatArray],
+) -> Iterator[_Point]:
+    """Follow the largest likelihood from its maximum to ever larger or smaller dispersions, as far as it counts."""
+    at, most = best.copy(), -np.inf
+    while 1.0 / LARGEST <= at[0] <= 1.0 / SMALLEST:
+        here = of(at[None])
+        for _ in range(50):
+            way = np.linalg.pinv(-here.curvature[0, 1:, 1:], hermitian=True) @ here.gradient[0, 1:]
+            if here.gradient[0, 1:] @ way <= 1e-8:
+                break
+            for _ in range(40):
+                to = at + np.append(0.0, way)
+                new = of(to[None])
+                if new.value[0] >= here.value[0] - 1e-12:
+                    break
+                way = way / 2
+            at, here = to, new
+        precision = -here.curvature[0, 1:, 1:]
+        if not np.isfinite(precision).all() or np.linalg.eigvalsh(precision).min() <= 0:
+            return
+        density = float((here.value + log_prior(at[None], here))[0] + np.log(at[0]))
+        density -= 0.5 * float(np.linalg.slogdet(precision)[1])
+        most = max(most, density)
+        if not density >= most - _NOTHING:
+            return
+        yield _Point(at, density, precision)
+        at = at * np.exp(step)  # the medians stay

@@ -1,0 +1,94 @@
+"""How often an interval of 90 % holds the truth, for every interval that the toolkit prints.
+
+Run: python studies/coverage/run.py [--repetitions 400] [--quick] [--only WORD ...] [--seed 1] [-o FOLDER]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+from cases import Case, cases  # noqa: E402
+
+from damagepred.archive.files import write_whole  # noqa: E402
+from damagepred.errors import InputError  # noqa: E402
+
+NOMINAL = 0.9
+LEAST = 0.85
+"""Coverage below which an interval does not keep what it says."""
+
+
+def measure(interval: str, samples: str, case: Case, repetitions: int, seed: int) -> list[dict[str, object]]:
+    """Repeat a case; return a row for each of its quantities."""
+    ends: dict[str, list[tuple[float, float, float]]] = {}
+    number = zlib.crc32(f"{interval}, {samples}".encode())
+    for repetition in range(repetitions):
+        random = np.random.default_rng([seed, number, repetition])
+        try:
+            found = case(random)
+        except InputError:
+            continue
+        for name, limits in found.items():
+            ends.setdefault(name, []).append(limits)
+    rows: list[dict[str, object]] = []
+    for name, limits in ends.items():
+        lower, upper, truth = np.array(limits).T
+        given = np.isfinite(lower) & ~np.isnan(upper)
+        count = int(given.sum())
+        below, above = (float((given & miss).sum()) / max(count, 1) for miss in (truth < lower, truth > upper))
+        coverage = 1.0 - below - above if count else np.nan
+        error = np.sqrt(coverage * (1 - coverage) / count) if count else np.nan
+        rows.append({
+            "interval": interval, "samples": samples, "quantity": name, "repetitions": repetitions,
+            "given": count / repetitions, "coverage": coverage, "error": error, "truth_below": below,
+            "truth_above": above,
+        })  # fmt: skip
+    return rows
+
+
+def chosen(only: Sequence[str]) -> dict[tuple[str, str], Case]:
+    """Return the cases whose interval begins with one of the words."""
+    return {key: case for key, case in cases().items() if not only or any(key[0].startswith(word) for word in only)}
+
+
+def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = ()) -> pd.DataFrame:
+    """Measure all cases, and write the table after each."""
+    rows: list[dict[str, object]] = []
+    began, wanted = time.monotonic(), chosen(only)
+    for number, ((interval, samples), case) in enumerate(wanted.items(), 1):
+        rows += measure(interval, samples, case, repetitions, seed)
+        table = pd.DataFrame(rows)
+        write_whole(folder / "coverage.csv", lambda path, t=table: t.to_csv(path, index=False, float_format="%.4g"))
+        worst = min(
+            (float(r["coverage"]) for r in rows if (r["interval"], r["samples"]) == (interval, samples)), default=np.nan
+        )  # type: ignore[arg-type]
+        print(f"{number} of {len(wanted)}, {time.monotonic() - began:.0f} s: {interval}, {samples}: {worst:.2f}",
+              flush=True)  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def main() -> None:
+    """Read the command line, measure, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repetitions", type=int, default=400)
+    parser.add_argument("--quick", action="store_true", help="30 repetitions")
+    parser.add_argument("--only", nargs="*", default=[], help="words that intervals begin with")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("-o", "--output", type=Path, default=HERE)
+    asked = parser.parse_args()
+    asked.output.mkdir(parents=True, exist_ok=True)
+    run(asked.output, 30 if asked.quick else asked.repetitions, asked.seed, asked.only)
+
+
+if __name__ == "__main__":
+    main()
