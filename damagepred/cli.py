@@ -322,6 +322,9 @@ def fragility(
     export: Annotated[
         Export | None, typer.Option("--export", help="Write for another program, beside -o or the study folder.")
     ] = None,
+    extrapolated: Annotated[
+        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
+    ] = False,
     categories: Annotated[
         str | None, typer.Option("--categories", help="Categories to fit, such as 1,2,3; by default all.")
     ] = None,
@@ -370,7 +373,7 @@ def fragility(
     if export is not None:
         from damagepred.exports import export_curves
 
-        for file in export_curves(curves, export.value, output or folder):
+        for file in export_curves(curves, export.value, output or folder, extrapolated=extrapolated):
             screen.say(f"wrote {file}")
     screen.fragility_table(curves)
     if note := footing_gap_note(study):

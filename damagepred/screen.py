@@ -435,7 +435,7 @@ def fragility_table(curves: xr.Dataset) -> None:
         count = f"{int(c['reached'])} of {int(c['reached']) + int(c['not_reached'])}"
         rows.append(
             [f"{category} {str(c['category_name'].values).replace('_', ' ')}",
-             _with_band(c, "median", scale, ".1f" if in_mm else ".3g"), _with_band(c, "dispersion", 1.0, ".2f"),
+             _median_cell(c, scale, ".1f" if in_mm else ".3g"), _with_band(c, "dispersion", 1.0, ".2f"),
              count, str(c["fit_status"].values)]
         )  # fmt: skip
     measure = str(curves.attrs["intensity_measure"]).replace("_", " ")
@@ -541,6 +541,13 @@ def _fit_lines(curves: xr.Dataset) -> list[str]:
 
 def _category(number: int, names: Sequence[str]) -> str:
     return f"{number} {names[number].replace('_', ' ')}"
+
+
+def _median_cell(curve: xr.Dataset, scale: float, digits: str) -> str:
+    """Return a median with its band; of a curve that is extrapolated only what is known of it."""
+    if str(curve["fit_status"].values) != "extrapolated":
+        return _with_band(curve, "median", scale, digits)
+    return f"> {scale * float(curve['median']):{digits}}"
 
 
 def _with_band(curve: xr.Dataset, name: str, scale: float, digits: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 
@@ -64,7 +64,11 @@ def export_place(kind: str, beside: str | Path) -> Path:
 
 
 def export_curves(
-    curves: xr.Dataset, kind: str, beside: str | Path, categories: Sequence[int] | None = None
+    curves: xr.Dataset,
+    kind: str,
+    beside: str | Path,
+    categories: Sequence[int] | None = None,
+    extrapolated: bool = False,
 ) -> list[Path]:
     """Write fragility curves for another program.
 
@@ -79,6 +83,8 @@ def export_curves(
         See ``export_place``.
     categories : sequence of int, optional
         By default all.
+    extrapolated : bool
+        Whether curves are told whose median lies beyond the largest movement to which a wall was followed.
 
     Returns
     -------
@@ -94,11 +100,15 @@ def export_curves(
     """
     place = export_place(kind, beside)
     if kind == "pelicun":
-        frame, options = pelicun_frame(curves, categories=categories), place.with_suffix(".json")
+        frame, options = (
+            pelicun_frame(curves, categories=categories, extrapolated=extrapolated),
+            place.with_suffix(".json"),
+        )
         config = json.dumps(pelicun_config(curves), indent=2) + "\n"
         write_csv(frame, place)
         write_whole(options, lambda p: p.write_text(config, encoding="utf-8"))
         return [place, options]
-    xml = openquake_xml(curves, "discrete" if kind.endswith("discrete") else "continuous", categories=categories)
+    form: Literal["continuous", "discrete"] = "discrete" if kind.endswith("discrete") else "continuous"
+    xml = openquake_xml(curves, form, categories=categories, extrapolated=extrapolated)
     write_whole(place, lambda p: p.write_text(xml, encoding="utf-8"))
     return [place]

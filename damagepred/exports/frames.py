@@ -24,11 +24,14 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by category and intensity (m, or 1 for a ratio); columns ``category_name``, ``probability`` with
-        ``_lower`` and ``_upper``, and ``empirical``.
+        Indexed by category and intensity (m, or 1 for a ratio), as far as walls were followed; columns
+        ``category_name``, ``fit_status``, ``probability`` with ``_lower`` and ``_upper``, and ``empirical``.
     """
     points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
     frame = curves[points].to_dataframe()
+    if "fit_status" in curves:
+        status = curves["fit_status"].to_series()
+        frame.insert(0, "fit_status", status.reindex(frame.index.get_level_values("category")).to_list())
     if "category_name" in frame:
         frame.insert(0, "category_name", frame.pop("category_name"))
     return frame

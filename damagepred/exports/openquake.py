@@ -42,6 +42,7 @@ def openquake_xml(
     form: Literal["continuous", "discrete"] = "continuous",
     identifier: str = MODEL,
     categories: Sequence[int] | None = None,
+    extrapolated: bool = False,
 ) -> str:
     """Return a fragility model as NRML 0.5.
 
@@ -56,6 +57,8 @@ def openquake_xml(
         Of model and function: letters, digits, and ``_ - .``; assets name it as their taxonomy.
     categories : sequence of int, optional
         By default all.
+    extrapolated : bool
+        See ``limit_states``.
 
     Raises
     ------
@@ -66,7 +69,7 @@ def openquake_xml(
         raise InputError(f"form = {form!r}: must be 'continuous' or 'discrete'.")
     if not identifier or not all(c.isascii() and (c.isalnum() or c in "_-.") for c in identifier):
         raise InputError(f"identifier = {identifier!r}: may have letters, digits, '_', '-' and '.' alone.")
-    states = limit_states(curves, categories)
+    states = limit_states(curves, categories, extrapolated)
     require_order(states, "OpenQuake")
     root = Tree.Element("nrml", {"xmlns": NAMESPACE})
     model = Tree.SubElement(

@@ -40,7 +40,10 @@ DEMANDS = {
 
 
 def pelicun_frame(
-    curves: xr.Dataset, component: str = COMPONENT, categories: Sequence[int] | None = None
+    curves: xr.Dataset,
+    component: str = COMPONENT,
+    categories: Sequence[int] | None = None,
+    extrapolated: bool = False,
 ) -> pd.DataFrame:
     """Return the table that pelicun loads as a damage model.
 
@@ -52,6 +55,8 @@ def pelicun_frame(
         Name of the component.
     categories : sequence of int, optional
         By default all; limit state i is the i-th of them.
+    extrapolated : bool
+        See ``limit_states``.
 
     Returns
     -------
@@ -65,7 +70,7 @@ def pelicun_frame(
     """
     import pandas as pd
 
-    states = limit_states(curves, categories)
+    states = limit_states(curves, categories, extrapolated)
     require_order(states, "pelicun")
     demand = _demand(states.measure)
     row: dict[str, Any] = {

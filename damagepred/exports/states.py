@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.errors import InputError
+from damagepred.uq.fragility.describe import lognormal_of
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +58,9 @@ class LimitStates:
         return special.ndtr(distance / self.dispersion[:, None])
 
 
-def limit_states(curves: xr.Dataset, categories: Sequence[int] | None = None) -> LimitStates:
+def limit_states(
+    curves: xr.Dataset, categories: Sequence[int] | None = None, extrapolated: bool = False
+) -> LimitStates:
     """Read the lognormal curves of some categories.
 
     Parameters
@@ -66,11 +69,13 @@ def limit_states(curves: xr.Dataset, categories: Sequence[int] | None = None) ->
         As ``damagepred.fit_fragility`` returns it.
     categories : sequence of int, optional
         By default all that were asked for in the fit.
+    extrapolated : bool
+        Whether curves are taken whose median lies beyond the largest movement to which a wall was followed.
 
     Raises
     ------
     InputError
-        If the dataset holds no curves, or a category has none.
+        If the dataset holds no curves, a category has none, or one that cannot be told by median and dispersion.
     """
     for name in ("median", "dispersion", "fit_status", "intensity", "category"):
         if name not in curves.variables:
@@ -82,11 +87,24 @@ def limit_states(curves: xr.Dataset, categories: Sequence[int] | None = None) ->
     if unknown := [c for c in wanted if c not in known] or (not wanted and [0]):
         raise InputError(f"categories = {unknown}: the curves are of the categories {_listed(known)}.")
     chosen = curves.sel(category=wanted)
-    fitted = np.isfinite(chosen["median"].values) & np.isfinite(chosen["dispersion"].values)
+    form = lognormal_of(chosen)
+    why = [str(status) for status in chosen["fit_status"].values]
+    fitted = np.isfinite(form.median) & np.isfinite(form.dispersion)
+    for k in np.flatnonzero(fitted):
+        if form.start[k] > 0:
+            fitted[k], why[k] = (
+                False,
+                (
+                    f"{form.start[k]:.2g} of the walls are in it before any movement, which no median and dispersion tell"
+                ),
+            )
+        elif form.extrapolated[k] and not extrapolated:
+            fitted[k], why[k] = (
+                False,
+                ("its median lies beyond the largest movement to which a wall was followed (--extrapolated takes it)"),
+            )
     if not fitted.all():
-        reasons = "; ".join(
-            f"category {c}: {s}" for c, s, f in zip(wanted, chosen["fit_status"].values, fitted) if not f
-        )
+        reasons = "; ".join(f"category {c}: {s}" for c, s, f in zip(wanted, why, fitted) if not f)
         left = [c for c, f in zip(wanted, fitted) if f]
         raise InputError(
             f"these categories have no curve to export: {reasons}. "
@@ -101,8 +119,8 @@ def limit_states(curves: xr.Dataset, categories: Sequence[int] | None = None) ->
     return LimitStates(
         category=tuple(wanted),
         name=tuple(str(n).replace(" ", "_") for n in names),
-        median=np.asarray(chosen["median"].values, dtype=np.float64),
-        dispersion=np.asarray(chosen["dispersion"].values, dtype=np.float64),
+        median=form.median,
+        dispersion=form.dispersion,
         measure=str(curves.attrs.get("intensity_measure", "intensity")),
         units=str(intensity.attrs.get("units", "1")),
         largest=float(intensity.values.max()),

@@ -21,6 +21,7 @@ from damagepred.plotting.sheet import (
     verbatim,
 )
 from damagepred.scene.site import site_classes
+from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED
 
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
@@ -78,7 +79,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
                 x, one["empirical"].values, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3
             )
         name = f"category {int(category)} ({_name(curves, number)})"
-        if status not in ("fitted", EMPIRICAL):
+        if status not in (*DRAWN, EMPIRICAL):
             handles.append(Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {status}"))
             continue
         steps = status == EMPIRICAL
@@ -118,9 +119,10 @@ def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) 
         return "fewer than half of the walls reached it"
     curvature = one["intensity"].attrs.get("units") == "m-1"
     shown = f"{median:.3g} 1/m" if curvature else f"{plain_number(median)} mm" if in_metres else as_ratio(median)
-    beyond = " (beyond the study's movement)" if median > largest else ""
+    if str(one["fit_status"].item()) == EXTRAPOLATED or median > largest:
+        return f"median beyond {plain_number(largest) + ' mm' if in_metres else shown}, to which walls were moved"
     scatter = float(one["dispersion"])
-    return f"median {shown}{beyond}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
+    return f"median {shown}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
 
 
 def as_ratio(value: float) -> str:

@@ -15,6 +15,7 @@ from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_ground
 from damagepred.study.settings import StudySettings
 from damagepred.uq.fragility.capacities import sample_weights
+from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 DOUBTFUL = 0.05
 """Probability of a curve's distance from its walls below which it is not to be trusted."""
@@ -162,15 +163,18 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
                 f"The curve of category {int(category)} is doubtful: of walls that follow such a curve, "
                 f"{chance(float(one['p_value']))} lie as far from it as these do. Read the steps beside it."
             )
-        median = float(one["median"])
+        median, extrapolated = float(one["median"]), str(one["fit_status"].item()) == EXTRAPOLATED
         if (
             np.isfinite(median)
-            and median > moved > 0
+            and (median > moved > 0 or extrapolated)
             and str(curves.attrs.get("intensity_measure")) != "deflection_ratio"
         ):
             said.append(
-                f"The median of category {int(category)}, {length(median)}, lies beyond {length(moved)}, to which all "
-                "walls were moved: an extrapolation."
+                f"The median of category {int(category)} lies beyond {length(median)}, the largest movement of a wall: "
+                "its curve is known as far as that and no further."
+                if extrapolated
+                else f"The median of category {int(category)}, {length(median)}, lies beyond {length(moved)}, to which "
+                "all walls were moved: an extrapolation."
             )
     if int(curves.attrs.get("curves_cross", 0)):
         said.append("The curves of two categories, fitted apart, cross; where they do, neither is to be trusted.")

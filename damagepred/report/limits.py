@@ -12,7 +12,7 @@ from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
 from damagepred.report.words import chance, length, named, with_band
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import Fit
+from damagepred.uq.fragility.describe import lognormal_of
 
 MEASURE = "central_deflection"
 
@@ -136,12 +136,13 @@ def _limit(limit: Limit) -> list[str]:
 def _from_curve(curves: xr.Dataset, category: int, at: float) -> str:
     if category not in curves["category"].values:
         return "–"
-    one = curves.sel(category=category)
-    median, dispersion = float(one["median"]), float(one["dispersion"])
-    if not (np.isfinite(median) and np.isfinite(dispersion)):
+    one, form = curves.sel(category=category), lognormal_of(curves.sel(category=[category]))
+    if not np.isfinite(form.median * form.dispersion).all():
         return "–"
-    value = float(Fit(median, dispersion, "fitted").probability(np.array([at]))[0])
     grid = one["intensity"].values
+    if at > grid[-1] * (1 + 1e-9):
+        return "not moved as far"
+    value = float(form.probability(np.array([at]))[0, 0])
     low, high = (
         float(np.interp(at, grid, one[f"probability_{end}"].values, right=np.nan)) for end in ("lower", "upper")
     )

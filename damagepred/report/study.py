@@ -26,6 +26,7 @@ from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.study.words import duration
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.bands import FEW_WALLS
+from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 if TYPE_CHECKING:
     from damagepred.path import Step
@@ -154,6 +155,8 @@ def _facts(ds: xr.Dataset, curves: xr.Dataset) -> list[tuple[str, str]]:
 
 def _median(one: xr.Dataset, unit: str, between: str = " ") -> str:
     value, low, high = (_in_unit(float(one[f"median{end}"]), unit) for end in ("", "_lower", "_upper"))
+    if str(one["fit_status"].item()) == EXTRAPOLATED:
+        return f"> {value}" if unit != "1" else f"beyond {value}"
     return with_band(value, low, high, between)
 
 
@@ -343,8 +346,8 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
         "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
-        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category that fewer than {FEW_WALLS} "
-        "walls tell of, quantiles of the posterior. Goodness of fit: how often walls of the "
+        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category that fewer than "
+        f"{FEW_WALLS} walls tell of, quantiles of the posterior. Goodness of fit: how often walls of the "
         "curve itself lie as far from it as these walls do; below 0.05 the curve is doubtful."
     )
     if str(curves.attrs["model"]) == "common":

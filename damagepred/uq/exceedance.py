@@ -314,7 +314,8 @@ def median_movement(
 
     Its error is that of the logarithm: by leaving out one replicate of Sobol points after the other where there are at
     least four, otherwise by resampling walls. Where fewer than 100 walls tell of it, error and interval are those of
-    the posterior (``damagepred.uq.fragility.posterior``).
+    the posterior (``damagepred.uq.fragility.posterior``). Where it lies beyond the largest movement to which a wall was
+    followed, the value is that movement, a lower bound, and the interval has no upper end.
 
     Parameters
     ----------
@@ -330,6 +331,17 @@ def median_movement(
         Of the resampling.
     """
     known = walls(ds, category, intensity, keep_failed=True)
+    # those damaged before any movement say nothing of the others' curve
+    known = known._replace(upper=np.where(known.upper <= 0, np.inf, known.upper))
+    largest = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
+    found = _median_of(known, category, confidence, seed)
+    if not found.value > largest * (1 + 1e-9):
+        return found
+    return found._replace(value=largest, error=np.nan, lower=min(found.lower, largest), upper=np.inf)
+
+
+def _median_of(known: Walls, category: int, confidence: float, seed: int) -> Estimate:
+    """Return the median of the lognormal curve, wherever it lies."""
     count = len(known.lower)
     heavy = np.ones(count) if known.weight is None else known.weight
     kish = effective_samples(heavy)

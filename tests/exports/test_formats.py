@@ -187,7 +187,7 @@ def test_frames_of_curves_hold_what_the_dataset_holds(ratios: xr.Dataset) -> Non
     points, parameters = curves_frame(ratios), parameters_frame(ratios)
     assert points.index.names == ["category", "intensity"]
     assert list(points.columns) == [
-        "category_name", "probability", "probability_lower", "probability_upper", "empirical",
+        "category_name", "fit_status", "probability", "probability_lower", "probability_upper", "empirical",
     ]  # fmt: skip
     assert np.array_equal(points["probability"].to_numpy().reshape(4, -1), ratios["probability"].values)
     assert parameters.loc[2, "median"] == 1 / 500

@@ -208,6 +208,12 @@ def fair_weights(weight: FloatArray, upper: FloatArray, good: NDArray[np.bool_] 
     return weight * (reached.sum() / total) if total > 0 else weight
 
 
+def others_alone(found: Capacities) -> Capacities:
+    """Return capacities in which those reached before any movement say nothing: what is left is of the other walls."""
+    before = found.upper <= 0
+    return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)
+
+
 class Cells(NamedTuple):
     """Walls put together that say the same: only how many there are of each matters.
 

@@ -22,13 +22,14 @@ from damagepred.uq.fragility.capacities import (
     Cells,
     Walls,
     highest_category,
+    others_alone,
     read_capacities,
     require_categories,
     tally,
 )
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import Composite, Estimator, estimators
-from damagepred.uq.fragility.fit import FITTED, Fit, reasons
+from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED, FITTED, Fit, reasons
 from damagepred.uq.fragility.intensity import chosen_intensity
 from damagepred.uq.fragility.models import fit_cells, require_ascending
 from damagepred.uq.fragility.posterior import draw_posterior, known_walls
@@ -117,10 +118,11 @@ def fit_fragility(
     xarray.Dataset
         ``probability``, ``probability_lower``, ``probability_upper``, ``empirical`` on (category, intensity);
         ``median``, ``dispersion`` with ``_lower`` and ``_upper``, ``reached``, ``not_reached``, ``failed``,
-        ``fit_status``, ``fit_note``, the bounds ``median_failed_undamaged`` and ``median_failed_damaged``, the
-        Kolmogorov ``distance`` from the empirical curve, ``p_value`` of the misfit to it and ``resamples_fitted`` on
-        (category,); as attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and
-        ``aic_common``, from ``aic_walls`` walls.
+        ``fit_status``, ``fit_note``, ``share_at_start`` with both (walls that reached the category before any
+        movement; median and dispersion are of the others), ``median_extrapolated``, the bounds
+        ``median_failed_undamaged`` and ``median_failed_damaged``, the Kolmogorov ``distance`` from the empirical curve,
+        ``p_value`` of the misfit to it and ``resamples_fitted`` on (category,); as attributes Akaike's criterion of
+        separate dispersions and of a common one, ``aic_separate`` and ``aic_common``, from ``aic_walls`` walls.
 
     Raises
     ------
@@ -129,6 +131,10 @@ def fit_fragility(
 
     Notes
     -----
+    A curve ends where walls end. Where its median lies beyond the largest movement to which a wall was followed, its
+    status is "extrapolated": ``median`` is that movement, a lower bound, and the number fitted is
+    ``median_extrapolated``. Bounds beyond are infinite.
+
     A failed wall counts as far as it was followed: it had not reached the category by then, and nothing is known
     beyond. That is right if walls do not fail because they are weak or strong; the bounds are without that.
     """
@@ -176,14 +182,22 @@ def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: 
 
 def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
     """Return the columns of the dataset, and its attributes that tell of all curves together."""
-    found = walls.capacities
     kinds = range(len(asked.categories))
-    alone = [tally(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
-    columns = _counts(found)
+
+    def each(found: Capacities) -> list[Cells]:
+        return [tally(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
+
+    columns = _counts(walls.capacities)
+    alone = each(walls.capacities)
     free = [_empirical(cells, walls.single) for cells in alone]
     columns["empirical"] = np.array([one.probability(asked.grid) for one in free])
     if asked.model == "empirical":
         return columns | _without_form(alone, walls, asked), {}
+    before, walls = walls.capacities.upper <= 0, walls._replace(capacities=others_alone(walls.capacities))
+    found = walls.capacities
+    if before.any():
+        alone = each(found)
+        free = [_empirical(cells, walls.single) for cells in alone]
     common = asked.model == "common"
     whole = tally(found.lower, found.upper, walls.weight) if common else None
     fits = [Fit(np.nan, np.nan, why) for c in (alone if whole is None else [whole]) for why in reasons(c, common)]
@@ -196,7 +210,40 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     columns |= _failures(walls, fits, common) | _judged(fits, free, walls, asked)
     columns["resamples_fitted"] = share
     columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, asked) for k in kinds])
+    _put_start(columns, before, walls.weight, asked.confidence)
+    _end_where_walls_end(columns, walls.largest)
     return columns, _criteria(fits, walls)
+
+
+def _put_start(
+    columns: dict[str, NDArray[Any]], before: NDArray[np.bool_], weight: FloatArray, confidence: float
+) -> None:
+    """Add the share of walls that reached a category before any movement: probability p0 + (1 - p0) Phi(...)."""
+    kish, count = effective_samples(weight), before.sum(axis=1)
+    share = before @ weight / weight.sum()
+    limits = [wilson(p, kish, normal_factor(confidence)) if n else (0.0, 0.0) for p, n in zip(share, count)]
+    columns["share_at_start"] = share
+    columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(limits).reshape(-1, 2).T
+    for end in ("", "_lower", "_upper"):
+        p0 = columns[f"share_at_start{end}"][:, None]
+        columns[f"probability{end}"] = p0 + (1.0 - p0) * columns[f"probability{end}"]
+    said = [
+        f"{n} walls reached it before any movement; median and dispersion are of the others" if n else "" for n in count
+    ]
+    columns["fit_note"] = np.array(["; ".join(filter(None, both)) for both in zip(said, columns["fit_note"])])
+
+
+def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
+    """Give a median beyond the largest movement of the walls as what is known of it: a lower bound."""
+    beyond = (columns["fit_status"] == FITTED) & (columns["median"] > largest * (1 + 1e-9))
+    columns["fit_status"] = np.where(beyond, EXTRAPOLATED, columns["fit_status"])
+    columns["median_extrapolated"] = np.where(beyond, columns["median"], np.nan)
+    columns["median"] = np.where(beyond, largest, columns["median"])
+    columns["median_lower"] = np.where(beyond, np.fmin(columns["median_lower"], largest), columns["median_lower"])
+    columns["median_upper"] = np.where(beyond & np.isfinite(columns["median_lower"]), np.inf, columns["median_upper"])
+    for end in ("undamaged", "damaged"):
+        failed = columns[f"median_failed_{end}"]
+        columns[f"median_failed_{end}"] = np.where(failed > largest * (1 + 1e-9), np.inf, failed)
 
 
 def _counts(found: Capacities) -> dict[str, NDArray[Any]]:
@@ -401,5 +448,5 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, aske
 
 def _cross(columns: dict[str, NDArray[Any]]) -> bool:
     """Whether a worse category is anywhere more probable than a lesser one."""
-    fitted = [p for p, s in zip(columns["probability"], columns["fit_status"]) if s in (FITTED, EMPIRICAL)]
+    fitted = [p for p, s in zip(columns["probability"], columns["fit_status"]) if s in (*DRAWN, EMPIRICAL)]
     return any(bool((worse > lesser + 1e-9).any()) for lesser, worse in itertools.pairwise(fitted))

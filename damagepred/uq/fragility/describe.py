@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy import special
 
 from damagepred.uq.fragility.intensity import attributes
 
@@ -64,6 +65,48 @@ def curves_dataset(
     return result
 
 
+class Lognormal(NamedTuple):
+    """What curves are made of, arrays (categories,): probability p0 + (1 - p0) Phi(ln(x / median) / dispersion).
+
+    Attributes
+    ----------
+    median, dispersion : array
+        Of the walls that the movement damages, as fitted; NaN where there is no curve.
+    start : array
+        Share p0 of the walls that are damaged before any movement.
+    extrapolated : array of bool
+        Whether the median lies beyond the largest movement to which a wall was followed.
+    """
+
+    median: NDArray[np.float64]
+    dispersion: NDArray[np.float64]
+    start: NDArray[np.float64]
+    extrapolated: NDArray[np.bool_]
+
+    def probability(self, intensity: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the probability of each category or worse, array (categories, n), at n intensities."""
+        with np.errstate(divide="ignore"):
+            distance = np.log(np.asarray(intensity, dtype=np.float64)) - np.log(self.median)[:, None]
+        start = self.start[:, None]
+        return np.asarray(start + (1.0 - start) * special.ndtr(distance / self.dispersion[:, None]))
+
+
+def lognormal_of(curves: xr.Dataset) -> Lognormal:
+    """Read what curves are made of, also those of older versions.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``damagepred.fit_fragility`` returns it.
+    """
+    median, dispersion = (np.asarray(curves[name].values, dtype=np.float64) for name in ("median", "dispersion"))
+    if "median_extrapolated" in curves:
+        beyond = curves["median_extrapolated"].values
+        median = np.where(np.isfinite(beyond), beyond, median)
+    start = curves["share_at_start"].values if "share_at_start" in curves else np.zeros(len(median))
+    return Lognormal(median, dispersion, start, median > float(curves["intensity"].values.max()) * (1 + 1e-9))
+
+
 _COPIED = (
     "source", "damagepred_version", "damagepred_commit", "seed", "damage_table", "damage_measure", "count_footing_gap",
 )  # fmt: skip
@@ -82,6 +125,8 @@ def _describe(variable: xr.DataArray, units: str) -> None:
         variable.attrs.update(
             units="1", long_name="probability of the category or worse" + name[11:].replace("_", ", ")
         )
+    elif name.startswith("share_at_start"):
+        variable.attrs.update(units="1", long_name="share of walls in the category or worse before any movement")
     elif name in _WORDS:
         variable.attrs.update(units="1", long_name=_WORDS[name])
     elif name == "fit_note":

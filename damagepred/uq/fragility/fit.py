@@ -17,6 +17,12 @@ FEWEST = 3
 
 FITTED = "fitted"
 
+EXTRAPOLATED = "extrapolated"
+"""Status of a curve whose median lies beyond the largest movement to which a wall was followed."""
+
+DRAWN = (FITTED, EXTRAPOLATED)
+"""Curves that there are, as far as walls were followed."""
+
 
 class Fit(NamedTuple):
     """A lognormal curve.

@@ -1,0 +1,73 @@
+"""A curve ends where walls end, and walls damaged before any movement leave the others their curve."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import special
+
+from damagepred.errors import InputError
+from damagepred.exports import curves_frame, export_curves
+from damagepred.plotting.fragility import draw_fragility
+from damagepred.uq.fragility import fit_fragility
+from tests.uq.test_fragility import lognormal, study
+
+
+def few() -> xr.Dataset:
+    """Five of 60 walls damaged by 10: what was exported with a median of metres."""
+    random = np.random.default_rng(5)
+    return study(np.append(random.uniform(0.5, 10.0, 5), np.full(55, 99.0)), end=10.0, increments=20)
+
+
+def test_a_median_beyond_the_movement_is_a_lower_bound(tmp_path: Path) -> None:
+    curves = fit_fragility(few(), categories=[1], bootstrap=50)
+    one = curves.isel(category=0)
+    assert str(one["fit_status"].values) == "extrapolated"
+    assert float(one["median"]) == float(curves["intensity"][-1]) == 10.0
+    assert float(one["median_lower"]) <= 10.0 < float(one["median_extrapolated"])
+    assert float(one["median_upper"]) == np.inf
+    assert 0 < float(one["probability"][-1]) < 0.5
+    for kind in ("pelicun", "openquake", "openquake-discrete"):
+        with pytest.raises(InputError, match=r"its median lies beyond the largest movement"):
+            export_curves(curves, kind, tmp_path / "c.nc")
+        assert export_curves(curves, kind, tmp_path / "c.nc", extrapolated=True)
+    assert set(curves_frame(curves)["fit_status"]) == {"extrapolated"}
+    (handle,) = draw_fragility(curves.assign_coords(category_name=("category", ["slight"]))).get_legend().get_texts()
+    assert "median beyond" in handle.get_text()
+    inside = fit_fragility(study(lognormal(np.random.default_rng(1), 5.0, 0.4, 60), end=10.0), categories=[1])
+    assert str(inside["fit_status"].values[0]) == "fitted"
+    assert np.isnan(inside["median_extrapolated"].values).all()
+
+
+def test_older_curves_beyond_the_movement_are_refused_too(tmp_path: Path) -> None:
+    older = fit_fragility(few(), categories=[1], bootstrap=0)
+    older["median"] = older["median_extrapolated"]
+    older = older.drop_vars(["median_extrapolated", "share_at_start"]).assign(fit_status=("category", ["fitted"]))
+    with pytest.raises(InputError, match=r"its median lies beyond"):
+        export_curves(older, "pelicun", tmp_path / "c.nc")
+
+
+@pytest.mark.parametrize("model", ["separate", "common"])
+def test_a_wall_damaged_before_any_movement_leaves_the_others_their_curve(model: str, tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    others = lognormal(random, 8.0, 0.4, 99)[:, None] * np.array([1.0, 1.5])
+    two, rest = (
+        study(values, end=30.0, increments=30) for values in (np.vstack((others, [0.0, 5.0])), others)
+    )  # fmt: skip
+    curves = fit_fragility(two, categories=[1, 2], model=model, bootstrap=50)
+    alone = fit_fragility(rest, categories=[1, 2], model=model, bootstrap=50)
+    one = curves.isel(category=0)
+    assert str(one["fit_status"].values) == "fitted"
+    assert float(one["share_at_start"]) == 0.01
+    assert 0 < float(one["share_at_start_lower"]) < 0.01 < float(one["share_at_start_upper"]) < 0.06
+    if model == "separate":
+        assert float(one["median"]) == pytest.approx(float(alone["median"][0]), rel=1e-6)
+    phi = special.ndtr(np.log(curves["intensity"].values[1:] / float(one["median"])) / float(one["dispersion"]))
+    np.testing.assert_allclose(one["probability"][1:], 0.01 + 0.99 * phi, rtol=1e-12)
+    assert float(one["probability"][0]) == 0.01
+    assert float(curves["share_at_start"][1]) == 0.0
+    assert "1 walls reached it before any movement" in str(one["fit_note"].values)
+    assert (one["probability_lower"] <= one["probability"]).all()
+    with pytest.raises(InputError, match=r"0\.01 of the walls are in it before any movement"):
+        export_curves(curves, "openquake", tmp_path / "c.nc")
