@@ -212,7 +212,12 @@ def rare(
     file: Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)],
     category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
     at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
-    samples: Annotated[int, typer.Option("-n", "--samples", min=10, help="Walls a level.")] = 500,
+    samples: Annotated[
+        int | None, typer.Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
+    ] = None,
+    runs: Annotated[
+        int | None, typer.Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
+    ] = None,
     workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.rare).")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
@@ -224,14 +229,16 @@ def rare(
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.assembly import Limits
     from damagepred.study.capacity import Question
-    from damagepred.study.rare import rare_event
+    from damagepred.study.rare import kept_sizes, rare_event
     from damagepred.study.settings import StudySettings
 
     question = Question(category, screen.quantity("--at", at, "m"), reach)
     settings = StudySettings.from_toml(file).with_samples(None, seed)
     folder = output or file.with_suffix(".rare")
+    sizes = {"samples": 200, "runs": 5} | kept_sizes(folder)
+    sizes |= {key: value for key, value in (("samples", samples), ("runs", runs)) if value is not None}
     found = rare_event(
-        settings, question, folder, samples=samples, level_share=level_share, workers=workers, timeout=timeout,
+        settings, question, folder, **sizes, level_share=level_share, workers=workers, timeout=timeout,
         limits=Limits.asked(yes, timeout),
         on_level=lambda level: screen.say(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )  # fmt: skip

@@ -92,17 +92,12 @@ def limit_states(
     fitted = np.isfinite(form.median) & np.isfinite(form.dispersion)
     for k in np.flatnonzero(fitted):
         if form.start[k] > 0:
-            fitted[k], why[k] = (
-                False,
-                (
-                    f"{form.start[k]:.2g} of the walls are in it before any movement, which no median and dispersion tell"
-                ),
-            )
+            why[k] = f"{form.start[k]:.2g} of the walls are in it before any movement, which the format cannot tell"
         elif form.extrapolated[k] and not extrapolated:
-            fitted[k], why[k] = (
-                False,
-                ("its median lies beyond the largest movement to which a wall was followed (--extrapolated takes it)"),
-            )
+            why[k] = "its median lies beyond the largest movement of a wall (--extrapolated takes it all the same)"
+        else:
+            continue
+        fitted[k] = False
     if not fitted.all():
         reasons = "; ".join(f"category {c}: {s}" for c, s, f in zip(wanted, why, fitted) if not f)
         left = [c for c, f in zip(wanted, fitted) if f]

@@ -70,7 +70,13 @@ class RareEvent(NamedTuple):
             What was asked.
         """
         e, all_damaged = self.estimate, self.failed_damaged
-        said = [
+        said = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
+        if not e.runs:
+            said.append(
+                "the interval is that of one run alone, which holds the truth less often than it says: take --runs 4 "
+                "or more"
+            )
+        said += [
             f"level {k}: margin {level.limit:.4g} or less for {level.share:.3g} of the walls"
             + ("" if np.isnan(level.acceptance) else f", {level.acceptance:.0%} of proposals accepted")
             for k, level in enumerate(e.levels, start=1)
@@ -103,6 +109,7 @@ def rare_event(
     *,
     samples: int = 500,
     level_share: float = 0.1,
+    runs: int = 1,
     workers: int = 1,
     executor: Executor | None = None,
     timeout: float | None = None,
@@ -122,7 +129,7 @@ def rare_event(
         Category and movement.
     out : str or Path
         Folder; the same call goes on with one that is there.
-    samples, level_share : int, float
+    samples, level_share, runs : int, float, int
         See ``damagepred.uq.subset.subset_simulation``.
     workers, executor, timeout, limits
         See ``Study`` and ``Study.run``.
@@ -139,6 +146,7 @@ def rare_event(
         If the folder holds another question or is in use.
     """
     question.check(settings)
+    require_count("runs", runs, 1)
     check_sizes(samples, level_share)  # before the folder is made: nothing else could be asked in it then
     require_count("workers", workers)
     timeout = sample_timeout(timeout, limits, executor)
@@ -149,7 +157,7 @@ def rare_event(
     folder = StudyFolder(out)
     lock = folder.lock()
     try:
-        _prepare(folder, asked, question, {"samples": samples, "level_share": level_share})
+        _prepare(folder, asked, question, {"samples": samples, "level_share": level_share, "runs": runs})
         design = asked.design()
         joints = len(joint_places(asked.scene).x) if design.joint else 0
         size = len(design.wall) + len(design.joint) * joints
@@ -157,7 +165,7 @@ def rare_event(
         def climb(walls: Walls) -> SubsetEstimate:
             return subset_simulation(
                 walls.margins, size, samples=samples, level_share=level_share, seed=asked.study.seed,
-                confidence=confidence, on_level=on_level,
+                confidence=confidence, runs=runs, on_level=on_level,
             )  # fmt: skip
 
         with Crew(folder, asked.scene, workers, executor, timeout) as crew:
@@ -175,6 +183,15 @@ def rare_event(
     return event
 
 
+def kept_sizes(out: str | Path) -> dict[str, Any]:
+    """Return samples and runs of the question that a folder holds, empty if it holds none."""
+    file = question_file(StudyFolder(out))
+    if not file.is_file():
+        return {}
+    kept = {"runs": 1} | read_json(file)
+    return {key: kept[key] for key in ("samples", "runs") if key in kept}
+
+
 def _prepare(folder: StudyFolder, asked: StudySettings, question: Question, how: dict[str, Any]) -> None:
     """Write down study and question, or check that they are those that are there."""
     text = asked.with_samples(1, None).to_toml()
@@ -186,7 +203,7 @@ def _prepare(folder: StudyFolder, asked: StudySettings, question: Question, how:
         kept = json.dumps(content | {"program": provenance()}, indent=2, default=str) + "\n"
         write_whole(question_file(folder), lambda p: p.write_text(kept, encoding="utf-8"))
         return
-    before = read_json(question_file(folder))
+    before = {"runs": 1} | read_json(question_file(folder))  # older versions knew one run alone
     differing = [f"{key} (was {before.get(key)}, is {value})" for key, value in content.items() if before[key] != value]
     if read_frozen(folder.study_text()).to_dict() != read_frozen(text).to_dict():
         differing.append("the study")

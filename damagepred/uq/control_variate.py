@@ -166,18 +166,20 @@ def two_level(
     n = len(fine)
     if replicates > 1:
         value, error, freedom = _of_scrambles(fine, coarse, further, replicates)
+        wide = error
     else:
-        value, error, freedom = _of_random(fine, coarse, further)
+        value, error, wide = _of_random(fine, coarse, further)
+        freedom = n - 1.0
     # of whole samples no error is smaller than what half of one makes
-    error = max(error, 0.5 / n)
+    error, wide = max(error, 0.5 / n), max(wide, 0.5 / n)
     factor = student_factor(confidence, freedom)
     like = float(fine.var(ddof=1)) / error**2
-    lower, upper = max(value - factor * error, 0.0), min(value + factor * error, 1.0)
+    lower, upper = max(value - factor * wide, 0.0), min(value + factor * wide, 1.0)
     return Estimate(value, error, min(lower, value), max(upper, value), confidence, n, like)
 
 
 def _of_random(fine: FloatArray, coarse: FloatArray, further: FloatArray) -> tuple[float, float, float]:
-    """Return mean, standard error and its degrees of freedom, of random samples."""
+    """Return mean, standard error and the error that the interval is made with, of random samples."""
     n, m = len(fine), len(further)
     fold = np.arange(n) % FOLDS
     coefficient = np.array([_coefficient(fine[fold != k], coarse[fold != k]) for k in range(FOLDS)])[fold] * m / (n + m)
@@ -185,14 +187,16 @@ def _of_random(fine: FloatArray, coarse: FloatArray, further: FloatArray) -> tup
     value = float(rest.mean() + common * further.mean())
     # another coefficient shifts a fold's mean, which the coarse mean takes back: no scatter of the samples
     centred = rest + coefficient * float(np.concatenate((coarse, further)).mean())
-    error = float(np.sqrt(centred.var(ddof=1) / n + common**2 * further.var(ddof=1) / m))
-    return value, error, n - 1.0
+    # a sample more in which fine and coarse differ to either side: so much few samples leave open (Agresti and Coull)
+    rest_error, common_error = centred.var(ddof=1) / n, common**2 * further.var(ddof=1) / m
+    wide = (centred.var() * n + 2.0) / (n + 2.0) ** 2
+    return value, float(np.sqrt(rest_error + common_error)), float(np.sqrt(wide + common_error))
 
 
 def _of_scrambles(
     fine: FloatArray, coarse: FloatArray, further: FloatArray, replicates: int
 ) -> tuple[float, float, float]:
-    """Return the same of Sobol points: each scramble makes its own estimate, and they are independent."""
+    """Return mean, standard error and its degrees of freedom: each scramble makes an estimate of its own."""
     if replicates < ENOUGH_REPLICATES or len(fine) < replicates or len(further) < replicates:
         raise InputError(f"replicates = {replicates}: must be {ENOUGH_REPLICATES} or more, with samples of each.")
     which, beyond = np.arange(len(fine)) % replicates, (len(fine) + np.arange(len(further))) % replicates

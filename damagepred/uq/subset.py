@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.errors import InputError
+from damagepred.errors import InputError, require_count
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.estimate import normal_factor, wilson
+from damagepred.uq.estimate import normal_factor, student_factor, wilson
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
@@ -75,6 +75,8 @@ class SubsetEstimate(NamedTuple):
         Theirs.
     failed : int
         Evaluations that were NaN.
+    runs : tuple of float
+        Probabilities that the independent runs found; ``levels``, ``samples`` and ``margins`` are those of the last.
     """
 
     probability: float
@@ -88,6 +90,7 @@ class SubsetEstimate(NamedTuple):
     samples: FloatArray
     margins: FloatArray
     failed: int = 0
+    runs: tuple[float, ...] = ()
 
 
 @one_blas_thread()
@@ -101,6 +104,7 @@ def subset_simulation(
     max_levels: int = 10,
     confidence: float = 0.9,
     failed_reached: bool = False,
+    runs: int = 1,
     on_level: Callable[[Level], None] | None = None,
 ) -> SubsetEstimate:
     """Estimate a small probability.
@@ -125,6 +129,11 @@ def subset_simulation(
     failed_reached : bool
         Whether NaN counts as reached. The probability lies between those of two runs, one each way: a run estimates
         what it counts without bias, whatever the regions look like in which nothing is known.
+    runs : int
+        Independent runs whose mean is taken. Levels of one run depend on each other, and a run that starts with none of
+        a region's samples may never find it: the interval of a single run holds the truth less often than it says
+        (studies/coverage). That of several is from their scatter by Student's distribution, or from what the runs say
+        of themselves where that is more.
     on_level : callable, optional
         Called with each ``Level`` as it is known.
 
@@ -135,7 +144,8 @@ def subset_simulation(
     Raises
     ------
     InputError
-        If ``samples * level_share`` or ``1 / level_share`` is no whole number, or either is too small.
+        If ``samples * level_share`` or ``1 / level_share`` is no whole number, or either is too small; if there are no
+        runs.
 
     Examples
     --------
@@ -145,8 +155,22 @@ def subset_simulation(
     True
     """
     chains, length = check_sizes(samples, level_share)
+    require_count("runs", runs, 1)
     margin = _Counted(limit_state, failed_reached)
-    z = np.array([generator(seed, Stream.SUBSET, i).standard_normal(dimensions) for i in range(samples)])
+    found: list[SubsetEstimate] = []
+    for run in range(runs):
+        levels, g, z = _run(margin, dimensions, samples, chains, length, seed, run, max_levels, on_level)
+        found.append(_estimate(levels, g, z, margin, confidence))
+    return found[0] if runs == 1 else _together(found)
+
+
+def _run(
+    margin: _Counted, dimensions: int, samples: int, chains: int, length: int, seed: int, run: int, max_levels: int,
+    on_level: Callable[[Level], None] | None,
+) -> tuple[list[Level], FloatArray, FloatArray]:  # fmt: skip
+    """Climb once; return the levels, and margins and samples of the last."""
+    first = margin.count
+    z = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(dimensions) for i in range(samples)])
     g = margin(z)
     levels: list[Level] = []
     step, acceptance, chained = FIRST_STEP, np.nan, False
@@ -162,10 +186,29 @@ def subset_simulation(
         if limit == 0.0 or len(levels) == max_levels or not np.isfinite(limit) or share > 0.5:
             break
         # of equal margins more may have reached the limit than there are chains: any of all those, not the worst
-        start = generator(seed, Stream.SUBSET_START, len(levels)).permutation(np.flatnonzero(reached))[:chains]
+        start = generator(seed, Stream.SUBSET_START, run * max_levels + len(levels)).permutation(
+            np.flatnonzero(reached)
+        )[:chains]
         z, g, acceptance, step = _climb(margin, z[start], g[start], limit, length, step, seed)
         chained = True
-    return _estimate(levels, g, z, margin, confidence)
+    return levels, g, z
+
+
+def _together(found: list[SubsetEstimate]) -> SubsetEstimate:
+    """Return the mean of independent runs, its interval lognormal."""
+    each, last = np.array([one.probability for one in found]), found[-1]
+    mean, count = float(each.mean()), len(found)
+    stated = np.array([one.variation for one in found]) * each
+    error = max(float(each.std(ddof=1)) / np.sqrt(count), float(np.sqrt((stated**2).sum())) / count)
+    variation = error / mean if mean > 0 else np.inf
+    reached = all(one.reached for one in found)
+    spread = student_factor(last.confidence, count - 1) * np.sqrt(np.log1p(variation**2))
+    known = reached and np.isfinite(spread)
+    return last._replace(
+        probability=mean, variation=variation, reached=reached, runs=tuple(each.tolist()),
+        lower=mean * float(np.exp(-spread)) if known else 0.0,
+        upper=min(mean * float(np.exp(spread)), 1.0) if known else max(one.upper for one in found),
+    )  # fmt: skip
 
 
 def check_sizes(samples: int, level_share: float) -> tuple[int, int]:

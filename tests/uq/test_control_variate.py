@@ -188,3 +188,18 @@ def test_what_does_not_pay_is_left() -> None:
     # a few samples do not prove much, and results that are all alike prove nothing
     assert read_pilot(*pair(0.9, 8, random), 1.0, 0.3).pays is False
     assert read_pilot(np.zeros(30), np.zeros(30), 1.0, 0.01).pays is False
+
+
+@pytest.mark.parametrize("share", [0.05, 0.2])
+@pytest.mark.parametrize("correlation", [0.9, 0.98])
+def test_intervals_of_twenty_fine_walls_hold_what_they_say(share: float, correlation: float) -> None:
+    """Few walls in which both agree do not prove that both always do: 0.6 where 0.9 was stated."""
+    limit, held = special.ndtri(1 - share), 0
+    for seed in range(200):
+        random = np.random.default_rng([3, seed])
+        x = random.standard_normal(220)
+        y = correlation * x + np.sqrt(1 - correlation**2) * random.standard_normal(220)
+        hit, coarse = (x > limit) * 1.0, (y > limit - 0.3) * 1.0
+        found = two_level(hit[:20], coarse[:20], coarse[20:])
+        held += found.lower <= share <= found.upper
+    assert stats.binom.cdf(held, 200, 0.9) > 1e-3

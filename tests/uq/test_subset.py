@@ -182,3 +182,32 @@ def test_what_cannot_be_climbed_is_said() -> None:
 def test_sizes_that_do_not_fit(samples: int, share: float) -> None:
     with pytest.raises(InputError, match="level_share"):
         subset_simulation(series, 2, samples=samples, level_share=share)
+
+
+def late(z: Array, _: Array) -> Array:
+    """Two regions of the same probability, one of which comes into sight late."""
+    return np.minimum(3.0 - z[:, 0], 5.0 * (3.0 - z[:, 1]))
+
+
+def test_independent_runs_tell_the_error_that_one_alone_does_not() -> None:
+    exact, times = 1 - special.ndtr(3.0) ** 2, 24
+    held = {1: 0, 5: 0}
+    for seed in range(times):
+        for runs in held:
+            found = subset_simulation(late, 2, samples=100, seed=seed, runs=runs)
+            held[runs] += found.lower <= exact <= found.upper
+    assert stats.binom.cdf(held[5], times, 0.9) > 1e-3
+    assert held[1] < held[5]
+
+
+def test_runs_are_independent_and_the_first_is_that_of_one_alone() -> None:
+    one, three = (subset_simulation(series, 2, samples=200, seed=3, runs=runs) for runs in (1, 3))
+    assert one.runs == ()
+    assert three.runs[0] == one.probability
+    assert len(set(three.runs)) == 3
+    assert three.probability == pytest.approx(np.mean(three.runs))
+    assert three.variation >= np.std(three.runs, ddof=1) / np.sqrt(3) / three.probability
+    spread = stats.t.ppf(0.95, 2) * np.sqrt(np.log1p(three.variation**2))
+    assert three.upper == pytest.approx(three.probability * np.exp(spread))
+    with pytest.raises(InputError, match="runs = 0"):
+        subset_simulation(series, 2, samples=200, runs=0)
