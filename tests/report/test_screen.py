@@ -1,17 +1,24 @@
 """Every number on the screen, in the unit that stands beside it, against the dataset in SI."""
 
+import errno
+import io
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
+from rich.console import Console
 
 from damagepred import screen
 from damagepred.archive.folder import StudyFolder
 from damagepred.rejudge import judge_again, shares
+from damagepred.study import Progress
 from damagepred.uq.fragility import fit_fragility
 from damagepred.wall_cracks import crack_frame, cracks
 from tests.made_up import made_up_study
@@ -150,7 +157,8 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
     curves = fit_fragility(StudyFolder(folder).results(), bootstrap=20)
     screen.fragility_table(curves)
     ((_, heads, rows),) = shown.tables
-    assert heads[1].startswith("median mm")
+    confidence = f"({100 * curves.attrs['confidence']:.0f} % band)"
+    assert heads == ["damage", f"median mm\n{confidence}", f"dispersion\n{confidence}", "walls that\nreached it", "fit"]
     reached = curves["category"].values[np.isfinite(curves["median"].values)]
     assert len(reached) >= 2
     for category, row in zip(curves["category"].values, rows, strict=True):
@@ -314,3 +322,162 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
     assert screen.wall_quality(ds) == ["unbalanced force at most 3.0e-05 block weights; 3210 cycles; reaction 9.250 kN"]
     del ds.attrs["zones"]
     assert screen.zones_in_words(ds) == []
+
+
+def test_levels_of_weighted_walls_and_of_one_wall() -> None:
+    flags = {"flag_meanings": "free may_stick sticks"}
+    level: Any = np.array([[0, 1], [-1, -1], [2, 0], [1, 1]], dtype=np.int8)
+    ds = xr.Dataset({"opening_sticking": (("sample", "increment"), level, flags), "weight": ("sample", [1.0, 2, 3, 4])})
+    words = "doors and windows, at worst: "
+    assert screen._levels(ds) == [f"{words}20.0% not known, 50.0% may stick, 30.0% sticks"]
+    one = ds.isel(sample=2).drop_vars("weight")
+    one["deviation_level"] = "increment", np.array([1, 0], dtype=np.int8), {"flag_meanings": "none slight"}
+    assert screen._levels(one) == ["out of level or plumb, at worst: slight", f"{words}sticks"]
+    assert screen._levels(one.isel(increment=slice(0))) == []
+
+
+def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
+    """Categories beyond the new table bear the names of the old one; walls of which nothing is known come last."""
+    names = ["negligible", "very_slight", "slight", "moderate", "severe", "very_severe"]
+
+    def judged(worst: Sequence[int], many: int, prefix: str) -> xr.Dataset:
+        flags = {"flag_meanings": " ".join(prefix + name for name in names[:many])}
+        level: Any = np.array([[min(c, 0), c] for c in worst], dtype=np.int8)
+        return xr.Dataset(
+            {"damage_category": (("sample", "increment"), level, flags), "weight": ("sample", [1.0, 2.0, 3.0, 4.0])},
+            attrs={"title": "house", "highest_category": many - 1, "judgement": "by joints; by bands"},
+        )
+
+    screen.judged_again(judged([5, 2, -1, 0], 6, "old_"), judged([1, 2, -1, 0], 5, ""))
+    ((title, heads, rows),) = shown.tables
+    assert (title, heads) == ("house: walls by the worst category of their path", ["category", "before", "after"])
+    nothing = "0 (0.0%)"
+    assert rows == [
+        ["0 negligible", "1 (40.0%)", "1 (40.0%)"], ["1 very slight", nothing, "1 (10.0%)"],
+        ["2 slight", "1 (20.0%)", "1 (20.0%)"], ["3 moderate", nothing, nothing], ["4 severe", nothing, nothing],
+        ["5 old very severe", "1 (10.0%)", nothing], ["not known", "1 (30.0%)", "1 (30.0%)"],
+    ]  # fmt: skip
+    assert shown.lines == ["by joints", "by bands"]
+
+
+def test_time_stands_for_the_deflection_and_cautions_follow(wall: xr.Dataset, shown: Screen) -> None:
+    ds = wall.assign(time=("increment", 0.37 * np.arange(wall.sizes["increment"])))
+    ds["footing_separation_length"] = 0.0 * wall["footing_separation_length"]  # with a dpc it is left out then
+    ds.attrs |= {"energy_error_share": 0.3, "energy_tolerance": 0.05}
+    screen.wall_table(ds)
+    ((_, heads, rows),) = shown.tables
+    assert [row[heads.index("time\ns")] for row in rows[:4]] == ["0.000", "0.370", "0.740", "1.110"]
+    assert not any(head.startswith(("deflection", "bed\n")) for head in heads)
+    assert any(line.startswith("caution: Energy that does not balance is 0.3") for line in shown.lines)
+
+
+def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(shown: Screen) -> None:
+    names = ("crack", "crack_part", "crack_orientation", "crack_inclination", "crack_width", "crack_displacement",
+             "crack_length", "crack_length_through_blocks", "crack_x", "crack_y",
+             "first_central_deflection")  # fmt: skip
+    frame = pd.DataFrame(
+        [(4, "wall", "stepped", 41.6, 3.1e-3, 4.2e-3, 1.25, 0.0, 2.4, 0.75, 5e-3),
+         (1, "dpc_opening", "horizontal", 2.0, 1.1e-3, 1.2e-3, 0.5, 0.07, 1.2, 0.15, 2e-3),
+         (2, "below_dpc", "diagonal", 60.4, 0.9e-3, 1.0e-3, 0.25, 0.0, 0.2, 0.1, 3e-3)],
+        columns=names,
+    )  # fmt: skip
+    found = xr.Dataset({"central_deflection": ("increment", [0.0, 7e-3])}, attrs={"title": "house", "hairline": 1e-4})
+    rows = [
+        ["4", "wall", "3.10", "4.20", "1.25", "stepped 42°", "2.40,0.75", "5.00"],
+        ["1", "dpc open", "1.10", "1.20", "0.50", "horizontal*", "1.20,0.15", "2.00"],
+        ["2", "below dpc", "0.90", "1.00", "0.25", "diagonal 60°", "0.20,0.10", "3.00"],
+    ]
+    for most, said in ((3, []), (2, ["and 1 more; --csv writes them all"])):
+        screen.crack_table(found, frame, most)
+        assert shown.tables.pop()[2] == rows[:most]
+        assert shown.lines == ["* runs through bricks, too", *said]
+        shown.lines.clear()
+    screen.crack_table(found, frame[:1])
+    assert not shown.lines
+    shown.tables.clear()
+    screen.crack_table(found, frame[:0])
+    assert (shown.tables, shown.lines) == ([], ["house: nothing has opened or slid by more than 0.1 mm at 7 mm"])
+
+
+def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a terminal a line at once, one every ten seconds and one at the end; with one, a bar and no lines."""
+    clock = [100.0]
+    monkeypatch.setattr(screen, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    steps = [(105.0, 20, 1, ""), (112.0, 24, 2, "sample 3 failed"), (115.5, 26, 2, ""), (120.0, 27, 3, ""),
+             (121.0, 50, 3, "")]  # fmt: skip
+    for terminal, lines in (
+        (False, ["20 of 50 walls, 1 failed", "damagepred: sample 3 failed", "26 of 50 walls, 2 failed, about 42 s left",
+                 "50 of 50 walls, 3 failed"]),
+        (True, None),
+    ):  # fmt: skip
+        told = io.StringIO()
+        console = Console(file=told, soft_wrap=True, highlight=False, force_terminal=terminal, width=90)
+        monkeypatch.setattr(screen, "_err", console)
+        clock[0] = 100.0
+        with screen.StudyBar() as bar:
+            for clock[0], done, failed, wrong in steps[: None if lines else 3]:
+                bar.update(Progress(50, done, failed, wrong))
+        if lines:
+            assert told.getvalue().splitlines() == lines
+    (task,) = bar._progress.tasks
+    assert (task.completed, task.total, task.fields) == (26, 50, {"failed": 2, "left": "about 42 s left"})
+    shown = re.sub(r"\x1b\[[\d;?]*[a-zA-Z]", "", told.getvalue())
+    assert "of 50 walls" not in shown
+    assert re.search(r"walls ━+[╸╺━ ]*26/50 2 failed 0:00:00 about 42 s left", shown)
+
+
+def test_a_wall_tells_how_far_it_is_on_a_terminal_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    for terminal in (False, True):
+        told = io.StringIO()
+        monkeypatch.setattr(screen, "_err", Console(file=told, force_terminal=terminal, width=90))
+        with screen.Bar("house", 5) as bar:
+            for _ in range(2):
+                bar.step(None)  # type: ignore[arg-type]
+        assert (bar._progress.tasks[0].completed, bool(told.getvalue())) == (2, terminal)
+    assert re.search("house.*2/5", told.getvalue())
+
+
+def test_output_that_cannot_be_written_is_lost_once_and_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """After the first failure nothing is tried, what is left in buffers goes nowhere, and a closed pipe is no loss."""
+    tried: list[str] = []
+    with (tmp_path / "full").open("w") as file:
+
+        def write(text: str) -> None:
+            tried.append(text)
+            if problem:
+                raise problem[0]
+
+        stream = screen._Stream("stdout")
+        monkeypatch.setattr(screen, "_OUTPUT", stream)
+        problem: list[OSError] = []
+        monkeypatch.setattr(sys, "stdout", SimpleNamespace(write=write, fileno=file.fileno, encoding="utf-7"))
+        assert (stream.write("abc"), screen.lost_output(), stream.encoding) == (3, None, "utf-7")
+        problem.append(OSError(errno.ENOSPC, "no space"))
+        assert [stream.write("de"), stream.write("f")] == [2, 1]
+        assert tried == ["abc", "de"]
+        assert screen.lost_output() == "no space"
+        file.write("left in a buffer")
+    assert (tmp_path / "full").read_text() == ""
+    for error, lost in ((OSError(errno.EPIPE, "gone"), None), (OSError("odd"), "odd")):
+        stream.error = error
+        assert screen.lost_output() == lost
+
+
+def test_columns_that_belong_together_stay_together() -> None:
+    """Heads of 2, 2, 2 and 4 letters take 5, 5, 5 and 7 columns, and the frame one more."""
+    columns, row = ["no", "aa\nx", "aa\ny", "b"], [["1", "2", "3", "four"]]
+    for width, parts in ((23, [[0, 1, 2, 3]]), (22, [[0, 1, 2], [0, 3]]), (16, [[0, 1, 2], [0, 3]]),
+                         (15, [[0, 1], [0, 2], [0, 3]])):  # fmt: skip
+        assert screen._parts_that_fit(columns, row, width) == parts
+    assert screen._parts_that_fit(["no", "bbbb", "aa\nx", "aa\ny"], [], 22) == [[0, 1], [0, 2, 3]]
+
+
+def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = io.StringIO()
+    monkeypatch.setattr(screen, "_out", Console(file=told, width=15))
+    screen.table("house [1]", ["no", "wide", "wider"], [["1", "2", "3"], ["10", "20", "30"]])
+    lines = told.getvalue().splitlines()
+    assert [line.strip() for line in lines if "house" in line] == ["house [1]", "house [1],"]
+    assert "continued" in told.getvalue()
+    assert [line for line in lines if line[:1] == "│"] == ["│  1 │    2 │", "│ 10 │   20 │", "│  1 │     3 │",
+                                                           "│ 10 │    30 │"]  # fmt: skip
