@@ -257,12 +257,21 @@ def estimate(
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
     ] = None,
+    shifts: Annotated[
+        bool, typer.Option("--propose", help="Say what importance sampling should shift, with these walls as a pilot.")
+    ] = False,
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
     from damagepred.study.epistemic import alternatives, lines
     from damagepred.study.settings import StudySettings
 
     movement = screen.quantity("--at", at, "m")
+    if shifts:
+        from damagepred.study.propose import propose
+
+        for line in propose(folder, category, movement).lines():
+            screen.say(line)
+        return
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     for line in lines(
         alternatives(folder, category, movement, others=others, confidence=confidence), category, movement

@@ -87,6 +87,11 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.fill_between(
             x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
         )
+        if "probability_failed_undamaged" in one:
+            least, most = (one[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
+            ax.fill_between(
+                x, least, most, facecolor="none", edgecolor=colour, hatch="////", linewidth=0, alpha=0.5, zorder=2
+            )
         handles += ax.plot(
             x, one["probability"].values, color=colour, linestyle=style, linewidth=2.0, zorder=4,
             drawstyle="steps-post" if steps else "default",
@@ -195,6 +200,8 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
         parts.append("band: " + (f"{float(confidence):.0%} confidence" if confidence else "confidence"))
     if curves.attrs.get("model") == "common":
         parts.append("one dispersion for all categories")
+    if "probability_failed_undamaged" in curves:
+        parts.append("hatched: all failed walls undamaged, or damaged")
     if "empirical" in curves:
         parts.append("steps: shares of the walls, no form given")
     return title[:1].upper() + title[1:], "; ".join(parts)

@@ -14,10 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.estimate import normal_factor
+from damagepred.uq.estimate import student_factor
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
+
+FEWEST = 20
+"""Tables from which on there are intervals."""
+
+FEWEST_TOGETHER = 50
+"""Tables from which on there is one of the interaction."""
 
 GROUPS = ("wall", "joints")
 """What the rows and columns of a table are."""
@@ -40,7 +46,8 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
     -------
     xarray.Dataset
         ``first_order`` (by itself) and ``total`` (with the interaction) on (group,), "wall" and "joints", and
-        ``interaction``; each with ``_error``, ``_lower`` and ``_upper``.
+        ``interaction``; each with ``_error``, ``_lower`` and ``_upper``. Of fewer than 20 tables there are no
+        intervals, of fewer than 50 none of the interaction: they would hold less than they say (studies/coverage).
 
     Raises
     ------
@@ -66,9 +73,15 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
         drawn = random.multinomial(len(y), np.full(len(y), 1 / len(y)), size=resamples) / len(y)
         again = np.array([_shares(row) for row in drawn @ parts])
         error = np.nanstd(again, axis=0, ddof=1)
-    reach = normal_factor(confidence) * error
+    reach = student_factor(confidence, len(y) - 1) * error
+    if len(y) < FEWEST:
+        reach = np.full_like(reach, np.nan)
+    low, high = best - reach, best + reach
+    # the interaction is a mean of squares: its interval is even in the logarithm
+    ratio = np.exp(np.minimum(reach[4] / best[4], 700.0)) if best[4] > 0 else np.nan
+    low[4], high[4] = (best[4] / ratio, min(best[4] * ratio, 1.0)) if len(y) >= FEWEST_TOGETHER else (np.nan, np.nan)
     columns: dict[str, tuple[str | tuple[()], FloatArray, dict[str, str]]] = {}
-    for end, value in (("", best), ("_error", error), ("_lower", best - reach), ("_upper", best + reach)):
+    for end, value in (("", best), ("_error", error), ("_lower", low), ("_upper", high)):
         columns[f"first_order{end}"] = ("group", value[:2], {"units": "1"})
         columns[f"total{end}"] = ("group", value[2:4], {"units": "1"})
         columns[f"interaction{end}"] = ((), value[4], {"units": "1"})

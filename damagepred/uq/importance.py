@@ -1,7 +1,12 @@
 """Importance sampling: walls drawn where damage is likelier, and the weights that make up for it.
 
-The proposal shifts and stretches the underlying standard normals of named variables, correlation kept. A share of
-walls may be drawn as the study says (a defensive mixture): no weight can then exceed one over that share.
+The proposal shifts and stretches the underlying standard normals of named variables, correlation kept. Variables that
+are not named shift along with those they are correlated with, to their conditional mean: held where they were, they
+would be as unlikely beside the shifted ones as these are alone. A share of walls may be drawn as the study says (a
+defensive mixture): no weight can then exceed one over that share.
+
+A pilot's walls propose the shift: the mean of those that reached the category, in standard normals, is the proposal of
+least cross-entropy among shifted normals (Rubinstein and Kroese 2004, The Cross-Entropy Method).
 """
 
 from __future__ import annotations
@@ -70,7 +75,7 @@ def draw(
     places : sequence of str
         Variables in order.
     proposals : mapping of str to Proposal
-        By place; variables left out are drawn as they are.
+        By place; variables left out shift along with those they are correlated with.
     nominal_share : float
         Share of walls drawn from the study's own distributions.
     turn : array (samples,), optional
@@ -85,7 +90,7 @@ def draw(
     normal = independent @ factor.T
     if not proposals:
         return Drawn(normal, np.ones(len(normal)))
-    shift = np.array([proposals[p].shift if p in proposals else 0.0 for p in places])
+    shift = shift_of_all(factor @ factor.T, places, {p: proposal.shift for p, proposal in proposals.items()})
     scale = np.array([proposals[p].scale if p in proposals else 1.0 for p in places])
     moved = normal * scale + shift
     if nominal_share > 0 and turn is not None:
@@ -96,6 +101,50 @@ def draw(
     as_proposed = ((((moved - shift) / scale) @ inverse.T) ** 2).sum(axis=1)
     likelier = np.exp(np.clip(0.5 * (as_stated - as_proposed) - np.log(scale).sum(), -700.0, 700.0))
     return Drawn(moved, 1.0 / (nominal_share + (1.0 - nominal_share) * likelier))
+
+
+def shift_of_all(correlation: FloatArray, places: Sequence[str], given: Mapping[str, float]) -> FloatArray:
+    """Return the shift of every variable, array (variables,): of those not given their conditional mean.
+
+    Parameters
+    ----------
+    correlation : array (variables, variables)
+        Of the standard normals.
+    places : sequence of str
+        Variables in order.
+    given : mapping of str to float
+        Shifts by place.
+    """
+    named = np.array([p in given for p in places])
+    shift = np.array([given.get(p, 0.0) for p in places])
+    if named.any() and not named.all():
+        shift[~named] = correlation[np.ix_(~named, named)] @ np.linalg.solve(
+            correlation[np.ix_(named, named)], shift[named]
+        )
+    return shift
+
+
+class Shift(NamedTuple):
+    """Mean of the walls that count, in standard normals, and its standard error; arrays (variables,)."""
+
+    mean: FloatArray
+    error: FloatArray
+
+
+def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> Shift:
+    """Return the shift that walls of a pilot propose.
+
+    Parameters
+    ----------
+    normal : array (walls, variables)
+        Correlated standard normals of the walls that reached the category.
+    weight : array (walls,)
+        What each counts for.
+    """
+    mean = weight @ normal / weight.sum()
+    kish = weight.sum() ** 2 / (weight @ weight)
+    variance = weight @ (normal - mean) ** 2 / weight.sum()
+    return Shift(mean, np.sqrt(variance / max(kish - 1.0, 1.0)))
 
 
 def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:

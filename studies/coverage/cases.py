@@ -235,16 +235,21 @@ def second_region(z: FloatArray, _: object) -> FloatArray:
     return np.minimum(3.3 - z[:, 0], 0.4 * (3.3 - z[:, 1]) + 0.6 * np.maximum(2.6 - z[:, 1], 0.0))
 
 
+def late_region(z: FloatArray, _: object) -> FloatArray:
+    """Return margins of two equally likely regions, one of which few samples of a level see before it is reached."""
+    return np.minimum(3.3 - z[:, 0], 5.0 * (3.3 - z[:, 1]))
+
+
 EXACT = {
     "one region": special.ndtr(-3.0), "two regions": 2 * special.ndtr(-3.2),
-    "second region": 1 - special.ndtr(3.3) ** 2,
+    "second region": 1 - special.ndtr(3.3) ** 2, "late region": 1 - special.ndtr(3.3) ** 2,
 }  # fmt: skip
-MARGINS = {"one region": linear, "two regions": two_regions, "second region": second_region}
+MARGINS = {"one region": linear, "two regions": two_regions, "second region": second_region, "late region": late_region}
 
 
-def subset(random: np.random.Generator, kind: str, dimensions: int, samples: int = 500) -> Found:
+def subset(random: np.random.Generator, kind: str, dimensions: int, samples: int = 200, runs: int = 5) -> Found:
     """Give a small probability by subset simulation."""
-    e = subset_simulation(MARGINS[kind], dimensions, samples=samples, seed=seed_of(random))
+    e = subset_simulation(MARGINS[kind], dimensions, samples=samples, seed=seed_of(random), runs=runs)
     return {"probability": (e.lower, e.upper, float(EXACT[kind]))}
 
 
@@ -373,7 +378,7 @@ def cases() -> dict[tuple[str, str], Case]:
             found["two-level", name] = partial(two_levels, fine=n, correlation=r, share=p)
     for d in (2, 50, 500):
         found["subset simulation", f"one region, {d} dimensions"] = partial(subset, kind="one region", dimensions=d)
-    for kind in ("two regions", "second region"):
+    for kind in ("two regions", "second region", "late region"):
         found["subset simulation", f"{kind}, 2 dimensions"] = partial(subset, kind=kind, dimensions=2)
     found["subset simulation", "second region, 100 dimensions"] = partial(subset, kind="second region", dimensions=100)
     for n in (30, 100, 400):

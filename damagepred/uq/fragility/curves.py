@@ -121,8 +121,10 @@ def fit_fragility(
         ``fit_status``, ``fit_note``, ``share_at_start`` with both (walls that reached the category before any
         movement; median and dispersion are of the others), ``median_extrapolated``, the bounds
         ``median_failed_undamaged`` and ``median_failed_damaged``, the Kolmogorov ``distance`` from the empirical curve,
-        ``p_value`` of the misfit to it and ``resamples_fitted`` on (category,); as attributes Akaike's criterion of
-        separate dispersions and of a common one, ``aic_separate`` and ``aic_common``, from ``aic_walls`` walls.
+        ``p_value`` of the misfit to it and ``resamples_fitted`` on (category,); where walls failed also the curves with
+        all of them undamaged or damaged, ``probability_failed_undamaged`` and ``probability_failed_damaged``; as
+        attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and ``aic_common``,
+        from ``aic_walls`` walls.
 
     Raises
     ------
@@ -207,7 +209,7 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
         for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, asked)):
             fits[k], limits[k], share[k] = fit, limit, fitted
     columns |= _columns_of(fits, limits, asked.grid)
-    columns |= _failures(walls, fits, common) | _judged(fits, free, walls, asked)
+    columns |= _failures(walls, fits, common, asked.grid) | _judged(fits, free, walls, asked)
     columns["resamples_fitted"] = share
     columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, asked) for k in kinds])
     _put_start(columns, before, walls.weight, asked.confidence)
@@ -227,6 +229,8 @@ def _put_start(
     for end in ("", "_lower", "_upper"):
         p0 = columns[f"share_at_start{end}"][:, None]
         columns[f"probability{end}"] = p0 + (1.0 - p0) * columns[f"probability{end}"]
+    for bound in (name for name in columns if name.startswith("probability_failed")):
+        columns[bound] = share[:, None] + (1.0 - share[:, None]) * columns[bound]
     said = [
         f"{n} walls reached it before any movement; median and dispersion are of the others" if n else "" for n in count
     ]
@@ -385,8 +389,8 @@ def _bounds(walls: Walls) -> list[tuple[FloatArray, FloatArray]]:
     return [undamaged, (found.lower, np.where(found.failed, np.maximum(following, found.lower), found.upper))]
 
 
-def _failures(walls: Walls, fits: list[Fit], common: bool) -> dict[str, NDArray[Any]]:
-    medians = {}
+def _failures(walls: Walls, fits: list[Fit], common: bool, grid: FloatArray) -> dict[str, NDArray[Any]]:
+    told: dict[str, NDArray[Any]] = {}
     for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
         again = fits
         if walls.capacities.failed.any():
@@ -395,8 +399,11 @@ def _failures(walls: Walls, fits: list[Fit], common: bool) -> dict[str, NDArray[
             else:
                 rows = (tally(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(fits)))
                 again = [fit_cells(cells)[0] for cells in rows]
-        medians[f"median_failed_{name}"] = np.array([f.median for f in again])
-    return medians
+        told[f"median_failed_{name}"] = np.array([f.median for f in again])
+        if walls.capacities.failed.any():
+            curves = [f.probability(grid) if f.status == FITTED else np.full(len(grid), np.nan) for f in again]
+            told[f"probability_failed_{name}"] = np.array(curves)
+    return told
 
 
 def _judged(fits: list[Fit], free: list[Npmle], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:

@@ -1,0 +1,88 @@
+"""What importance sampling is to shift: read from the walls of a study, which so are its pilot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from damagepred.archive.folder import open_study
+from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
+from damagepred.study.study import Study
+from damagepred.uq.exceedance import walls
+from damagepred.uq.importance import cross_entropy_shift
+
+FEWEST = 20
+"""Walls that a shift is read from at least."""
+
+SEEN = 2.0
+"""Standard errors from which on a shift is told from none."""
+
+
+class Proposed(NamedTuple):
+    """Shifts that a pilot proposes.
+
+    Attributes
+    ----------
+    shift : dict of str to float
+        In standard deviations of the underlying normal, by place; variables of which none is seen are left out.
+    walls, reached : int
+        Walls they are read from, and how many of them reached the category by the movement.
+    """
+
+    shift: dict[str, float]
+    walls: int
+    reached: int
+
+    def lines(self) -> list[str]:
+        """Return the tables for the study file, and what to know of them."""
+        said = [f"# from {self.walls} walls, {self.reached} of which reached the category by the movement"]
+        if self.reached < self.walls:
+            said.append("# the others are the next to reach it: run this as a pilot, and ask again")
+        said += ["[study]", "nominal_share = 0.1"]
+        for place, shift in self.shift.items():
+            said += [f'[study.importance."{place}"]', f"shift = {shift:.2f}"]
+        return said
+
+
+@one_blas_thread()
+def propose(path: str | Path, category: int, at: float) -> Proposed:
+    """Propose the shifts of importance sampling for the probability of a category by a movement.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder; its walls are the pilot, and may have weights themselves.
+    category, at : int, float
+        Category, or worse, and movement (m).
+
+    Raises
+    ------
+    InputError
+        If the study's walls are those of a table, or too few reached the category at all.
+    """
+    study, ds = Study.from_folder(path), open_study(path)
+    design = study.design
+    if design.sampler.kind == "table" or not design.wall:
+        raise InputError(f"{path}: importance sampling needs variables with one value a wall, drawn by the study.")
+    known = walls(ds, category)
+    order = np.argsort(known.upper, kind="stable")
+    reached = int((known.upper <= at * (1 + 1e-9)).sum())
+    count = max(reached, FEWEST)
+    if np.isfinite(known.upper).sum() < count:
+        raise InputError(
+            f"{path}: {int(np.isfinite(known.upper).sum())} walls reached category {category}, and a shift is read "
+            f"from {FEWEST} or more: take more walls or a larger movement for the pilot, or `damagepred rare`."
+        )
+    chosen = order[:count]
+    normal = design.draw(ds.sizes["sample"]).normal[known.sample[chosen]]
+    weight = np.ones(count) if known.weight is None else known.weight[chosen]
+    found = cross_entropy_shift(normal, weight)
+    seen = {
+        place: round(float(mean), 2)
+        for place, mean, error in zip(design.wall, found.mean, found.error)
+        if abs(mean) > SEEN * error
+    }
+    return Proposed(seen, count, reached)

@@ -1,0 +1,110 @@
+"""Importance sampling where variables are correlated, and what a pilot proposes to shift."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import special
+
+from damagepred.archive.folder import open_study
+from damagepred.errors import InputError
+from damagepred.plotting.fragility import draw_fragility
+from damagepred.study.propose import propose
+from damagepred.uq.correlation import gaussian_correlation
+from damagepred.uq.design import Design, Sampler
+from damagepred.uq.estimate import probability
+from damagepred.uq.fields import course_noise, lag_correlation
+from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.importance import Proposal, cross_entropy_shift, shift_of_all
+from damagepred.uq.variable import Variable
+from tests.cli.conftest import Run, command  # noqa: F401
+from tests.conftest import SMALL_STUDY
+from tests.made_up import made_up_study
+from tests.uq.test_fragility import fail, lognormal, study
+
+NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b")}
+
+
+def scatter_of(correlation: float) -> float:
+    """Coefficient of variation of one wall's part in P(a > 3), a shifted and b correlated with it."""
+    design = Design.make(
+        NORMALS, dict.fromkeys(NORMALS, "1"), {frozenset("ab"): correlation},
+        Sampler("random", 1, {"a": Proposal(shift=3.0)}), 1,
+    )  # fmt: skip
+    part = (design.wall_values(4000)["a"] > 3.0) * design.weights(4000)
+    assert probability(part > 0, weight=design.weights(4000)).value == pytest.approx(special.ndtr(-3.0), rel=0.15)
+    return float(part.std() / part.mean())
+
+
+@pytest.mark.parametrize("correlation", [0.6, -0.6, 0.9])
+def test_a_shift_goes_along_with_the_correlation(correlation: float) -> None:
+    """Against it, the estimate scattered five times as much."""
+    assert scatter_of(correlation) == pytest.approx(scatter_of(0.0), rel=0.1)
+
+
+def test_partners_shift_to_their_conditional_mean() -> None:
+    matrix = np.array([[1.0, 0.5, 0.3], [0.5, 1.0, 0.6], [0.3, 0.6, 1.0]])
+    np.testing.assert_allclose(shift_of_all(matrix, "abc", {"a": 2.0}), [2.0, 1.0, 0.6])
+    both = shift_of_all(matrix, "abc", {"a": 2.0, "b": -1.0})
+    np.testing.assert_allclose(both, [2.0, -1.0, matrix[2, :2] @ np.linalg.solve(matrix[:2, :2], [2.0, -1.0])])
+    np.testing.assert_array_equal(shift_of_all(np.eye(3), "abc", {"b": 1.0}), [0.0, 1.0, 0.0])
+
+
+def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
+    """Of a > 2: phi(2) / Phi(-2) in a, its correlation times that in b; weighted walls say the same."""
+    exact = np.exp(-2.0) / np.sqrt(2 * np.pi) / special.ndtr(-2.0)
+    for shift in (0.0, 1.5):
+        proposals = {"a": Proposal(shift=shift)} if shift else {}
+        design = Design.make(
+            NORMALS, dict.fromkeys(NORMALS, "1"), {frozenset("ab"): 0.6}, Sampler("random", 1, proposals), 3
+        )
+        drawn = design.draw(8000)
+        hit = drawn.normal[:, 0] > 2
+        found = cross_entropy_shift(drawn.normal[hit], drawn.weight[hit])
+        assert (abs(found.mean - exact * np.array([1.0, 0.6])) < 4 * found.error).all()
+        assert found.error.max() < 0.15
+
+
+def test_a_study_s_walls_propose_what_to_shift(tmp_path: Path, command: Run) -> None:  # noqa: F811
+    house = made_up_study(tmp_path / "house.dp", 200)
+    found = propose(house, 1, 1e-3)
+    assert found.walls >= 20
+    assert set(found.shift) <= {"joint.friction", "movement.central_deflection"}
+    said = command("estimate", house, "--category", 1, "--at", "1 mm", "--propose")
+    assert said.code == 0
+    assert f"{found.reached} of which reached the category" in said.out
+    tables = tomllib.loads("\n".join(propose(house, 1, 1e-3)._replace(shift={"joint.friction": -1.5}).lines()))
+    assert tables == {"study": {"nominal_share": 0.1, "importance": {"joint.friction": {"shift": -1.5}}}}
+    assert tomllib.loads(SMALL_STUDY)["variables"]["joint.friction"]
+    with pytest.raises(InputError, match="take more walls or a larger movement"):
+        propose(made_up_study(tmp_path / "b.dp", 10), 1, 1e-3)
+    assert "weight" not in open_study(house)
+
+
+def test_failures_that_favour_weak_walls_are_drawn_as_bands() -> None:
+    ds = study(lognormal(np.random.default_rng(3), 8.0, 0.4, 80), end=20.0, increments=20)
+    assert "probability_failed_damaged" not in fit_fragility(ds, categories=[1], bootstrap=0)
+    for wall in range(12):
+        fail(ds, wall, 3)
+    curves = fit_fragility(ds, categories=[1], bootstrap=0)
+    low, high = (curves[f"probability_failed_{end}"].values[0] for end in ("undamaged", "damaged"))
+    middle = np.flatnonzero(np.abs(curves["probability"].values[0] - 0.5) < 0.3)
+    assert (low < curves["probability"].values[0])[middle].all()
+    assert (high > curves["probability"].values[0])[middle].all()
+    ax = draw_fragility(curves.assign_coords(category_name=("category", ["slight"])))
+    assert any(band.get_hatch() == "////" for band in ax.collections)
+
+
+def test_skewed_values_along_a_course_are_correlated_as_stated() -> None:
+    """Lognormal in closed form: neighbours as asked for, two joints apart by what the power of the normals' gives."""
+    marginal, cov, wanted = Variable(distribution="lognormal", mean=1.0, cov=0.8).frozen("a", "1"), 0.8, 0.5
+    variance = np.log1p(cov**2)
+    rho = lag_correlation(marginal, wanted)
+    assert rho == pytest.approx(np.log1p(wanted * cov**2) / variance, abs=1e-9)
+    assert gaussian_correlation(marginal, marginal, wanted) == rho
+    noise = course_noise(np.random.default_rng(1).standard_normal(400_000), np.zeros(400_000, dtype=np.int64), rho)
+    value = np.exp(np.sqrt(variance) * noise)
+    for lag, exact in ((1, wanted), (2, np.expm1(rho**2 * variance) / np.expm1(variance))):
+        assert np.corrcoef(value[lag:], value[:-lag])[0, 1] == pytest.approx(exact, abs=0.015)
+    assert abs(exact - wanted**2) > 0.01  # what the field's description says is otherwise
