@@ -1,6 +1,7 @@
 """Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and what does not count."""
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from damagepred.assembly import wall_model
 from damagepred.damage import Cracks, category_of, damage_table, group_widths, judge, largest_group, load_table
 from damagepred.damage.cracks import find_cracks
+from damagepred.damage.table import read_table
 from damagepred.errors import InputError
 from damagepred.path import joint_map
 from damagepred.scene import Damage, Dpc, Scene, Solver, Wall
@@ -129,6 +131,18 @@ def test_by_width_takes_arrays():
 )
 def test_groups(cracks: list, settings: dict, expected: int):
     assert category(some([(w * MM, x, y) for w, x, y in cracks]), **settings) == expected
+
+
+def test_a_group_may_make_the_highest_category_and_none_beyond(data_folder: Path, tmp_path: Path):
+    """Two cracks of 3 mm are category 4 of 4 by a table that says so; category 5 there is none."""
+    text = (data_folder / "damage" / "as2870.toml").read_text(encoding="utf-8")
+    file = tmp_path / "strict.toml"
+    file.write_text(text.replace("[group]\ncategory = 3", "[group]\ncategory = 4"), encoding="utf-8")
+    table = read_table(file)
+    assert [int(table.by_width_and_group(3 * MM, group * MM)) for group in (2.9, 3.0)] == [2, 4]
+    file.write_text(text.replace("[group]\ncategory = 3", "[group]\ncategory = 5"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"group\.category"):
+        read_table(file)
 
 
 def test_group_widths_of_a_row():

@@ -123,6 +123,17 @@ def test_inputs_show_values_with_units_and_what_varies(data_folder: Path) -> Non
     assert table(section, "Correlation").rows[0][2] == "0.7"
 
 
+@pytest.mark.parametrize(
+    ("shape", "shown"), [("three_loads", set()), ("jacks", {"Test rig"}), ("mound", {"Soil", "Mound"})]
+)
+def test_only_what_the_movement_reads_is_shown(shape: str, shown: set[str]) -> None:
+    content = {"movement": {"shape": shape, "kind": "doming"}}
+    if shape == "mound":
+        content["mound"] = {"surface_movement": "20 mm"}
+    groups = table(input_section(Scene.from_dict(content)), "The wall").groups
+    assert set(groups) & {"Test rig", "Soil", "Mound"} == shown
+
+
 def test_every_shipped_scene_and_study_can_be_shown(data_folder: Path) -> None:
     for file in sorted(data_folder.glob("bryant_*.toml")):
         if file.stem == "bryant_study":
@@ -234,6 +245,16 @@ def test_energy_that_does_not_balance_is_a_share_of_the_work(wall: xr.Dataset) -
     share = energy_shares(wall)
     work = max(abs(float(wall[n][-1])) for n in ("external_work", "elastic_energy", "friction_work", "released_energy"))
     assert share[-1] == pytest.approx(float(wall["energy_error"][-1]) / work)
+
+
+def test_gaps_below_the_wall_are_each_under_their_own_name(wall: xr.Dataset) -> None:
+    ends = {"dpc_opening_max": 2e-3, "dpc_separation_length": 0.5, "footing_opening_max": 7e-3,
+            "footing_separation_length": 1.25}  # fmt: skip
+    gaps = {name: wall[name].copy(data=np.full(wall[name].shape, value)) for name, value in ends.items()}
+    facts = dict(wall_page(wall.assign(gaps), "wall.nc", "today").facts)
+    for head, most, over in (("Damp-proof course", "2 mm", "0.5 m"), ("Bed on the footing", "7 mm", "1.25 m")):
+        assert facts[head].startswith(f"opens by {most} at most, ")
+        assert facts[head].endswith(f" over {over}")
 
 
 def test_the_page_of_a_wall_says_where_it_ends(wall: xr.Dataset) -> None:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -83,6 +84,11 @@ def test_width_is_what_an_executor_tells() -> None:
     with ThreadPoolExecutor(3) as executor:
         assert GivenExecutor("", executor).width == 3
     assert GivenExecutor("", Forgetful()).width == 8
+
+
+def test_each_thread_of_a_cluster_s_workers_takes_a_sample() -> None:
+    client = SimpleNamespace(nthreads=lambda: {"tcp://a": 4, "tcp://b": 2})
+    assert GivenExecutor("", client).width == 6
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "nowhere.json"])

@@ -77,6 +77,15 @@ def test_what_does_not_go_together(sampling: dict[str, object], message: str) ->
         settings(**sampling)
 
 
+def test_the_rule_may_ask_for_the_highest_category_and_for_none_beyond() -> None:
+    for table, highest in (("as2870", 4), ("bre251", 5)):
+        extra = f'\n[scene.damage]\ntable = "{table}"\n'
+        rule = {"category": highest, "at": "6 mm", "half_width": 0.1}
+        assert settings(extra, stop_when=rule).study.stop_when.category == highest
+        with pytest.raises(InputError, match=f"the damage table goes up to {highest}"):
+            settings(extra, stop_when=rule | {"category": highest + 1})
+
+
 # -- importance sampling and tables in a study ------------------------------------------------------------------------
 
 

@@ -104,7 +104,8 @@ def test_failed_walls_bound_that_probability() -> None:
     ds = walls(np.random.default_rng(4), 300)
     ds["status"].values[:30], ds["damage_category"].values[:30] = FAILED, -1
     found = exceedance(ds, 1, 8.0)
-    assert found.failed == 30
+    assert (found.failed, found.estimate.samples) == (30, 270)
+    assert found.estimate.effective_samples == pytest.approx(270)  # all weigh the same
     assert found.failed_undamaged < found.estimate.value < found.failed_damaged
 
 

@@ -79,6 +79,19 @@ def test_the_correlation_is_as_stated_at_that_distance(field: dict, dx: float, d
     assert error < 0.035
 
 
+@pytest.mark.parametrize("changed", ["x", "y", "kind"])
+def test_walls_that_differ_in_one_thing_alone_have_each_its_own_fields(changed: str):
+    """A design that has drawn on one wall draws on the next as one that has not."""
+    fields = {TENSION: variable(JointField(correlation_length=0.5))}
+    value = getattr(PLACES, changed)
+    next_wall = PLACES._replace(**{changed: np.zeros_like(value) if changed == "kind" else 2.0 * value})
+    used = design(fields)
+    first = used.joint_values(0, PLACES)[TENSION]
+    second = used.joint_values(0, next_wall)[TENSION]
+    np.testing.assert_array_equal(second, design(fields).joint_values(0, next_wall)[TENSION])
+    assert (second != first).any()
+
+
 def test_the_marginal_is_kept_and_every_joint_scatters_alike():
     values = drawn({TENSION: variable(JointField(correlation_length=0.5))})[TENSION]
     s = math.sqrt(math.log(1.16))
