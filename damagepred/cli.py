@@ -36,6 +36,9 @@ Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory an
 Timeout = Annotated[
     float | None, typer.Option("--timeout", help="Seconds a wall may take, by default 3600; inf lifts the limit.")
 ]
+MixVersions = Annotated[
+    bool, typer.Option("--mix-versions", help="Go on although another version has solved walls; status will say so.")
+]
 
 
 class Export(StrEnum):
@@ -143,6 +146,7 @@ def study(
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
     timeout: Timeout = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
+    mix_versions: MixVersions = False,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
@@ -167,7 +171,7 @@ def study(
         bar = open_until_the_end.enter_context(screen.StudyBar())
         ending = run_until(
             Study(settings, Limits.asked(yes, timeout)), folder, samples, workers, client, timeout=timeout,
-            retry_failed=retry_failed, on_progress=bar.update,
+            retry_failed=retry_failed, mix_versions=mix_versions, on_progress=bar.update,
         )  # fmt: skip
     summary = ending.summary
     if settings.study.stop_when is not None or ending.reason == "time":
@@ -208,6 +212,34 @@ def status(
 
 
 @app.command()
+def verify(
+    path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
+    samples: Annotated[int, typer.Option("--samples", help="Solve so many walls again and compare.", min=0)] = 0,
+) -> None:
+    """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
+    from damagepred.study.verify import verify as verify_archive
+
+    found = verify_archive(path, samples, screen.say)
+    for line in found.lines:
+        screen.say(line)
+    if found.damaged:
+        if path.is_dir():
+            screen.say(f"next: damagepred repair {path}", error=True)
+        raise typer.Exit(BAD_INPUT)
+    if found.differing:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def repair(folder: StudyFolderPath) -> None:
+    """Make again what of a study folder is derived; set aside what is damaged, so that `study` solves it again."""
+    from damagepred.study.verify import repair as repair_folder
+
+    for line in repair_folder(folder) or [f"{folder}: nothing to repair"]:
+        screen.say(line)
+
+
+@app.command()
 def rare(
     file: Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)],
     category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
@@ -225,6 +257,7 @@ def rare(
     reach: Annotated[float, typer.Option(help="Follow walls to so many times the movement.")] = 2.0,
     timeout: Timeout = None,
     yes: Yes = False,
+    mix_versions: MixVersions = False,
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.assembly import Limits
@@ -239,7 +272,7 @@ def rare(
     sizes |= {key: value for key, value in (("samples", samples), ("runs", runs)) if value is not None}
     found = rare_event(
         settings, question, folder, **sizes, level_share=level_share, workers=workers, timeout=timeout,
-        limits=Limits.asked(yes, timeout),
+        limits=Limits.asked(yes, timeout), mix_versions=mix_versions,
         on_level=lambda level: screen.say(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )  # fmt: skip
     for line in found.lines(question):
@@ -292,6 +325,7 @@ def two_level(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
     yes: Yes = False,
+    mix_versions: MixVersions = False,
 ) -> None:
     """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
     from damagepred.assembly import Limits
@@ -300,7 +334,7 @@ def two_level(
 
     found = run_two_level(
         StudySettings.from_toml(file).with_samples(None, seed), category, screen.quantity("--at", at, "m"),
-        output or file.with_suffix(".two"), pilot=pilot, budget=budget, workers=workers,
+        output or file.with_suffix(".two"), pilot=pilot, budget=budget, workers=workers, mix_versions=mix_versions,
         on_pilot=lambda report: screen.say(report.line()), limits=Limits.asked(yes),
     )  # fmt: skip
     e = found.estimate
@@ -408,6 +442,7 @@ def sensitivity(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     yes: Yes = False,
+    mix_versions: MixVersions = False,
 ) -> None:
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
     from damagepred.archive.files import check_writable, write_dataset
@@ -424,7 +459,8 @@ def sensitivity(
         place = folder or path.with_suffix(".crossed.dp")
         crossed = crossed_study(StudySettings.from_toml(path).with_samples(samples, None))
         with screen.StudyBar() as bar:
-            summary = Study(crossed, Limits.asked(yes)).run(place, samples, workers, on_progress=bar.update)
+            walls = Study(crossed, Limits.asked(yes))
+            summary = walls.run(place, samples, workers, mix_versions=mix_versions, on_progress=bar.update)
         screen.say(f"{place}: {summary.done} of {summary.total} walls done, {summary.failed} failed")
         if summary.interrupted:
             raise typer.Exit(INTERRUPTED)
@@ -590,6 +626,7 @@ def main() -> None:
     """Run the command line; every expected error is one message and an exit code."""
     from damagepred.errors import InputError, SolverError, StudyError
 
+    screen.show_archive_warnings()
     try:
         app()
     except (InputError, StudyError) as error:

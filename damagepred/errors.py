@@ -25,6 +25,18 @@ class InputError(DamagepredError, ValueError):
     """The input cannot be used as given: the message says what, why and what to do."""
 
 
+class DamagedError(InputError):
+    """A file of an archive is not what was written, or belongs to another study."""
+
+
+class NewerError(InputError):
+    """An archive was written by a newer version of this package."""
+
+
+class ArchiveWarning(UserWarning):
+    """A file of an archive is left out or made again; the results are right without it."""
+
+
 class StudyError(DamagepredError):
     """A study folder cannot be written, resumed or read."""
 

@@ -39,26 +39,27 @@ def read_bytes(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> bytes:
         If it is missing, no regular file, larger, or may not be read.
     """
     try:
-        with _opened(Path(path), largest) as stream:
+        with opened(Path(path), largest) as stream:
             return stream.read(largest)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
-def check_regular(path: str | Path) -> None:
-    """Check that a file can be opened and is a regular one.
+def opened(file: Path, largest: int | None = None) -> BinaryIO:
+    """Open a regular file; opening a pipe without a writer does not wait for one.
+
+    Parameters
+    ----------
+    file : Path
+        The file.
+    largest : int, optional
+        Size that is accepted (bytes).
 
     Raises
     ------
     InputError
-        If it is missing, something else, or may not be read.
+        If it is missing, no regular file, larger, or may not be read.
     """
-    with _opened(Path(path), None):
-        pass
-
-
-def _opened(file: Path, largest: int | None) -> BinaryIO:
-    """Open a regular file; opening a pipe without a writer does not wait for one."""
     try:
         handle = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except FileNotFoundError:
@@ -102,10 +103,21 @@ def read_text(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> str:
     InputError
         If it cannot be read, or is no text.
     """
+    return as_text(read_bytes(path, largest), path)
+
+
+def as_text(content: bytes, source: str | Path) -> str:
+    """Return what bytes of a text file say.
+
+    Raises
+    ------
+    InputError
+        If it is no text in UTF-8.
+    """
     try:
-        return read_bytes(path, largest).decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file in UTF-8.") from None
+        raise InputError(f"{source}: is not a text file in UTF-8.") from None
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -116,33 +128,52 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     InputError
         If it cannot be read, or is not TOML.
     """
-    text = read_text(path)
-    try:
-        content = tomllib.loads(text.replace("\r\n", "\n"))
-        _check_size(content, 0)
-    except RecursionError:
-        raise InputError(f"{path}: tables or lists lie more than {DEEPEST} deep inside each other.") from None
-    except ValueError as error:
-        raise InputError(f"{path}: is not valid TOML: {error}. Strings need quotes; tables look like [wall].") from None
-    return content
+    return parse_toml(read_text(path), path)
 
 
-def read_json(path: str | Path) -> dict[str, Any]:
-    """Read a JSON file that holds an object.
+def parse_toml(text: str, source: str | Path) -> dict[str, Any]:
+    """Read TOML from its text.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    source : str or Path
+        Where it comes from, for the message.
 
     Raises
     ------
     InputError
-        If it cannot be read, or is something else.
+        If it is not TOML.
     """
-    text = read_text(path)
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid JSON ({type(error).__name__}: {error}).") from None
-    if not isinstance(content, dict):
-        raise InputError(f"{path}: holds no JSON object.")
+        content = tomllib.loads(text.replace("\r\n", "\n"))
+        _check_size(content, 0)
+    except RecursionError:
+        raise InputError(f"{source}: tables or lists lie more than {DEEPEST} deep inside each other.") from None
+    except ValueError as error:
+        why = f"{source}: is not valid TOML: {error}. Strings need quotes; tables look like [wall]."
+        raise InputError(why) from None
     return content
+
+
+def parse_json(content: bytes, source: str | Path) -> dict[str, Any]:
+    """Read a JSON object from its text.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    try:
+        found = json.loads(as_text(content, source))
+    except InputError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{source}: is not valid JSON ({type(error).__name__}: {error}).") from None
+    if not isinstance(found, dict):
+        raise InputError(f"{source}: holds no JSON object.")
+    return found
 
 
 def _check_size(value: Any, depth: int) -> None:

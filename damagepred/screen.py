@@ -8,12 +8,14 @@ import itertools
 import os
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from typing import IO, TYPE_CHECKING, Any, cast
 
 from rich.console import Console
 from rich.markup import escape
 
+from damagepred.errors import ArchiveWarning
 from damagepred.text import controls_escaped
 
 if TYPE_CHECKING:
@@ -73,6 +75,22 @@ def lost_output() -> str | None:
 def escaped(text: str) -> str:
     """Return text as it is to be read: nothing in it is markup or steers the terminal."""
     return escape(controls_escaped(text))
+
+
+def show_archive_warnings() -> None:
+    """Print what archives warn of, each once, to the error stream."""
+    shown: set[str] = set()
+    before = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if not issubclass(category, ArchiveWarning):
+            before(message, category, *where, **more)
+        elif str(message) not in shown:
+            shown.add(str(message))
+            say(f"note: {message}", error=True)
+
+    warnings.showwarning = show
+    warnings.simplefilter("always", ArchiveWarning)
 
 
 def say(message: str, *, error: bool = False) -> None:

@@ -64,7 +64,7 @@ def made_up_study(
         if name in ds:
             ds[name].attrs.update(more)
     assert set(values) <= set(VARIABLES)
-    write_dataset(ds, place.results_file)
+    write_dataset(ds, place.results_file, place.study_hash)
     for sample in failed:
         place.record_failure(sample, "not_converged", "no equilibrium in increment 1", {"joint.friction": 0.7})
     return folder

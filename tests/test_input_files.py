@@ -7,16 +7,17 @@ from pathlib import Path
 
 import pytest
 
+from damagepred.archive.digest import read_signed_json
 from damagepred.archive.files import read_dataset
 from damagepred.damage.table import read_table as read_damage_table
 from damagepred.errors import LONGEST_MESSAGE, InputError, StudyError
-from damagepred.input_files import LARGEST_DESCRIPTION, read_json, read_text, read_toml
+from damagepred.input_files import LARGEST_DESCRIPTION, read_text, read_toml
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
 from damagepred.uq.table import read_table
 
 READERS: list[Callable[[Path], object]] = [
-    Scene.from_toml, StudySettings.from_toml, read_json, read_damage_table, read_dataset,
+    Scene.from_toml, StudySettings.from_toml, read_signed_json, read_damage_table, read_dataset,
     lambda path: read_table(path, lambda place: "1", ["joint.friction"]),
 ]  # fmt: skip
 

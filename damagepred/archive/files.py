@@ -7,6 +7,7 @@ import errno
 import os
 import tempfile
 import threading
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.checks import check_attributes, check_values
+from damagepred.archive.digest import NO_STUDY, SINCE, check_study, sign, signature
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
-from damagepred.errors import InputError, StudyError
-from damagepred.input_files import check_regular
+from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 
 _ONE_AT_A_TIME = threading.RLock()
 """The HDF5 library crashes when two threads use it at once, and a study may run in threads."""
@@ -109,8 +111,8 @@ def _reason(error: OSError) -> str:
     return hints.get(error.errno or 0, error.strerror or str(error))
 
 
-def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as netCDF-4, compressed, whole or not at all; zone stresses with seven digits.
+def write_dataset(ds: xr.Dataset, path: str | Path, study: str = NO_STUDY) -> None:
+    """Write a dataset as netCDF-4, compressed, with its digest, whole or not at all; zone stresses with seven digits.
 
     Parameters
     ----------
@@ -118,6 +120,8 @@ def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
         The dataset.
     path : str or Path
         File to write.
+    study : str
+        Hash of the study it belongs to.
 
     Raises
     ------
@@ -128,7 +132,7 @@ def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
     for name, variable in ds.variables.items():
         settings: dict[str, Any] = {}
         if variable.size > 1000:
-            settings |= {"zlib": True, "complevel": 2, "shuffle": True}
+            settings |= {"zlib": True, "complevel": 2, "shuffle": True, "fletcher32": True}
         if variable.dtype == np.int8:
             settings["_FillValue"] = FLAG_FILL if name not in ds.coords else None
         elif variable.dtype.kind == "f":
@@ -142,24 +146,32 @@ def write_dataset(ds: xr.Dataset, path: str | Path) -> None:
     def write(temporary: Path) -> None:
         with _ONE_AT_A_TIME:
             ds.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        sign(temporary, study)
 
     write_whole(Path(path), write)
 
 
-def read_dataset(path: str | Path) -> xr.Dataset:
+def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
     """Read a netCDF file of this package into memory.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file. One without digest is read with a warning, unless it is of an older version.
+    study : str, optional
+        Hash of the study it must belong to.
 
     Raises
     ------
     InputError
-        If it is missing, no netCDF file, not of this package, or newer than this package.
+        If it is missing, no netCDF file, not of this package, newer than this package, damaged, or of another study.
     """
     file = Path(path)
     if os.path.isdir(file):  # False for names that no file can have
         raise InputError(
             f"{file}: is a folder, and one wall's file (*.nc) is needed; `damagepred replay` writes one of a study's."
         )
-    check_regular(file)
+    found = signature(file)
     if file.suffix == ".toml":
         raise InputError(
             f"{file}: is a description, and a result is needed: a study folder (*.dp), which `damagepred study` makes, "
@@ -168,11 +180,19 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     try:
         with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()
-    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: damaged in the middle
-        raise InputError(f"{file}: is not a readable netCDF file: it is of another kind, or damaged.") from error
+    except Exception as error:  # what a damaged file makes a reader stumble over has no common ancestor
+        raise DamagedError(f"{file}: is not a readable netCDF file: it is of another kind, or damaged.") from error
     version = ds.attrs.get("schema_version")
-    if not isinstance(version, int | np.integer):
+    if not isinstance(version, int | np.integer) or version < 1:
         raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")
+    if study is not None:
+        check_study(found, study, int(version), file)
+    elif found is None and version >= SINCE:
+        said = f"{file}: was written or changed by another program: it has no digest"
+        warnings.warn(said, ArchiveWarning, stacklevel=2)
+    if found is None:
+        check_attributes(ds.attrs, str(file))
+    check_values({str(name): (v.dims, v.values, v.attrs) for name, v in ds.variables.items()}, str(file))
     ds = brought_up_to_date(int(version), str(file), ds)
     ds = ds.assign({name: ds[name].astype(np.float64) for name in ds.data_vars if ds[name].dtype == np.float32})
     for variable in ds.variables.values():

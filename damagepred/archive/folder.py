@@ -6,20 +6,24 @@
     parts/          one file a finished task of one or more samples, never touched again
     failures/       one file a failed sample, with its reason and what it takes to replay it
     results.nc      all parts together, for fast reading; can be rebuilt from them at any time
+    damaged/        files that were set aside because they are damaged or of another study
     .lock, .writer  who writes to it at present; the lock ends with its process, however that ends
 
 Every file is written under a temporary name and renamed when it is on the disk, so a killed run leaves whole files.
+Each ends with a digest of its content and the hash of the study (``damagepred.archive.digest``). A part, a failure, a
+manifest or a ``results.nc`` that is damaged or of another study is left out with an ``ArchiveWarning``.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import socket
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -27,19 +31,23 @@ import filelock
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.checks import check_attributes
+from damagepred.archive.digest import read_signed_json, signed, signed_json, study_hash, verified
 from damagepred.archive.files import read_dataset, write_dataset, write_whole
 from damagepred.archive.parts import Column, Columns, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
-from damagepred.archive.versions import brought_up_to_date
-from damagepred.errors import InputError, StudyError
-from damagepred.input_files import read_json, read_text
+from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
+from damagepred.input_files import as_text, read_bytes, read_text
 
 MISSING = SAMPLE_STATUS.index("missing")
 FAILED = SAMPLE_STATUS.index("failed")
 
 _BEGUN = (".lock", ".writer", ".stop", "parts", "failures", "manifest.json", "design.nc")
 """What may stand in a folder before a study does."""
+
+DESIGN_ATTRIBUTES = ("title", "seed", "study", "scene", "highest_category", "span")
+"""Attributes that every design has."""
 
 _PART = re.compile(r"samples?-(\d+)(?:-(\d+))?\.nc")
 _FAILURE = re.compile(r"sample-(\d+)\.json")
@@ -90,14 +98,22 @@ class StudyFolder:
             If there is something else in its place, or it cannot be written.
         """
         if not self._can_begin():
+            lost = " If its study.toml was lost, `damagepred repair` restores it." if self.design_file.is_file() else ""
             raise StudyError(
-                f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o."
+                f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o.{lost}"
             )
         self._make(self.parts)
         self._make(self.failures)
-        self.write_manifest(manifest)
-        write_dataset(design, self.design_file)
-        write_whole(self.study_file, lambda p: p.write_text(study_toml, encoding="utf-8"))
+        study = study_hash(study_toml)
+        self.write_manifest(manifest, study)
+        write_dataset(design, self.design_file, study)
+        self.write_study(study_toml)
+
+    def write_study(self, text: str) -> None:
+        """Write the frozen copy of the study."""
+        content = signed(text.encode("utf-8"))
+        write_whole(self.study_file, lambda p: p.write_bytes(content))
+        self.__dict__.pop("study_hash", None)
 
     def _can_begin(self) -> bool:
         """Tell whether there is nothing here but what a run leaves that was killed before it had made the folder."""
@@ -123,16 +139,13 @@ class StudyFolder:
         Raises
         ------
         InputError
-            If it is missing, something else, or newer than this package.
+            If it is missing, something else, or newer than this package, or its frozen study was edited.
         """
         if not os.path.exists(self.path):
             raise InputError(f"{self.path}: no such study folder; `damagepred study` makes one.")
-        if not self.exists or not self.manifest_file.is_file():
-            raise InputError(f"{self.path}: is not a study folder (it has no study.toml and manifest.json).")
-        version = self.manifest().get("schema_version")
-        if not isinstance(version, int) or version < 1:
-            raise InputError(f"{self.manifest_file}: has no schema_version; it is not one of damagepred.")
-        brought_up_to_date(version, str(self.path))
+        if not self.exists or not (self.manifest_file.is_file() or self.design_file.is_file()):
+            raise InputError(f"{self.path}: is not a study folder (it has no study.toml, manifest.json and design.nc).")
+        self.manifest()
 
     def lock(self) -> filelock.FileLock:
         """Take the folder for writing, until the lock is released or the process ends.
@@ -155,33 +168,83 @@ class StudyFolder:
             raise StudyError(f"{self.path}: cannot be written: {error.strerror}; choose another with -o.") from error
         with contextlib.suppress(OSError):
             since = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+            self._writer_file.unlink(missing_ok=True)
             self._writer_file.write_text(f"process {os.getpid()} on {socket.gethostname()} since {since}", "utf-8")
         return lock
 
     def _writer(self) -> str:
-        with contextlib.suppress(OSError):
-            return f" ({self._writer_file.read_text('utf-8')})"
+        with contextlib.suppress(InputError):
+            return f" ({read_text(self._writer_file)})"
         return ""
 
     # -- what is in it --------------------------------------------------------------------------------------------
 
     def study_text(self) -> str:
-        """Return the frozen copy of the study."""
-        return read_text(self.study_file)
-
-    def manifest(self) -> dict[str, Any]:
-        """Return the manifest.
+        """Return the frozen copy of the study.
 
         Raises
         ------
         InputError
-            If it cannot be read.
+            If it was edited or cannot be read.
         """
-        return read_json(self.manifest_file)
+        return self._frozen()[0]
 
-    def write_manifest(self, manifest: Mapping[str, Any]) -> None:
+    def _frozen(self) -> tuple[str, bool]:
+        """Return the frozen copy of the study, and whether it has a digest."""
+        try:
+            content, digest = verified(read_bytes(self.study_file), self.study_file)
+        except DamagedError as error:
+            raise DamagedError(f"{error} {self._restores}") from None
+        return as_text(content, self.study_file), digest is not None
+
+    @property
+    def _restores(self) -> str:
+        return f"`damagepred repair {self.path}` restores it."
+
+    @cached_property
+    def study_hash(self) -> str:
+        """Hash of the frozen study, which every file of it carries."""
+        return study_hash(self.study_text())
+
+    def manifest(self) -> dict[str, Any]:
+        """Return the manifest; one that is lost or damaged is made again from the design, and its schema version is 0.
+
+        Raises
+        ------
+        InputError
+            If it is of another program or newer than this one, or the frozen study was edited.
+        """
+        try:
+            found = read_signed_json(self.manifest_file, self.study_hash)
+        except NewerError:
+            raise
+        except InputError as error:
+            return self._manifest_again(str(error))
+        version, samples = found.get("schema_version"), found.get("samples")
+        if not isinstance(version, int) or version < 1:
+            raise InputError(f"{self.manifest_file}: has no schema_version; it is not one of damagepred.")
+        if not isinstance(samples, int) or samples < 1:
+            return self._manifest_again(f"{self.manifest_file}: is damaged: its number of samples is {samples!r}.")
+        return found
+
+    def _manifest_again(self, why: str) -> dict[str, Any]:
+        if not self._frozen()[1] and why.endswith("another study."):
+            raise DamagedError(f"{self.study_file}: was edited: the manifest is of another. {self._restores}")
+        found = self.manifest_of_design()
+        _warn(f"{why} What it says is taken from the design.")
+        return found
+
+    def manifest_of_design(self) -> dict[str, Any]:
+        """Return what the design tells of the manifest, as one of schema version 0."""
+        design = self.design()
+        known = {key: design.attrs[key] for key in ("title", "seed", "sampler", *provenance()) if key in design.attrs}
+        known = {key: value.item() if isinstance(value, np.generic) else value for key, value in known.items()}
+        return {**known, "created": "unknown", "samples": design.sizes["sample"], "schema_version": 0}
+
+    def write_manifest(self, manifest: Mapping[str, Any], study: str | None = None) -> None:
         """Replace the manifest."""
-        text = json.dumps({**manifest, "schema_version": SCHEMA_VERSION}, indent=2, sort_keys=True) + "\n"
+        record = dict(sorted({**manifest, "schema_version": SCHEMA_VERSION}.items()))
+        text = signed_json(record, study or self.study_hash)
         write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))
 
     @property
@@ -245,12 +308,26 @@ class StudyFolder:
         return {i: self.failure(i) for i in sorted(self.failed_samples())}
 
     def failure(self, sample: int) -> dict[str, Any]:
-        """Return the record of one failed sample."""
-        file = self.failure_file(sample)
+        """Return the record of one failed sample; where it is damaged, the reason is unknown."""
         try:
-            return read_json(file)
+            return self.checked_failure(sample)
         except InputError as error:
             return {"sample": sample, "reason": "unknown", "message": str(error)}
+
+    def checked_failure(self, sample: int) -> dict[str, Any]:
+        """Return the record of one failed sample.
+
+        Raises
+        ------
+        InputError
+            If it is damaged, or of another study or sample.
+        """
+        file = self.failure_file(sample)
+        record = read_signed_json(file, self.study_hash)
+        words = (record.get("reason"), record.get("message"))
+        if record.get("sample") != sample or not all(isinstance(word, str) for word in words):
+            raise DamagedError(f"{file}: is damaged: it is no record of sample {sample}.")
+        return record
 
     def record_failure(self, sample: int, reason: str, message: str, inputs: Mapping[str, float]) -> None:
         """Write down that a sample failed.
@@ -275,7 +352,7 @@ class StudyFolder:
             "schema_version": SCHEMA_VERSION,
             **provenance(),
         }
-        text = json.dumps(record, indent=2) + "\n"
+        text = signed_json(record, self.study_hash)
         write_whole(self.failure_file(sample), lambda p: p.write_text(text, encoding="utf-8"))
 
     def forget_failures(self, samples: set[int]) -> None:
@@ -287,8 +364,32 @@ class StudyFolder:
             self.failure_file(sample).unlink(missing_ok=True)
 
     def design(self) -> xr.Dataset:
-        """Return every input of every sample."""
-        return read_dataset(self.design_file)
+        """Return every input of every sample.
+
+        Raises
+        ------
+        InputError
+            If it is lost, damaged, or of another study.
+        """
+        try:
+            design = read_dataset(self.design_file, self.study_hash)
+            check_attributes(design.attrs, str(self.design_file), DESIGN_ATTRIBUTES)
+            samples = design["sample"].values if "sample" in design.coords else np.array([])
+            if samples.size == 0 or not np.array_equal(samples, np.arange(samples.size)):
+                raise DamagedError(f"{self.design_file}: is damaged: its samples are not numbered from 0.")
+        except DamagedError as error:
+            raise DamagedError(f"{error} {self._restores}") from None
+        return design
+
+    def set_aside(self, file: Path) -> Path:
+        """Move a file into the folder of damaged ones; return its new place."""
+        place = self.path / "damaged"
+        self._make(place)
+        number = 0
+        while os.path.lexists(target := place / (f"{file.name}.{number}" if number else file.name)):
+            number += 1
+        file.rename(target)
+        return target
 
     # -- reading it whole -----------------------------------------------------------------------------------------
 
@@ -306,31 +407,65 @@ class StudyFolder:
             If the folder is no study, or a file in it is damaged.
         """
         self.require()
+        ds, left_out = self.read(names)
+        for file, why in left_out.items():
+            _warn(f"{why} {'Parts are read instead.' if file == self.results_file else 'It is left out.'}")
+        return ds
+
+    def read(self, names: Iterable[str] | None = None, derived: bool = True) -> tuple[xr.Dataset, dict[Path, str]]:
+        """Return what ``results`` returns, and the files that were left out, each with the reason.
+
+        Parameters
+        ----------
+        names : iterable of str, optional
+            Results to read.
+        derived : bool
+            Whether to take what ``results.nc`` has from it, and the rest from parts; otherwise all is from parts.
+        """
+        samples = self.manifest()["samples"]
         wanted = None if names is None else {"status", *names}
         design = self.design()
+        if samples > design.sizes["sample"]:
+            raise DamagedError(
+                f"{self.design_file}: has {design.sizes['sample']} samples, and the manifest says {samples}. "
+                + self._restores
+            )
         pieces = _Pieces(design.sizes["sample"])
         known: set[int] = set()
-        if self.results_file.is_file():
-            whole = _columns(read_dataset(self.results_file), wanted)
-            there = ~np.isin(whole["status"].values, (MISSING, FAILED))  # a failed sample may have run again since
-            known = set(whole["sample"].values[there].tolist())
-            pieces.put(whole, there)
-        for file, samples in sorted(self.part_files().items()):
-            if not known.issuperset(samples):
-                pieces.put(read_part(file, wanted))
-        for sample in self.failed_samples():
-            pieces.mark_failed(sample)
+        left_out: dict[Path, str] = {}
+        if derived and os.path.lexists(self.results_file):
+            try:
+                whole = read_dataset(self.results_file, self.study_hash)
+                known = pieces.put(_columns(whole, wanted), self.results_file)
+            except InputError as error:
+                left_out[self.results_file] = str(error)
+        for file, numbers in sorted(self.part_files().items()):
+            if not known.issuperset(numbers):
+                try:
+                    pieces.put(read_part(file, wanted, self.study_hash), file, numbers)
+                except InputError as error:
+                    left_out[file] = str(error)
+        for sample in sorted(self.failed_samples()):
+            try:
+                if pieces.is_missing(sample) and self.checked_failure(sample):
+                    pieces.mark_failed(sample)
+            except InputError as error:
+                left_out[self.failure_file(sample)] = str(error)
         ds = pieces.dataset()
         for name, variable in design.data_vars.items():
             if variable.dims == ("sample",):
                 ds[str(name)] = variable
         ds.attrs.update(design.attrs)
         ds.attrs["samples_failed"] = int((ds["status"].values == FAILED).sum())
-        return ds
+        return ds, left_out
 
     def consolidate(self) -> None:
         """Write all samples into one file, for fast reading."""
-        write_dataset(self.results(), self.results_file)
+        write_dataset(self.read()[0], self.results_file, self.study_hash)
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, ArchiveWarning, stacklevel=3)
 
 
 def _names(folder: Path) -> Iterator[str]:
@@ -341,6 +476,8 @@ def _names(folder: Path) -> Iterator[str]:
                 yield entry.name
     except FileNotFoundError:
         return
+    except NotADirectoryError:
+        raise DamagedError(f"{folder}: is no folder; move it away, and the study goes on.") from None
 
 
 def _columns(ds: xr.Dataset, wanted: set[str] | None) -> Columns:
@@ -362,14 +499,24 @@ class _Pieces:
         self.coordinates: dict[str, np.ndarray] = {}
         self.environments: list[Environment] = []
 
-    def put(self, part: Columns, take: np.ndarray | None = None) -> None:
+    def put(self, part: Columns, file: Path, numbers: range | None = None) -> set[int]:
+        """Take the samples of a part; without numbers, solved ones of ``results.nc``. Return which they are."""
+        if not {"sample", "status"} <= part.keys():
+            raise DamagedError(f"{file}: is damaged: it has no sample or no status.")
         rows = part["sample"].values
-        keep = rows < self.samples
-        if take is not None:
-            keep &= take
+        if numbers is not None and (len(rows) != len(numbers) or rows[0] != numbers[0]):
+            raise DamagedError(f"{file}: does not hold the samples that its name says.")
+        if rows.max(initial=0) >= self.samples:
+            raise DamagedError(f"{file}: holds sample {rows.max()}, and the design has {self.samples}.")
         for name, column in part.items():
-            if name == "environment":
-                column = self._renumbered(column)
+            before = self.values.get(name)
+            if "sample" in column.dims and before is not None and before.shape[1:] != column.values.shape[1:]:
+                raise DamagedError(f"{file}: {name} is of another shape than in other parts.")
+        # a sample that had failed may have run again since
+        keep = np.full(len(rows), True) if numbers is not None else ~np.isin(part["status"].values, (MISSING, FAILED))
+        if "environment" in part:
+            part = part | {"environment": self._renumbered(part["environment"], file)}
+        for name, column in part.items():
             if column.dims == (name,) and name not in ("sample", "increment"):
                 self.coordinates[name] = column.values
             if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
@@ -380,22 +527,28 @@ class _Pieces:
                 self.dims[name] = column.dims
                 self.attributes[name] = dict(column.attributes)
             self.values[name][rows[keep]] = column.values[keep]
+        return set(rows[keep].tolist())
 
-    def _renumbered(self, column: Column) -> Column:
+    def _renumbered(self, column: Column, file: Path) -> Column:
         """Return the environments of a part's samples as rows of the table of all parts."""
         rows = []
-        for one in from_table(column.attributes):
+        table = from_table(column.attributes, str(file))
+        if column.values.size and not -1 <= column.values.min() <= column.values.max() < len(table):
+            raise DamagedError(f"{file}: is damaged: environment has rows that its table lacks.")
+        for one in table:
             if one not in self.environments:
                 self.environments.append(one)
             rows.append(self.environments.index(one))
         values = np.array([*rows, -1], dtype=np.int64)[column.values.astype(np.int64)]  # -1: not known
         return column._replace(values=values, attributes={})
 
+    def is_missing(self, sample: int) -> bool:
+        """Whether a sample never came to a result; one that failed once may have after all."""
+        return sample < self.samples and self._status()[sample] in (MISSING, FLAG_FILL)
+
     def mark_failed(self, sample: int) -> None:
-        """Give a sample that never came to a result its status; one that did after all keeps it."""
-        status = self._status()
-        if sample < self.samples and status[sample] in (MISSING, FLAG_FILL):
-            status[sample] = FAILED
+        """Give a sample that never came to a result its status."""
+        self._status()[sample] = FAILED
 
     def _status(self) -> np.ndarray:
         return self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))

@@ -14,10 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.archive.checks import check_values
+from damagepred.archive.digest import NO_STUDY, check_study, signed, verified
 from damagepred.archive.files import read_dataset, write_whole
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
-from damagepred.errors import InputError
+from damagepred.errors import DamagedError, InputError
 from damagepred.input_files import LARGEST_TABLE, read_bytes
 
 CLASSIC = b"CDF"
@@ -69,8 +71,8 @@ def alike(first: Columns, second: Columns) -> bool:
     )
 
 
-def write_part(path: Path, columns: Columns) -> None:
-    """Write a part, whole or not at all.
+def write_part(path: Path, columns: Columns, study: str = NO_STUDY) -> None:
+    """Write a part with its digest, whole or not at all.
 
     Parameters
     ----------
@@ -78,13 +80,15 @@ def write_part(path: Path, columns: Columns) -> None:
         File to write.
     columns : dict of str to Column
         Variables with their values.
+    study : str
+        Hash of the study it belongs to.
 
     Raises
     ------
     StudyError
         If it cannot be written.
     """
-    content = _classic(columns)
+    content = signed(_classic(columns), study)
     write_whole(path, lambda p: p.write_bytes(content))
 
 
@@ -128,8 +132,8 @@ def _storable(values: NDArray[Any]) -> NDArray[Any]:
     return values.astype(np.float64 if large else np.int32)
 
 
-def read_part(path: Path, names: Iterable[str] | None = None) -> Columns:
-    """Read a part.
+def read_part(path: Path, names: Iterable[str] | None = None, study: str | None = None) -> Columns:
+    """Read a part and check its digest and its values.
 
     Parameters
     ----------
@@ -137,38 +141,42 @@ def read_part(path: Path, names: Iterable[str] | None = None) -> Columns:
         The file, of this or an older version.
     names : iterable of str, optional
         Variables to read; the others are left out.
+    study : str, optional
+        Hash of the study it must belong to.
 
     Raises
     ------
     InputError
-        If it is damaged, or newer than this package.
+        If it is damaged, of another study, or newer than this package.
     """
     wanted = None if names is None else {"sample", *names}
-    content = read_bytes(path, LARGEST_TABLE)
+    content, found = verified(read_bytes(path, LARGEST_TABLE), path)
     if content[:3] != CLASSIC:  # the first version wrote netCDF-4
-        ds = read_dataset(path)
+        ds = read_dataset(path, study)
         return {
             str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
             for name, v in ds.variables.items()
             if wanted is None or name in wanted
         }
     try:
-        return _from_classic(content, str(path), wanted)
+        version, columns = _from_classic(content, str(path), wanted)
     except InputError:
         raise
     except Exception as error:  # what a damaged file makes a reader stumble over has no common ancestor
-        raise InputError(
-            f"{path}: is damaged ({type(error).__name__}: {error}); delete it, and `damagepred study` solves its walls "
-            "again, the very same."
-        ) from None
+        raise DamagedError(f"{path}: is damaged ({type(error).__name__}: {error}).") from None
+    if study is not None:
+        check_study(found, study, version, path)
+    check_values(columns, str(path))
+    return columns
 
 
-def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> Columns:
+def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> tuple[int, Columns]:
     from scipy.io import netcdf_file
 
     found: Columns = {}
     with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
-        brought_up_to_date(int(file.schema_version), source)
+        version = int(file.schema_version)
+        brought_up_to_date(version, source)
         for name, variable in file.variables.items():
             if wanted is not None and name not in wanted:
                 continue
@@ -182,7 +190,7 @@ def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> Colum
                 at = tuple(dims.split(","))
                 shape = tuple(file.dimensions.get(dim) or 0 for dim in at)
                 found[name] = Column(at, np.empty(shape), VARIABLES[name].attributes())
-    return found
+    return version, found
 
 
 def _plain(value: Any) -> Any:

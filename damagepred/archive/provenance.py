@@ -5,12 +5,18 @@ from __future__ import annotations
 import json
 import platform
 import subprocess
+from collections import Counter
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.errors import DamagedError
 from damagepred.one_thread import blas_libraries
 from damagepred.version import __version__, kernel_hash
 
@@ -92,9 +98,54 @@ def as_table(environments: list[Environment]) -> dict[str, str]:
     return {TABLE: json.dumps([dict(one) for one in environments])}
 
 
-def from_table(attributes: Mapping[str, Any]) -> list[Environment]:
-    """Return the distinct environments that the attributes of the variable ``environment`` hold."""
-    return list(json.loads(attributes.get(TABLE, "[]")))
+def from_table(attributes: Mapping[str, Any], source: str = "environment") -> list[Environment]:
+    """Return the distinct environments that the attributes of the variable ``environment`` hold.
+
+    Raises
+    ------
+    DamagedError
+        If they are something else.
+    """
+    try:
+        table = json.loads(attributes.get(TABLE, "[]"))
+    except (ValueError, TypeError, RecursionError):
+        table = None
+    if not isinstance(table, list) or not all(isinstance(one, dict) for one in table):
+        raise DamagedError(f"{source}: is damaged: its table of environments is no list.")
+    return table
+
+
+PROGRAM = ("damagepred_version", "damagepred_commit", "kernel_hash")
+"""What tells one program from another."""
+
+
+def program(one: Environment) -> str:
+    """Return in words the program that solved a sample."""
+    return ", ".join(f"{KEYS[key]} {one.get(key, 'unknown')}" for key in PROGRAM)
+
+
+def programs(ds: xr.Dataset) -> dict[str, int]:
+    """Return how many samples of a study each program has solved.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        With ``status`` and, unless all samples are of older versions, ``environment``.
+    """
+    solved = ds["status"].values < SAMPLE_STATUS.index("failed")
+    table: list[Environment] = []
+    rows = np.full(int(solved.sum()), -1)
+    if "environment" in ds:
+        table, rows = from_table(ds["environment"].attrs), ds["environment"].values[solved]
+    words = [*map(program, table), "an older version that did not record itself"]
+    return dict(Counter(words[row] for row in rows.tolist()))
+
+
+def mixture(ds: xr.Dataset) -> list[str]:
+    """Return a sentence if samples of a study were solved by several programs, else nothing."""
+    found = programs(ds)
+    each = "; ".join(f"{count} by {words}" for words, count in found.items())
+    return [f"walls were solved by {len(found)} programs, which may differ: {each}"] if len(found) > 1 else []
 
 
 def differences(recorded: Environment, now: Environment) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 

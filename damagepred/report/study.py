@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
+from damagepred.archive.provenance import mixture
 from damagepred.errors import DamagepredError, InputError
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words, shares
 from damagepred.report.caveats import study_caveats
@@ -135,6 +136,7 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
             f"followed; bounds with all of them undamaged or damaged are given. Their reasons are in "
             f"{folder.path.name}/failures."
         )
+    said += [f"{words[0].upper()}{words[1:]}." for words in mixture(ds)]
     if gap := footing_gap_note(ds):
         said.append(f"{gap[0].upper()}{gap[1:]}.")
     return said

@@ -8,7 +8,7 @@ again, and more workers change nothing.
 from __future__ import annotations
 
 import dataclasses
-import json
+import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
 from pathlib import Path
@@ -16,12 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damagepred.archive.digest import read_signed_json, signed_json
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.provenance import provenance
+from damagepred.archive.provenance import program, provenance
+from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.assembly import Limits
-from damagepred.errors import InputError, StudyError, require_count
-from damagepred.input_files import read_json
+from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.study.capacity import Question, asked_of
 from damagepred.study.limits import require_affordable, sample_timeout
 from damagepred.study.rare_walls import Crew, Walls, question_file
@@ -46,12 +47,15 @@ class RareEvent(NamedTuple):
         Walls that could not be followed to the movement asked for, in both runs.
     solved_now : int
         Walls solved in this call; the rest were there already.
+    programs : tuple of str
+        Versions of the program that solved them.
     """
 
     estimate: SubsetEstimate
     failed_damaged: SubsetEstimate
     failed: int
     solved_now: int
+    programs: tuple[str, ...] = ()
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -90,6 +94,8 @@ class RareEvent(NamedTuple):
                 f"if all of them had reached it: {_found(all_damaged)}",
                 f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}), whatever became of them",
             ]
+        if len(self.programs) > 1:
+            said.append(f"caution: walls were solved by several programs, which may differ: {'; '.join(self.programs)}")
         return said
 
 
@@ -114,6 +120,7 @@ def rare_event(
     executor: Executor | None = None,
     timeout: float | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
+    mix_versions: bool = False,
     confidence: float = 0.9,
     on_level: Callable[[Level], None] | None = None,
 ) -> RareEvent:
@@ -131,7 +138,7 @@ def rare_event(
         Folder; the same call goes on with one that is there.
     samples, level_share, runs : int, float, int
         See ``damagepred.uq.subset.subset_simulation``.
-    workers, executor, timeout, limits
+    workers, executor, timeout, limits, mix_versions
         See ``Study`` and ``Study.run``.
     confidence : float
         Of the interval.
@@ -157,7 +164,9 @@ def rare_event(
     folder = StudyFolder(out)
     lock = folder.lock()
     try:
-        _prepare(folder, asked, question, {"samples": samples, "level_share": level_share, "runs": runs})
+        folder.tidy()
+        how = {"samples": samples, "level_share": level_share, "runs": runs}
+        programs = _prepare(folder, asked, question, how, mix_versions)
         design = asked.design()
         joints = len(joint_places(asked.scene).x) if design.joint else 0
         size = len(design.wall) + len(design.joint) * joints
@@ -176,7 +185,7 @@ def rare_event(
                 again = Walls(crew, folder.path / WALLS_FAILED_REACHED, failed_reached=True, like=walls)
                 all_damaged = climb(again)
                 failed, solved = failed + again.failed, solved + again.solved_now
-        event = RareEvent(found, all_damaged, failed, solved)
+        event = RareEvent(found, all_damaged, failed, solved, programs)
         _write_result(folder, event)
     finally:
         lock.release()
@@ -188,23 +197,37 @@ def kept_sizes(out: str | Path) -> dict[str, Any]:
     file = question_file(StudyFolder(out))
     if not file.is_file():
         return {}
-    kept = {"runs": 1} | read_json(file)
+    try:
+        kept = {"runs": 1} | read_signed_json(file)
+    except DamagedError:  # said and set aside when the event is asked for
+        return {}
     return {key: kept[key] for key in ("samples", "runs") if key in kept}
 
 
-def _prepare(folder: StudyFolder, asked: StudySettings, question: Question, how: dict[str, Any]) -> None:
-    """Write down study and question, or check that they are those that are there."""
+def _prepare(
+    folder: StudyFolder, asked: StudySettings, question: Question, how: dict[str, Any], mix_versions: bool
+) -> tuple[str, ...]:
+    """Write down study and question, or check that they are those that are there; return the programs at work."""
     text = asked.with_samples(1, None).to_toml()
     content = dataclasses.asdict(question) | how
-    if not question_file(folder).is_file():
-        if any(p.name != "study.toml" and not p.name.startswith(".") for p in folder.path.iterdir()):
+    now = program(provenance())
+    study = folder.study_hash if folder.exists else None
+    try:
+        before = read_signed_json(question_file(folder), study) if question_file(folder).exists() else {}
+    except DamagedError as error:  # walls in the logs carry digests with the question
+        warnings.warn(
+            f"{error} It is set aside as {folder.set_aside(question_file(folder))}.", ArchiveWarning, stacklevel=3
+        )
+        before = {}
+    if not before:
+        others = any(p.name != "study.toml" and not p.name.startswith(".") for p in folder.path.iterdir())
+        if others and not (folder.exists and folder.study_text() == text):
             raise StudyError(f"{folder.path}: holds something else; nothing was changed. Choose another with -o.")
-        write_whole(folder.study_file, lambda p: p.write_text(text, encoding="utf-8"))
-        kept = json.dumps(content | {"program": provenance()}, indent=2, default=str) + "\n"
-        write_whole(question_file(folder), lambda p: p.write_text(kept, encoding="utf-8"))
-        return
-    before = {"runs": 1} | read_json(question_file(folder))  # older versions knew one run alone
-    differing = [f"{key} (was {before.get(key)}, is {value})" for key, value in content.items() if before[key] != value]
+        folder.write_study(text)
+        _write_question(folder, content | {"program": provenance(), "programs": [now]})
+        return (now,)
+    before = {"runs": 1} | before  # older versions knew one run alone
+    differing = [f"{k} (was {before.get(k)}, is {value})" for k, value in content.items() if before.get(k) != value]
     if read_frozen(folder.study_text()).to_dict() != read_frozen(text).to_dict():
         differing.append("the study")
     if differing:
@@ -212,6 +235,21 @@ def _prepare(folder: StudyFolder, asked: StudySettings, question: Question, how:
             f"{folder.path}: holds another question; nothing was changed. What differs: {', '.join(differing)}. "
             "Ask it in another folder with -o."
         )
+    solved = before.get("programs") or [program(before.get("program") or {})]
+    if now in solved:
+        return tuple(solved)
+    if not mix_versions:
+        raise StudyError(
+            f"{folder.path}: its walls were solved by {'; '.join(solved)}, and this is {now}; go on with that program, "
+            "or mix versions with --mix-versions (mix_versions=True), and the result will say so."
+        )
+    _write_question(folder, before | {"programs": [*solved, now]})
+    return (*solved, now)
+
+
+def _write_question(folder: StudyFolder, content: dict[str, Any]) -> None:
+    text = signed_json(content | {"schema_version": SCHEMA_VERSION}, folder.study_hash)
+    write_whole(question_file(folder), lambda p: p.write_text(text, encoding="utf-8"))
 
 
 def _write_result(folder: StudyFolder, event: RareEvent) -> None:
@@ -220,7 +258,7 @@ def _write_result(folder: StudyFolder, event: RareEvent) -> None:
     if event.failed:
         content |= {"failed_damaged": _content(event.failed_damaged)}
     content |= {"lower_whatever_failed": low, "upper_whatever_failed": high}
-    text = json.dumps(content, indent=2) + "\n"
+    text = signed_json(content, folder.study_hash)
     write_whole(folder.path / "result.json", lambda p: p.write_text(text, encoding="utf-8"))
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import hashlib
 import json
 import os
 import time
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from functools import lru_cache
@@ -16,9 +18,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.archive.digest import read_signed_json
+from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
-from damagepred.errors import InputError, StudyError
-from damagepred.input_files import read_json
+from damagepred.errors import ArchiveWarning, InputError, StudyError
 from damagepred.scene import Scene
 from damagepred.study.capacity import NOTHING_KNOWN, Margin, Question, margin
 from damagepred.study.sample import joint_places
@@ -101,7 +104,7 @@ def _ready(folder: str) -> None:
 def _asked(folder: str) -> tuple[StudySettings, Design, Question]:
     place = StudyFolder(folder)
     settings = read_frozen(place.study_text())
-    content = read_json(question_file(place))
+    content = read_signed_json(question_file(place), place.study_hash)
     return settings, settings.design(), Question(**{f.name: content[f.name] for f in dataclasses.fields(Question)})
 
 
@@ -122,6 +125,11 @@ class Crew:
         self, folder: StudyFolder, scene: Scene, workers: int, executor: Executor | None, timeout: float | None
     ) -> None:
         self.where, self.scene = str(folder.path.resolve()), scene
+        self.asked = ""  # what the digests of walls belong to
+        if question_file(folder).is_file():
+            content = read_signed_json(question_file(folder), folder.study_hash)
+            asked = {k: v for k, v in content.items() if k not in ("program", "programs", "schema_version")}
+            self.asked = folder.study_hash + json.dumps(asked, sort_keys=True)
         self.workers, self.executor, self.timeout = workers, executor, timeout
         self.pool: LocalPool | None = None
 
@@ -161,7 +169,7 @@ class Walls:
     def __init__(self, crew: Crew, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
         self.crew, self.log, self.like = crew, log, like
         self.bound = 0 if failed_reached else 1
-        self.known = read_log(log)
+        self.known = read_log(log, crew.asked)
         self.there = len(self.known)
         self.shared: dict[int, Margin] = {}
         self.digest: dict[int, bytes] = {}
@@ -195,9 +203,9 @@ class Walls:
 
     def _keep(self, log: Any, solved: Solved) -> None:
         least, most, why = solved.margin
-        line = json.dumps([solved.number, None if np.isinf(most) else most, round(solved.seconds, 4), why, least])
+        entry = [solved.number, None if np.isinf(most) else most, round(solved.seconds, 4), why, least]
         try:
-            log.write(line + "\n")
+            log.write(json.dumps([*entry, _digest(entry, self.crew.asked)]) + "\n")
             log.flush()
             os.fsync(log.fileno())
         except OSError as error:
@@ -217,8 +225,22 @@ def question_file(folder: StudyFolder) -> Path:
     return folder.path / "question.json"
 
 
-def read_log(file: Path) -> dict[int, Margin]:
-    """Read the walls that are there; a last line that a killed run left unfinished is cut off."""
+def _digest(entry: list[Any], asked: str) -> str:
+    return hashlib.sha256((asked + json.dumps(entry)).encode()).hexdigest()[:16]
+
+
+def read_log(file: Path, asked: str) -> dict[int, Margin]:
+    """Read the walls that are there, without lines that are damaged or of another question.
+
+    A last line that a killed run left unfinished is cut off.
+
+    Parameters
+    ----------
+    file : Path
+        The log.
+    asked : str
+        What the digests of its lines belong to.
+    """
     if not file.is_file():
         return {}
     content = file.read_bytes()
@@ -226,7 +248,19 @@ def read_log(file: Path) -> dict[int, Margin]:
     if len(whole) < len(content):
         with file.open("rb+") as stream:
             stream.truncate(len(whole))
-    return dict(_logged(*json.loads(line)) for line in whole.decode("utf-8").splitlines())
+    known: dict[int, Margin] = {}
+    lines, sound = whole.splitlines(keepends=True), []
+    for line in lines:
+        with contextlib.suppress(ValueError, TypeError, RecursionError):
+            entry = json.loads(line)
+            if len(entry) < 6 or entry.pop() == _digest(entry, asked):  # older versions wrote no digest
+                known.update([_logged(*entry)])
+                sound.append(line)
+    if lost := len(lines) - len(sound):
+        write_whole(file, lambda p: p.write_bytes(b"".join(sound)))
+        said = f"{file}: {lost} lines were damaged or of another question; their walls are solved again."
+        warnings.warn(said, ArchiveWarning, stacklevel=2)
+    return known
 
 
 def _logged(

@@ -18,6 +18,9 @@ from damagepred.path import Step, solve
 from damagepred.study.sample import sampled_wall
 from damagepred.study.study import Study
 
+BIT_FOR_BIT = "bit for bit"
+"""First words of the comparison of a sample that is the same."""
+
 _PATH = ("sample", "increment")
 """Leading dimensions of what tells of the path, all of which is compared."""
 
@@ -66,7 +69,10 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
 def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
     if (file := folder.part_of(sample)) is None:
         return f"sample {sample} has not come to a result in this study: nothing to compare with"
-    part = read_part(file)
+    try:
+        part = read_part(file, study=folder.study_hash)
+    except InputError as error:
+        return f"there is nothing to compare with: {error}"
     row = int(np.flatnonzero(part["sample"].values == sample)[0])
     paths = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:2] == _PATH}
     kept = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:1] == _PATH[:1]}
@@ -87,7 +93,7 @@ def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
     if differing:
         why = why_bits_differ(_environment_of(part, row), environment())
         return f"differs from the archive in {', '.join(differing)}. {why}"
-    return f"bit for bit what the archive holds for sample {sample}"
+    return f"{BIT_FOR_BIT} what the archive holds for sample {sample}"
 
 
 def _environment_of(part: Columns, row: int) -> Environment | None:

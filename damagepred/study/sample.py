@@ -27,7 +27,7 @@ from damagepred.archive.schema import (
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
-from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, StudyError
+from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_thread import one_blas_thread
 from damagepred.path import Step, follow, model_of, path_values, shares_of_size, without_zone_fields
 from damagepred.scene import Scene
@@ -184,7 +184,10 @@ def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
     file = folder.part_file(batch[0][0], batch[-1][0])
     if not file.is_file():
         return None
-    part = read_part(file, ("status", "run_time"))
+    try:
+        part = read_part(file, ("status", "run_time"), folder.study_hash)
+    except InputError:  # damaged: solved again, and replaced
+        return None
     columns = (part[name].values.tolist() for name in ("sample", "status", "run_time"))
     kept = {int(i): (int(status), float(seconds)) for i, status, seconds in zip(*columns)}
     return [Outcome(sample, *kept[sample]) for sample, _ in batch] if all(i in kept for i, _ in batch) else None
@@ -213,7 +216,8 @@ class _Keeper:
     def write(self) -> None:
         rows, self.rows = self.rows, []
         if rows:
-            write_part(self.folder.part_file(self.first, self.first + len(rows) - 1), joined(rows))
+            file = self.folder.part_file(self.first, self.first + len(rows) - 1)
+            write_part(file, joined(rows), self.folder.study_hash)
 
 
 class Solved(NamedTuple):

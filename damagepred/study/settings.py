@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
-from damagepred.input_files import read_toml
+from damagepred.input_files import parse_toml, read_toml
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, preset
@@ -435,4 +434,4 @@ def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: s
 
 def read_frozen(text: str) -> StudySettings:
     """Read the frozen copy of a study from its text."""
-    return StudySettings.from_dict(tomllib.loads(text), source="study.toml")
+    return StudySettings.from_dict(parse_toml(text, "study.toml"), source="study.toml")

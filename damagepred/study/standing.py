@@ -12,12 +12,13 @@ import xarray as xr
 
 from damagepred.archive.cautions import STUDIED, study_cautions
 from damagepred.archive.folder import StudyFolder
+from damagepred.archive.provenance import mixture
 from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
 from damagepred.study.words import duration
 from damagepred.uq.estimate import effective_samples, probability
 from damagepred.uq.fragility.capacities import sample_weights
 
-READ = ("damage_category", "run_time", "limit_deflection", *STUDIED)
+READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDIED)
 """Results that it takes to tell where a study stands; the others are not read."""
 
 MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
@@ -77,7 +78,7 @@ def standing(path: str | Path) -> Standing:
         weight = np.asarray(ds["weight"].values, dtype=np.float64)[state != MISSING]
         lines.append(f"importance sampling: {effective_samples(weight):.0f} effective walls; shares are weighted")
     lines += _limits(ds)
-    lines += [f"caution: {said}" for said in study_cautions(ds)]
+    lines += [f"caution: {said}" for said in (*study_cautions(ds), *mixture(ds))]
     for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
     columns = ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -17,12 +18,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.archive.files import write_dataset
-from damagepred.archive.folder import FAILED, StudyFolder
-from damagepred.archive.provenance import provenance
+from damagepred.archive.folder import FAILED, MISSING, StudyFolder
+from damagepred.archive.provenance import environment, program, programs, provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
 from damagepred.damage import damage_table
-from damagepred.errors import InputError, StudyError, require_count
+from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
@@ -141,7 +142,12 @@ class Study:
         """
         folder = StudyFolder(path)
         folder.require()
-        return cls(read_frozen(folder.study_text()), NO_LIMITS)
+        return cls.from_text(folder.study_text())
+
+    @classmethod
+    def from_text(cls, text: str) -> Study:
+        """Read the frozen copy of a study from its text."""
+        return cls(read_frozen(text), NO_LIMITS)
 
     def function(self, outputs: Sequence[str] | None = None, movement: Kept | None = None) -> StudyFunction:
         """Return the study as a plain function: vector of its variables -> xarray.Dataset.
@@ -184,6 +190,7 @@ class Study:
         *,
         timeout: float | None = None,
         retry_failed: bool = False,
+        mix_versions: bool = False,
         on_progress: Callable[[Progress], None] | None = None,
     ) -> RunSummary:
         """Run the study, or what is left of it, into a folder.
@@ -203,6 +210,8 @@ class Study:
             lifts it.
         retry_failed : bool
             Run failed samples again.
+        mix_versions : bool
+            Go on with a study of which another version of the program has solved samples. Its status and report say so.
         on_progress : callable, optional
             Called with a ``Progress`` at the start and with each sample whose result is safe.
 
@@ -213,9 +222,9 @@ class Study:
         Raises
         ------
         StudyError
-            If the folder holds another study, is in use, or cannot be written.
+            If the folder holds another study, or samples of another version, is in use, or cannot be written.
         InputError
-            If a Latin hypercube is to be extended.
+            If a Latin hypercube is to be extended, or the design is damaged.
         """
         require_count("workers", workers)
         if samples is not None:
@@ -228,9 +237,10 @@ class Study:
         try:
             folder.tidy()
             asked = self.settings.study.samples if samples is None else int(samples)
-            drawn = self._prepare(folder, asked)
+            drawn, known = self._prepare(folder, asked, (MISSING, FAILED) if retry_failed else (MISSING,), mix_versions)
             if retry_failed:
-                folder.forget_failures({i for i in folder.failed_samples() if i < asked})
+                failures = set(np.flatnonzero(known == FAILED).tolist()) | folder.failed_samples()
+                folder.forget_failures({i for i in failures if i < asked})
             values = self.design.wall_values(drawn)
             finished, failures = folder.finished(), folder.failed_samples()
             over = {i for i in finished | failures if i < asked}
@@ -325,11 +335,13 @@ class Study:
 
     # -- folder ---------------------------------------------------------------------------------------------------
 
-    def _prepare(self, folder: StudyFolder, asked: int) -> int:
-        """Make or check the folder and its design; return the number of samples drawn."""
+    def _prepare(
+        self, folder: StudyFolder, asked: int, run: tuple[int, ...] = (MISSING,), mix_versions: bool = False
+    ) -> tuple[int, NDArray[np.int8]]:
+        """Make or check the folder and its design; return the number of samples drawn, and the status of each."""
         if not folder.exists:
             folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
-            return asked
+            return asked, np.full(asked, MISSING, dtype=np.int8)
         folder.require()
         frozen = read_frozen(folder.study_text())
         was, now = frozen.to_dict(), self.settings.to_dict()
@@ -346,17 +358,36 @@ class Study:
         self._check_table(folder)
         manifest = folder.manifest()
         drawn = int(manifest["samples"])
-        if asked > drawn or not folder.design_file.is_file():
-            if self.settings.study.sampler == "lhs" and asked != drawn:
+        if not folder.design_file.is_file():
+            self.write_design(folder, drawn)
+        status = self._sound(folder, run, asked, mix_versions)
+        if asked > drawn:
+            if self.settings.study.sampler == "lhs":
                 raise InputError(
                     f"{folder.path}: a Latin hypercube of {drawn} samples cannot be extended to {asked}; use sampler = "
                     "'sobol' or 'random' in a new study, which can."
                 )
-            drawn = max(asked, drawn)
-            self._write_design(folder, drawn)
+            drawn = asked
+            self.write_design(folder, drawn)
         if drawn != manifest["samples"] or manifest["schema_version"] != SCHEMA_VERSION:
             folder.write_manifest({**manifest, "samples": drawn})
-        return drawn
+        return drawn, np.concatenate((status, np.full(max(0, drawn - len(status)), MISSING, dtype=np.int8)))
+
+    def _sound(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> NDArray[np.int8]:
+        """Set damaged files aside; refuse to run samples beside those of other versions; return the status of all."""
+        found, left_out = folder.read(("environment",))
+        status = found["status"].values
+        now = program(environment())
+        others = [words for words in programs(found) if words != now]
+        if others and not mix_versions and (asked > len(status) or np.isin(status[:asked], run).any()):
+            raise StudyError(
+                f"{folder.path}: its walls were solved by {'; '.join(others)}, and this is {now}; go on with that "
+                "program, or mix versions with --mix-versions (mix_versions=True), and status and report will say so."
+            )
+        for file, why in left_out.items():
+            again = "is made again" if file == folder.results_file else "its samples are run again"
+            warnings.warn(f"{why} It is set aside as {folder.set_aside(file)}; {again}.", ArchiveWarning, stacklevel=3)
+        return status
 
     def _check_table(self, folder: StudyFolder) -> None:
         """Refuse to go on where the user's table has other samples than those that were drawn from it."""
@@ -381,8 +412,10 @@ class Study:
             **provenance(),
         }
 
-    def _write_design(self, folder: StudyFolder, samples: int) -> None:
-        write_dataset(self.design_dataset(samples), folder.design_file)
+    def write_design(self, folder: StudyFolder, samples: int) -> None:
+        """Write every input of the first samples into a folder that has its frozen study."""
+        design = self.design_dataset(samples).assign_attrs(study=folder.study_text())
+        write_dataset(design, folder.design_file, folder.study_hash)
 
     @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:

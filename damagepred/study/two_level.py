@@ -106,6 +106,7 @@ def run_two_level(
     budget: float | None = None,
     workers: int = 1,
     executor: Executor | None = None,
+    mix_versions: bool = False,
     confidence: float = 0.9,
     on_pilot: Callable[[PilotReport], None] | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
@@ -124,7 +125,7 @@ def run_two_level(
         Samples of the pilot run. They decide how the rest is run, and do not count in the end.
     budget : float, optional
         Work after the pilot, in fine walls; by default the study's number of samples.
-    workers, executor
+    workers, executor, mix_versions
         See ``Study.run``.
     confidence : float
         Of the interval.
@@ -150,7 +151,7 @@ def run_two_level(
         raise StudyError(f"{folder}: is no folder of two-level runs; nothing was changed. Choose another with -o.")
 
     def run(level: StudySettings, name: str, samples: int) -> xr.Dataset:
-        if Study(level, limits).run(folder / name, samples, workers, executor).interrupted:
+        if Study(level, limits).run(folder / name, samples, workers, executor, mix_versions=mix_versions).interrupted:
             raise KeyboardInterrupt
         return open_study(folder / name)
 

@@ -15,12 +15,14 @@ import subprocess
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.errors import ArchiveWarning
 
 HERE = Path(__file__).resolve().parent
 STUDY = HERE / "small.toml"
@@ -246,6 +248,7 @@ TREATMENTS: dict[str, Callable[..., str]] = {
 
 def mistreat(names: list[str], walls: int, kills: int, place: Path) -> dict[str, str]:
     """Do these things to a study each, and compare; return what came out."""
+    warnings.simplefilter("error", ArchiveWarning)  # a file that is damaged was not written whole
     undisturbed = place / "undisturbed.dp"
     finish(undisturbed, walls)
     found = {}

@@ -1,8 +1,9 @@
 """Mutated input: no traceback, no hang, no result that is not finite. See README.md.
 
 Run: python studies/fuzz/run.py files [--count 20000] [--seed 1] [--solved 0.3] [--out FOLDER]
+     python studies/fuzz/run.py folders [--count 1000] [--seed 1] [--out FOLDER]
 
-An interrupted run goes on where it was when the same command is given again.
+An interrupted run of files goes on where it was when the same command is given again.
 """
 
 from __future__ import annotations
@@ -23,7 +24,15 @@ def main() -> int:
     files.add_argument("--seed", type=int, default=1)
     files.add_argument("--solved", type=float, default=0.3, help="share of accepted files that are solved")
     files.add_argument("--out", type=Path, default=HERE, help="folder of log and summary")
+    folders = kinds.add_parser("folders", help="study folders and results, damaged")
+    folders.add_argument("--count", type=int, default=1000, help="folders in all")
+    folders.add_argument("--seed", type=int, default=1)
+    folders.add_argument("--out", type=Path, default=HERE, help="folder of the log")
     given = parser.parse_args()
+    if given.what == "folders":
+        import folders as of_folders
+
+        return of_folders.main(given.count, given.seed, given.out)
     import files as of_files
 
     return of_files.main(given.count, given.seed, given.out, given.solved)

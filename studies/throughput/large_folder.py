@@ -48,7 +48,7 @@ def main() -> None:
         for start in range(1, options.walls - each, each):
             rows = joined([row] * each)
             rows["sample"].values[:] = np.arange(start, start + each)
-            write_part(folder.part_file(start, start + each - 1), rows)
+            write_part(folder.part_file(start, start + each - 1), rows, folder.study_hash)
             files += 1
         print(f"writing {files} parts of {each} walls: {1e3 * (time.perf_counter() - began) / files:.1f} ms each")
         timed("listing what is done", folder.finished)

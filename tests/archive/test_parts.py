@@ -88,7 +88,7 @@ def test_damaged(tmp_path: Path, kept: float) -> None:
     write_part(file, row(1))
     content = file.read_bytes()
     file.write_bytes(content[: int(kept * len(content))])
-    with pytest.raises(InputError, match=r"part\.nc: is damaged .*delete it"):
+    with pytest.raises(InputError, match=r"part\.nc: is damaged"):
         read_part(file)
     file.write_bytes(b"")
     with pytest.raises(InputError, match="is not a readable netCDF file"):

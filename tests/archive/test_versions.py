@@ -11,8 +11,9 @@ import pytest
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import MIGRATIONS
-from damagepred.errors import InputError
+from damagepred.errors import InputError, StudyError
 from damagepred.study import Study
+from damagepred.study.standing import standing
 
 OLD = Path(__file__).parent / "version_1"
 """Written by version 1: two solved samples, and one that took too long."""
@@ -38,10 +39,14 @@ def test_an_old_study_is_read(old: Path) -> None:
 
 def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
     before = {p.name: p.read_bytes() for p in (old / "parts").iterdir()}
-    archived = open_study(old)
+    archived, mixed = open_study(old), standing(old).lines
     study = Study.from_folder(old)
     with ThreadPoolExecutor(1) as executor:
-        summary = study.run(old, samples=4, executor=executor)
+        with pytest.raises(StudyError, match=r"were solved by an older version .* with --mix-versions"):
+            study.run(old, samples=4, executor=executor)
+        assert standing(old).lines == mixed
+        summary = study.run(old, samples=4, executor=executor, mix_versions=True)
+    assert any("walls were solved by 2 programs" in line for line in standing(old).lines)
     assert (summary.done, summary.failed) == (4, 1)
     for name, content in before.items():
         assert (old / "parts" / name).read_bytes() == content

@@ -17,7 +17,7 @@ import pytest
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.archive.parts import Columns, read_part
 from damagepred.archive.provenance import environment
-from damagepred.errors import ConvergenceError, InputError, StudyError
+from damagepred.errors import ArchiveWarning, ConvergenceError, InputError, StudyError
 from damagepred.study import Progress, Study
 from damagepred.study.replay import replay
 from damagepred.study.settings import StudySettings
@@ -245,7 +245,7 @@ def test_each_sample_says_where_it_was_solved(tmp_path: Path, monkeypatch: pytes
     assert {key: wall.attrs[key] for key in here} == here
 
 
-def test_a_damaged_part_is_named_and_solved_again_once_it_is_deleted(done: Path, tmp_path: Path) -> None:
+def test_a_damaged_part_is_named_and_solved_again(done: Path, tmp_path: Path) -> None:
     import shutil
 
     folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
@@ -253,10 +253,12 @@ def test_a_damaged_part_is_named_and_solved_again_once_it_is_deleted(done: Path,
     part = folder.part_of(2)
     assert part is not None
     part.write_bytes(part.read_bytes()[:100])
-    with pytest.raises(InputError, match=rf"{part.name}: is damaged .*delete it"):
-        folder.results()
-    part.unlink()
-    run(folder.path)
+    with pytest.warns(ArchiveWarning, match=rf"{part.name}: is damaged .* left out"):
+        left = folder.results()["status"].values
+    assert set(np.flatnonzero(left == 3)) == set(folder.part_files()[part])
+    with pytest.warns(ArchiveWarning, match=rf"{part.name}: is damaged .* set aside as .*damaged/{part.name}"):
+        run(folder.path)
+    assert (folder.path / "damaged" / part.name).stat().st_size == 100
     np.testing.assert_array_equal(
         open_study(folder.path)["crack_width_max"].values, open_study(done)["crack_width_max"].values
     )

@@ -1,22 +1,30 @@
 """A kill at any write of any command loses nothing: the same command once more, and all is as if undisturbed."""
 
+import itertools
+import json
 import os
 import shutil
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import xarray as xr
 
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
-from damagepred.archive.parts import read_part
+from damagepred.archive.parts import read_part, write_part
 from damagepred.cli import main
-from damagepred.study import Study
+from damagepred.study import Study, sample
+from damagepred.study.rare import rare_event
 from damagepred.study.standing import standing
+from damagepred.study.two_level import run_two_level
+from damagepred.study.verify import repair
 from tests.killed import KILLED, run_killed
+from tests.study.test_rare import ASKED
+from tests.study.test_rare import TINY as RARE
 from tests.study.test_run import settings
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a fork")
@@ -32,9 +40,9 @@ def run(folder: Path, samples: int = SAMPLES, **more: bool) -> None:
 def fail(folder: Path, sample: int) -> None:
     """Make a sample one that failed and left a part, as a solver does that gives up."""
     place = StudyFolder(folder)
-    part = xr.load_dataset(place.part_file(sample), engine="scipy")
+    part = read_part(place.part_file(sample))
     part["status"].values[:] = FAILED
-    part.to_netcdf(place.part_file(sample), engine="scipy", format="NETCDF3_64BIT")
+    write_part(place.part_file(sample), part, place.study_hash)
     place.record_failure(sample, "not_converged", "made up", {})
     place.consolidate()
 
@@ -51,13 +59,15 @@ def content(folder: Path) -> xr.Dataset:
     place = StudyFolder(folder)
     ds = place.results()
     xr.testing.assert_identical(ds["status"], read_dataset(place.results_file)["status"])
-    for sample in range(ds.sizes["sample"]):
-        assert int(read_part(place.part_of(sample))["status"].values[0]) == int(ds["status"][sample])
+    for number in range(ds.sizes["sample"]):
+        assert int(read_part(place.part_of(number))["status"].values[0]) == int(ds["status"][number])
     assert not list(folder.rglob(".*.tmp"))
     return ds.drop_vars("run_time").drop_attrs()
 
 
-def one_study(begin: Callable[[Path], None], go_on: Callable[[Path], None], place: Path) -> None:
+def one_study(
+    begin: Callable[[Path], None], go_on: Callable[[Path], object], place: Path, damaged: bool = False
+) -> None:
     """Kill ``go_on`` at each write in turn, run it again, and compare with one that was not killed."""
     begin(place / "undisturbed.dp")
     go_on(place / "undisturbed.dp")
@@ -71,7 +81,7 @@ def one_study(begin: Callable[[Path], None], go_on: Callable[[Path], None], plac
             assert code == 0
             assert at > 5
             return
-        if StudyFolder(folder).exists:  # readable in between, and never more than is true
+        if StudyFolder(folder).exists and not damaged:  # readable in between, and never more than is true
             report = standing(folder)
             assert report.done + report.remaining == report.total
             assert report.failed <= int((wanted["status"] == FAILED).sum()) + 1
@@ -104,6 +114,84 @@ def test_failed_walls_that_are_run_again(done: Path, tmp_path: Path) -> None:
     one_study(with_failure(done), lambda folder: run(folder, retry_failed=True), tmp_path)
 
 
+def damage(done: Path) -> Callable[[Path], None]:
+    def begin(folder: Path) -> None:
+        shutil.copytree(done, folder)
+        place = StudyFolder(folder)
+        for file in (place.design_file, place.results_file, place.part_of(1)):
+            assert file is not None
+            os.truncate(file, 300)
+
+    return begin
+
+
+@pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
+def test_a_damaged_study_that_is_repaired(done: Path, tmp_path: Path) -> None:
+    one_study(damage(done), lambda folder: (repair(folder), run(folder)), tmp_path, damaged=True)
+    assert len(list((tmp_path / "killed.dp" / "damaged").iterdir())) == 3
+
+
+@pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
+def test_damage_that_the_study_itself_sets_aside(done: Path, tmp_path: Path) -> None:
+    def begin(folder: Path) -> None:
+        shutil.copytree(done, folder)
+        place = StudyFolder(folder)
+        for file in (place.manifest_file, place.results_file, place.part_of(1)):
+            assert file is not None
+            os.truncate(file, 300)
+
+    one_study(begin, run, tmp_path, damaged=True)
+
+
+def rare(folder: Path) -> None:
+    with ThreadPoolExecutor(1) as executor:
+        rare_event(settings(RARE), ASKED, folder, samples=10, level_share=0.5, executor=executor)
+
+
+def two_level(folder: Path) -> None:
+    text = RARE + '[study.coarse.wall]\nblock_length = "480 mm"\n'
+    with ThreadPoolExecutor(1) as executor:
+        run_two_level(settings(text), 1, 4e-3, folder, pilot=10, budget=10, executor=executor)
+
+
+def what_is_found(folder: Path) -> dict[str, object]:
+    """Results of a folder without times: of files of JSON, logs and studies."""
+    found: dict[str, object] = {f.name: json.loads(f.read_text()) for f in folder.glob("*.json")}
+    for log in folder.glob("*.jsonl"):
+        lines = [json.loads(line) for line in log.read_text().splitlines()]
+        found[log.name] = sorted(([line[0], line[1], *line[3:5]] for line in lines), key=str)
+    for study in folder.glob("*.dp"):
+        found[study.name] = {n: v.values.tobytes() for n, v in StudyFolder(study).results().variables.items()}
+    return found
+
+
+EVERY_SO_MANY = 9
+"""Kills of long runs in default tests; slow tests kill at every write."""
+
+
+@pytest.mark.parametrize("at_each", [pytest.param(1, marks=pytest.mark.slow), EVERY_SO_MANY])
+@pytest.mark.parametrize("go_on", [rare, two_level])
+def test_estimates_that_solve_walls(
+    go_on: Callable[[Path], None], at_each: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the walls cost decides how many are run, so that the clock ticks once a wall here."""
+    ticks = itertools.count()
+    monkeypatch.setattr(sample, "time", SimpleNamespace(perf_counter=lambda: float(next(ticks))))
+    go_on(tmp_path / "undisturbed")
+    wanted = what_is_found(tmp_path / "undisturbed")
+    folder, at = tmp_path / "killed", 0
+    while True:
+        shutil.rmtree(folder, ignore_errors=True)
+        code, _ = run_killed(lambda: go_on(folder), folder, at)
+        if code != KILLED:
+            assert code == 0
+            assert at > 10
+            break
+        go_on(folder)
+        assert what_is_found(folder) == wanted
+        at += at_each
+
+
 def test_a_stale_summary_is_not_believed(done: Path, tmp_path: Path) -> None:
     """A failed wall that has been solved since is solved, whatever the summary of before says."""
     with_failure(done)(tmp_path / "study.dp")
@@ -114,12 +202,21 @@ def test_a_stale_summary_is_not_believed(done: Path, tmp_path: Path) -> None:
     assert folder.results()["status"].values.tolist() == [0] * SAMPLES
 
 
+SCENE = """
+[wall]
+length = 0.96
+height = 0.45
+[movement]
+central_deflection = "1 mm"
+increments = 2
+"""
 COMMANDS = {
     "fragility": "fragility study.dp -o new/c.nc --csv new/c.csv --plot new/c.png --bootstrap 0 --goodness 0",
     "judge": "judge study.dp --table bre251 -o new/j.nc",
     "replay": "replay study.dp 0 -o new/w.nc",
     "report": "report study.dp -o new/r.html --no-replay --bootstrap 0",
     "new": "new new/house.toml",
+    "solve": "solve scene.toml -o new/w.nc",
 }
 
 
@@ -128,6 +225,7 @@ def test_what_commands_write_is_whole_or_not_there(
     command: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(done, tmp_path / "study.dp")
+    (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["damagepred", *COMMANDS[command].split()])
     place = tmp_path / "new"

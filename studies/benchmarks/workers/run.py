@@ -64,7 +64,8 @@ class Copies(Executor):
         folder, batch = arguments
         rows = joined([self.row] * len(batch))
         rows["sample"].values[:] = [sample for sample, _ in batch]
-        write_part(StudyFolder(folder).part_file(batch[0][0], batch[-1][0]), rows)
+        place = StudyFolder(folder)
+        write_part(place.part_file(batch[0][0], batch[-1][0]), rows, place.study_hash)
         done: Future = Future()
         done.set_result([Outcome(sample, self.status, self.seconds, "") for sample, _ in batch])
         self.spent += time.process_time() - began
