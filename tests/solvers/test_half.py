@@ -453,6 +453,13 @@ def heavy_block() -> Model:
     return replace(model, supports=model.supports._replace(load=load))
 
 
+def contacts_aside(way: float) -> Model:
+    model = model_of()
+    offset = model.interfaces.contact_offset.copy()
+    offset[np.argmin(model.interfaces.x)] += way
+    return replace(model, interfaces=model.interfaces._replace(contact_offset=offset))
+
+
 def opposite_moves(**move: float) -> Model:
     wall = arch(10, spread=0.0)
     for stone in (0, 9):
@@ -484,6 +491,8 @@ NOT_SYMMETRIC: dict[str, Callable[[], Model]] = {
     "one heavy block": heavy_block,
     "one support": lambda: held(5),
     "one block aside": shifted_block,
+    "contacts of one joint to one side": lambda: contacts_aside(1e-3),
+    "contacts of one joint to the other": lambda: contacts_aside(-1e-3),
     "both springers to the right": lambda: opposite_moves(x=1e-3),
     "both springers turned alike": lambda: opposite_moves(rotation=1e-3),
     "leaning": lambda: leaning(),

@@ -191,7 +191,7 @@ def test_how_far_blocks_may_go() -> None:
     dead, live = 2000.0 * 9.81 * 0.1 / 1e8, 500.0 / (1e8 * 0.1 * 0.4)
     assert elastic_reach(model, 0.0) == pytest.approx(dead)
     assert elastic_reach(model, 0.5) == pytest.approx(dead + 0.5 * live)
-    wall.move(2, x=0.02)
+    wall.move(2, x=-0.02)
     assert Leeway.of(wall.build(STIFF)).with_progress == pytest.approx(0.04)
     jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.0, 1.0]), -0.05, 0.0, False, "")
     assert Leeway.of(replace(model, jacks=jacks)).with_progress == pytest.approx(0.1)

@@ -50,6 +50,7 @@ def test_where_they_count_it_is_said() -> None:
     share = coarse["snap_through_energy"].values.max() / np.abs(coarse["external_work"].values).max()
     assert coarse.attrs["snap_through_share"] == pytest.approx(share)
     assert (coarse["snap_through_energy"].values <= coarse["released_energy"].values).all()
+    assert (np.diff(coarse["snap_through_energy"].values) >= 0.0).all()
     assert f"{share:.2g} of the largest work done" in wall_cautions(coarse)[-1]
     coarse.attrs["snap_through_tolerance"] = 1.0
     assert not said(coarse)

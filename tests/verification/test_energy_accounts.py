@@ -21,7 +21,7 @@ ACCOUNTS = ("external_work", "elastic_energy", "friction_work", "crushing_work",
 
 
 class Case(NamedTuple):
-    """A path, the accounts that it must use, and the ground's rise by place and load factor.
+    """A path, the accounts that it must use, and the ground's rise and drift to the right by place and load factor.
 
     ``steps`` is the share of an account by which works may be off where events divide increments, and ``imbalance``
     that of the external work that long steps may miss.
@@ -34,6 +34,7 @@ class Case(NamedTuple):
     rise: Callable[[np.ndarray, float], np.ndarray] | None = None
     steps: float = 1e-9
     imbalance: float = 0.02
+    drift: Callable[[np.ndarray, float], np.ndarray] | None = None
 
 
 def contact_places(model: Model) -> np.ndarray:
@@ -126,12 +127,12 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
         assert before.support_force is not None
         reaction = 0.5 * (now.support_force + before.support_force)
         work += float((reaction * moved).ravel()[moves].sum())
-    if case.rise is not None:
-        ground = model.interfaces.block_a == model.n_blocks
-        x, area = contact_places(model)[ground], model.interfaces.contact_area[ground]
-        rise = case.rise(x, now.progress) - case.rise(x, before.progress)
-        pressed = -0.5 * (now.normal_stress + before.normal_stress)[ground] * area
-        work += float((pressed * rise).sum())
+    ground = model.interfaces.block_a == model.n_blocks
+    x, area = contact_places(model)[ground], model.interfaces.contact_area[ground]
+    for way, stress in ((case.rise, "normal_stress"), (case.drift, "shear_stress")):
+        if way is not None:
+            drawn = 0.5 * (getattr(now, stress) + getattr(before, stress))[ground] * area
+            work -= float((drawn * (way(x, now.progress) - way(x, before.progress))).sum())
     return work
 
 
@@ -244,6 +245,19 @@ def dry_wall(
     return Case(wall.build(ONE_STEP), ONE_STEP, 8, ("external_work", "friction_work"), rise, steps)
 
 
+def drifting(x: np.ndarray, factor: float) -> np.ndarray:
+    return factor * (1e-4 + 4e-4 * x)
+
+
+def drifting_wall() -> Case:
+    """A wall on ground that heaves, moves to the right and is stretched."""
+    case = dry_wall(DRY, uneven, True)
+    ground = case.model.interfaces.block_a == case.model.n_blocks
+    shear = drifting(contact_places(case.model)[ground], 1.0)
+    moved = case.model.ground.map(lambda state: state._replace(shear=shear))
+    return case._replace(model=replace(case.model, ground=moved), drift=drifting)
+
+
 def pressed_wall() -> Case:
     """A wall whose joints are crushed and slide under a plate that is pressed down, turned and pushed along."""
     cap = replace(DRY, compressive_strength=0.4e6, tensile_strength=0.0)
@@ -337,6 +351,7 @@ ELASTIC, YIELDS = (
 CASES: dict[str, Callable[[], Case]] = {
     "dry, uneven ground": lambda: dry_wall(DRY, uneven, True),
     "dry, widening trough": lambda: dry_wall(DRY, widening, False),
+    "dry, ground that drifts": drifting_wall,
     "dilation": lambda: dry_wall(replace(DRY, dilation=0.15), uneven, True, 5e-3),
     "cap": pressed_wall,
     "softening": softening_pair,

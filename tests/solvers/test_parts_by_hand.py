@@ -1,0 +1,277 @@
+"""Parts of the solvers by hand: step control, jacks, pieces of facets, points on faces, start and bounds of runs."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from damagepred.assembly import Assembly, Model
+from damagepred.assembly.assembly import rectangle
+from damagepred.kernels.equilibrium import softened_bond_load
+from damagepred.kernels.hydraulics import VOLUME
+from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
+from damagepred.solvers import explicit, solve_path
+from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamic.scenery import _spread
+from damagepred.solvers.hydraulics import PACE, STIFFER, Pump
+from damagepred.solvers.increment import ZoneState
+from damagepred.solvers.loose import elastic_reach
+from damagepred.solvers.quasi_static.jacks import JackControl
+from damagepred.solvers.quasi_static.path import EnergyControl
+from damagepred.solvers.stiffness import dead_load, elastic_solutions
+from damagepred.solvers.zone_field import picture
+from tests.solvers.dynamic_scenes import STIFF, stack, started
+from tests.verification.test_energy_accounts import DRY, ELASTIC, on_jacks
+
+SOFT = Joint(
+    normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
+    residual_tensile_strength=0.0, residual_cohesion=0.05e6, residual_friction=0.5, fracture_energy=9.0,
+    brittle_shear=True,
+)  # fmt: skip
+GRAVITY = 9.81
+
+
+@pytest.mark.parametrize(
+    ("error", "section", "largest", "residual", "length"),
+    [
+        (0.0, 0.0, 100.0, 0.0, 0.3 * 4.0),
+        (0.2 / 16.0, 0.0, 100.0, 0.0, 0.3 * 0.8 * 4.0),
+        (0.19, 0.0, 100.0, 0.0, 0.3),
+        (0.8, 0.0, 100.0, 0.0, 0.3 * 0.8 * 0.5),
+        (0.8, 0.7, 100.0, 0.0, 0.3 * 0.8 * np.sqrt(2.0)),
+        (0.8, 0.0, 100.0, 1e3, 0.3 * 4.0),
+        (0.8, 0.0, 0.0, 0.2, 0.3 * 0.8 * 0.5),
+        (1e6, 0.0, 100.0, 0.0, 0.3 * 0.1),
+    ],
+)
+def test_length_of_the_next_step(error: float, section: float, largest: float, residual: float, length: float) -> None:
+    """A second-order error: the length goes with its root; 0.2 J is a fifth of 1 % of 100 J."""
+    before = SimpleNamespace(energy_error=0.5, section_error=0.25)
+    after = SimpleNamespace(
+        energy_error=0.5 + error, section_error=0.25 + section, largest_work=largest, residual_work=residual
+    )
+    found = EnergyControl(0.01).next_length(before, after, 0.3)  # type: ignore[arg-type]
+    assert found == pytest.approx(length)
+
+
+def test_jacks_whose_load_is_given_come_to_it_in_proportion() -> None:
+    control = JackControl(np.zeros(1), np.zeros(1), 1e-3)
+    assert control.load_at(0.25, 77.0) == 77.0
+    control.level_load, control.load = 2000.0, 5000.0
+    assert control.load_at(0.25, 77.0) == 2750.0
+
+
+def test_pump_and_line_by_static_solutions() -> None:
+    model = on_jacks("deflection").model
+    pump = Pump(model)
+    assert model.jacks is not None
+    push, weights = model.jacks.push, model.deflection
+    solved = elastic_solutions(model, dead_load(model) + pump.level_load * push, push, weights)
+    assert solved is not None
+    level, by_push, by_weight = solved
+    np.testing.assert_allclose(pump.level, level, rtol=1e-6, atol=1e-9 * np.abs(level).max())
+    assert abs(weights @ level) < 1e-9 * np.abs(level).max()
+    gives = push @ by_push
+    line = STIFFER / gives
+    assert pump.level_volume == pytest.approx(push @ level + pump.level_load / line)
+
+    # two swings with the line as a spring, by Rayleigh's quotient
+    mass = np.linspace(3.0, 5.0, model.size)
+    bent = by_weight - by_push * (line * (push @ by_weight) / (1.0 + line * gives))
+    squares = [(gives + line * gives**2) / (mass @ by_push**2), (weights @ bent) / (mass @ bent**2)]
+    pump.set_pace(mass, 0.7)
+    assert pump.slowness == pytest.approx(1.0 / (PACE * 0.7 * np.sqrt(min(squares))), rel=1e-6)
+    slowness = pump.slowness
+    pump.slow_down()
+    assert pump.slowness == pytest.approx(2.0 * slowness)
+
+    for share in (0.25, 0.5):
+        pump.with_dead_load(share)
+    assert pump.line.state[VOLUME] == pytest.approx(0.75 * pump.level_volume)
+    pump.begin_level()
+    for progress, more, over in ((0.25, 3e-4, 0.25), (0.75, -5e-4, 0.5)):
+        pump.deliver(more)
+        pump.look_ahead(progress)
+        assert pump.line.volume_step == pytest.approx(more / over)
+
+
+@pytest.mark.parametrize(("share", "e"), [(0.5, 0.9e-4), (1.0, 0.3e-4), (0.3, -2e-4)])
+def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
+    """Beyond the limit, the stress above it over the whole cohesion; kappa is where this share of the bond is left."""
+    wall = Assembly(thickness=0.11, joint=SOFT)
+    for k in range(2):
+        wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
+    wall.support(0)
+    law = wall.build(STIFF).properties
+    first, critical = 0.5e-4, 1.8e-4
+    kappa = critical - share * (critical - first)
+    sigma = 2e9 * e if e < 0 else share * 0.1e6 * e / kappa
+    limit = 0.05e6 + share * 0.25e6 - sigma * (0.5 + share * 0.3)
+    assert limit > 0.0
+    for tau in (0.5 * limit, -1.7 * limit):
+        found = softened_bond_load(law, 0, kappa, e, tau, 1.0)
+        assert found == pytest.approx(1.0 + (abs(tau) - limit) / 0.3e6)
+
+
+def test_slip_breaks_the_bonds_of_the_joint_that_slides_alone() -> None:
+    strong = replace(SOFT, tensile_strength=1e6, cohesion=3e6, fracture_energy=2e3)
+    wall = Assembly(thickness=0.11, joint=SOFT)
+    for k in range(3):
+        wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
+    wall.set_joint(1, 2, strong)
+    wall.support(0)
+    wall.move(2, x=1.2e-3, y=0.05e-3, rotation=0.0)
+    settings = Solver(lump_block_elasticity=False)
+    last = list(solve_path(wall.build(settings), settings, 20))[-1]
+    assert last.state.tolist() == [[1, 1, 1], [0, 0, 0]]
+
+
+def test_reach_of_a_wall_that_its_live_load_takes_beyond_its_size() -> None:
+    wall = Assembly(thickness=0.1, joint=Joint(normal_stiffness=1e8, shear_stiffness=1e8))
+    wall.add_block(rectangle(0.0, 0.0, 0.4, 0.1))
+    wall.rest_on_ground([0])
+    wall.push(0, y=-1e8 * 0.04)
+    assert elastic_reach(wall.build(STIFF), 0.5) == 0.0
+
+
+def test_pieces_of_facets_are_where_the_wall_is() -> None:
+    """The same places on the facets, wherever the wall stands."""
+    meshes = []
+    for x, y in ((0.0, 0.0), (5.0, -3.0)):
+        wall = Assembly(thickness=0.11, joint=DRY, block=ELASTIC)
+        for k in range(3):
+            left = x + (0.07 if k == 1 else 0.0)
+            wall.add_block(rectangle(left, y + 0.1 * k, left + 0.3, y + 0.1 * k + 0.1), zone_size=0.1)
+        wall.rest_on_ground([0])
+        meshes.append(wall.build(STIFF).mesh)
+    here, there = meshes
+    assert here is not None
+    assert there is not None
+    assert ((here.piece_place > 0.0) & (here.piece_place < 1.0)).all()
+    np.testing.assert_allclose(there.piece_place, here.piece_place, atol=1e-9)
+    np.testing.assert_allclose(there.piece_x - 5.0, here.piece_x, atol=1e-9)
+    np.testing.assert_allclose(there.piece_y + 3.0, here.piece_y, atol=1e-9)
+
+
+def test_a_zone_has_yielded_if_any_of_its_plastic_strains_is_left() -> None:
+    wall = Assembly(thickness=0.11, block=ELASTIC)
+    wall.add_block(rectangle(0.0, 0.0, 0.1, 0.1), zone_size=0.1)
+    model = wall.build(STIFF)
+    assert model.mesh is not None
+    zones = len(model.mesh.zones)
+    plastic = np.zeros((zones, 4))
+    plastic[np.arange(4), np.arange(4)] = 1e-5
+    now = np.zeros(zones, dtype=np.int8)
+    now[1] = ZoneState.TENSION
+    expected = np.where(plastic.any(axis=1), np.int8(ZoneState.YIELDED), 0)
+    expected[1] = now[1]
+    found = picture(model, np.zeros(model.size), np.zeros((zones, 4)), plastic, now)
+    assert found.state.tolist() == expected.tolist()
+
+
+def test_points_on_a_stretch_of_a_face() -> None:
+    """Two cells of 0.3 m: Gauss within, Radau where the face ends; Lobatto where one cell is all of it."""
+    g = 0.5 / np.sqrt(3)
+    gauss = [(0.5 - g, 1 / 2), (0.5 + g, 1 / 2)]
+    begins, ends = [(0.0, 1 / 4), (2 / 3, 3 / 4)], [(1 / 3, 3 / 4), (1.0, 1 / 4)]
+    for first, last in ((False, False), (True, False), (False, True), (True, True)):
+        rules = (begins if first else gauss, ends if last else gauss)
+        expected = [(0.2 + 0.3 * (k + at), 0.3 * share) for k in range(2) for at, share in rules[k]]
+        np.testing.assert_allclose(_spread(0.2, 0.8, 0.3, first, last), expected)
+    np.testing.assert_allclose(_spread(0.2, 0.5, 0.3, True, True), [(0.2, 0.05), (0.35, 0.2), (0.5, 0.05)])
+
+
+@pytest.mark.parametrize("zones", [None, 0.1])
+def test_a_block_that_is_thrown_flies_the_parabola(zones: float | None) -> None:
+    """To rounding: central differences are exact at constant acceleration, if they begin half a step before."""
+    wall = Assembly(thickness=0.11, block=BlockMaterial(elastic_modulus=1e6))
+    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1), zone_size=zones)
+    wall.set_velocity(0, x=0.4, y=2.0)
+    model = wall.build(STIFF)
+    run = DynamicRun(model, STIFF, Dynamics(duration=0.1, outputs=4, damping="none", start="unstressed"))
+    for step in list(run)[1:]:
+        t = step.time
+        np.testing.assert_allclose(step.displacement[0, :2], [0.4 * t, 2.0 * t - 0.5 * GRAVITY * t**2], rtol=1e-9)
+        assert abs(step.displacement[0, 2]) < 1e-9
+        fast = 2.0 - GRAVITY * (t + 0.5 * run.time_step * np.array([-1.0, 1.0]))
+        assert step.kinetic_energy == pytest.approx(0.5 * model.mass[0] * (0.4**2 + fast.prod()), rel=1e-9)
+
+
+def test_energies_of_a_block_that_local_damping_slows() -> None:
+    wall = Assembly(thickness=0.11)
+    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
+    wall.set_velocity(0, y=2.0)
+    model = wall.build(STIFF)
+    damped = Dynamics(duration=0.1, outputs=4, damping="local", local_damping=0.35, start="unstressed")
+    run = DynamicRun(model, STIFF, damped)
+    path, dt = list(run), run.time_step
+    for step in path[1:]:
+        before = 2.0 + 0.5 * GRAVITY * dt - 1.35 * GRAVITY * step.time
+        assert step.kinetic_energy == pytest.approx(0.5 * model.mass[0] * before * (before - 1.35 * GRAVITY * dt))
+        assert abs(step.energy_error) < 1e-9 * path[0].kinetic_energy
+
+
+def test_elastic_energy_alone_tells_that_a_run_has_diverged() -> None:
+    run = started(stack(2).build(STIFF), 1e-3)
+    points = run.scene.points
+    assert run.audit.elastic_energy() > 0.0
+    points["sigma"] *= 3.0
+    points["tau"] *= 3.0
+    assert not run.audit.out_of_bounds(10.0, 1e9)
+    assert run.audit.out_of_bounds(8.0, 1e9)
+
+
+EXPLICIT = Solver(method="explicit", lump_block_elasticity=False, symmetric_half=False)
+
+
+def bridge() -> Model:
+    """A block glued between two others, one of which moves away: it cannot hang on the other alone."""
+    wall = Assembly(thickness=0.11, joint=Joint(normal_stiffness=2e9, tensile_strength=150e3, cohesion=150e3))
+    for x, end in ((0.0, 0.1), (0.1, 1.0), (1.0, 1.1)):
+        wall.add_block(rectangle(x, 0.0, end, 0.1))
+    wall.support(0)
+    wall.move(2, x=1e-3, y=0.0, rotation=0.0)
+    return wall.build(EXPLICIT)
+
+
+def test_cycles_of_increments_add_up_to_those_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs: list[explicit.Run] = []
+
+    class Noted(explicit.Run):
+        def __init__(self, *given: object, **more: object) -> None:
+            super().__init__(*given, **more)  # type: ignore[arg-type]
+            runs.append(self)
+
+    monkeypatch.setattr(explicit, "Run", Noted)
+    path = list(explicit.explicit_path(bridge(), EXPLICIT, 4))
+    assert path[-1].collapsed
+    assert path[0].cycles > 0
+    assert sum(step.cycles for step in path) == runs[0].cycles
+
+
+def test_bound_of_the_work_of_loads_by_hand() -> None:
+    wall = Assembly(thickness=0.11, joint=DRY)
+    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
+    wall.rest_on_ground([0])
+    wall.load(0, x=-7.0, moment=3.0)
+    wall.push(0, x=5.0, y=-11.0)
+    run = explicit.Run(wall.build(EXPLICIT), EXPLICIT)
+    run.motion.displacement[:3], run.progress = [-2e-3, 1e-3, -4e-3], 0.5
+    weight = 2000.0 * GRAVITY * 0.3 * 0.1 * 0.11
+    assert run.work_of_loads() == pytest.approx(2e-3 * (7.0 + 2.5) + 1e-3 * (weight + 5.5) + 4e-3 * 3.0)
+
+
+def test_one_block_of_several_is_held_after_the_load() -> None:
+    wall = Assembly(thickness=0.11, joint=DRY)
+    for x in (0.0, 0.5):
+        for k in range(2):
+            wall.add_block(rectangle(x, 0.1 * k, x + 0.3, 0.1 * k + 0.1))
+    for block in (0, 2):
+        wall.support(block)
+    wall.move(0, y=1e-5)
+    wall.hold_after_load(1)
+    path = list(solve_path(wall.build(EXPLICIT), EXPLICIT, 2))
+    assert path[0].displacement[1, 1] < 0.0
+    np.testing.assert_allclose(path[-1].displacement[1], path[0].displacement[1], rtol=1e-9, atol=1e-15)
+    assert path[-1].displacement[0, 1] == pytest.approx(1e-5)
