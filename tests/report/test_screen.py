@@ -132,6 +132,7 @@ def test_every_number_of_a_run_in_time() -> None:
     words = {{"movement {}:": "base {}:", ": {} stored": "{} stored", "add up to {}": "; {} do not"}.get(w, w): name
              for w, name in words.items()}  # fmt: skip
     compare_line(work, last(ds, words))
+    assert screen.wall_quality(ds.assign_attrs(impacts="two"))[2:] == ["impacts: two"]
 
 
 def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
@@ -169,6 +170,13 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
             for cell, name, unit in ((row[1], "median", "mm"), (row[2], "dispersion", "")):
                 values = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
                 compare(cell.replace("-", " "), unit, values if np.isfinite(values).all() else values[:1], name)
+    for unit, head in (("m-1", "median 1/m"), ("1", "median -")):
+        curves["intensity"].attrs["units"] = unit
+        screen.fragility_table(curves)
+        _, heads, others = shown.tables.pop()
+        assert heads[1].startswith(head + "\n")
+        assert others[0][1].startswith(f"{float(curves['median'][0]):.3g} (")
+        del shown.lines[len(shown.lines) // 2 :]
     (head,) = (line for line in shown.lines if "failed walls count" in line)
     assert head.startswith("4 failed")
     assert head.endswith("(mm):")
@@ -186,6 +194,8 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
     names = ("crack_width_max", "crack_band_width_max", "footing_opening_max")
     for factor, name in enumerate(names, start=1):  # no two alike
         after[name] = "increment", factor * 1e-3 * np.arange(1.0, after.sizes["increment"] + 1)
+    after["damage_category"].values[:] = np.arange(after.sizes["increment"]) % 3  # another than before
+    assert (after["damage_category"].values != wall["damage_category"].values).any()
     screen.judged_again(wall, after)
     shown.check({
         f"deflection\n{UNIT}": each(wall["central_deflection"]),
@@ -318,6 +328,8 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
         ds[f"zones_in_{name}"] = steps, [0, 0, 0]
     assert "7 have yielded before" in screen.zones_in_words(ds)[0]
     ds["zones_yielded_before"] = steps, [0, 0, 0]
+    alike = ds.assign(zones_in_shear=(steps, [0, 0, 4]), zones_in_tension=(steps, [0, 0, 4]))
+    assert "4 yield in shear, 4 in tension, 0 have" in screen.zones_in_words(alike)[0]
     assert screen.zones_in_words(ds) == [blocks + "none of them yields"]
     assert screen.wall_quality(ds) == ["unbalanced force at most 3.0e-05 block weights; 3210 cycles; reaction 9.250 kN"]
     del ds.attrs["zones"]
@@ -469,6 +481,7 @@ def test_columns_that_belong_together_stay_together() -> None:
     for width, parts in ((23, [[0, 1, 2, 3]]), (22, [[0, 1, 2], [0, 3]]), (16, [[0, 1, 2], [0, 3]]),
                          (15, [[0, 1], [0, 2], [0, 3]])):  # fmt: skip
         assert screen._parts_that_fit(columns, row, width) == parts
+    assert screen._parts_that_fit(["no", "b", "c" * 20], [], 12) == [[0, 1], [0, 2]]  # wider than any screen
     assert screen._parts_that_fit(["no", "bbbb", "aa\nx", "aa\ny"], [], 22) == [[0, 1], [0, 2, 3]]
 
 

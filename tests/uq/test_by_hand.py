@@ -1,0 +1,174 @@
+"""Steps of the estimates against numbers by hand, no two of them alike."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.errors import InputError
+from damagepred.uq.control_variate import PilotReport, _of_scrambles
+from damagepred.uq.design import Sampler
+from damagepred.uq.estimate import Estimate
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fragility import stripes_from_counts
+from damagepred.uq.fragility.intensity import attributes, chosen_intensity, intensity_values, movement_measure
+from damagepred.uq.fragility.turnbull import Npmle
+from damagepred.uq.marginals import Table
+from damagepred.uq.stopping import StopWhen, each_confidence, looks
+from damagepred.uq.variable import JointField, Variable
+from damagepred.uq.wall_fields import JointPlaces, WallFields, stated_correlation
+from tests.made_up import made_up_study
+
+
+def test_walls_and_fields_of_a_crossed_design() -> None:
+    crossed, plain = Sampler(crossed=True), Sampler()
+    assert crossed.wall_of(np.arange(8)).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert [crossed.field_of(i) for i in range(8)] == [0, 1, 0, 1, 2, 3, 2, 3]
+    assert plain.wall_of(np.arange(3)).tolist() == [plain.field_of(i) for i in range(3)] == [0, 1, 2]
+
+
+def test_a_pilot_in_words() -> None:
+    pilot = PilotReport(24, 0.912, 0.834, 0.956, 0.0512, 0.273, 0.418, 6.37, True)
+    assert pilot.line() == (
+        "correlation 0.91 (0.83 to 0.96, 90 %), a coarse wall costs 0.05 of a fine one: the same error for 0.27 of the "
+        "cost (0.42 at worst) with 6.4 coarse walls a fine one: it pays"
+    )
+    assert pilot._replace(pays=False).line().endswith("it does not pay")
+
+
+def test_scrambles_have_one_degree_of_freedom_less_than_there_are() -> None:
+    """Without variance of the coarse results the estimates are the means of scrambles 0 to 3."""
+    fine = np.array([1.0, 2.0, 4.0, 8.0, 3.0, 6.0, 6.0, 12.0])
+    value, error, freedom = _of_scrambles(fine, np.ones(8), np.ones(8), 4)
+    means = np.array([2.0, 4.0, 5.0, 10.0])
+    assert (value, error, freedom) == pytest.approx((5.25, np.std(means, ddof=1) / 2, 3))
+
+
+def test_table_of_values_at_its_values() -> None:
+    table = Table([3.0, 1.0, 7.0], [2, 5, 3])
+    at = [0.9, 1.0, 3.0, 6.9, 7.0]
+    np.testing.assert_allclose(table.sf(at), [1.0, 0.5, 0.3, 0.3, 0.0], atol=1e-15)
+    np.testing.assert_allclose(table.cdf(at), [0.0, 0.5, 0.7, 0.7, 1.0], atol=1e-15)
+    assert table.isf([0.5, 0.49, 0.3, 0.29]).tolist() == [1.0, 3.0, 3.0, 7.0]
+    assert (table.mean(), table.std()) == pytest.approx((3.2, math.sqrt(0.5 * 2.2**2 + 0.2 * 0.2**2 + 0.3 * 3.8**2)))
+
+
+def test_quantiles_of_what_is_partly_or_never_known() -> None:
+    found = Npmle(np.array([0.0, 2.0, 5.0]), np.array([1.0, 3.0, np.inf]), np.array([0.25, 0.35, 0.4]))
+    assert [found.quantile(q) for q in (0.2, 0.25, 0.26, 0.6, 0.61)] == [1.0, 1.0, 3.0, 3.0, np.inf]
+    np.testing.assert_allclose(found.probability(np.array([0.9, 1.0, 2.9, 3.0])), [0.0, 0.25, 0.25, 0.6])
+    assert Npmle(*(np.empty(0) for _ in range(3))).quantile(0.5) == np.inf
+
+
+@pytest.mark.parametrize(("movement", "counts"), [([1, 2], [[3, 1], [2.5, 2]]), ([1, 2], [[3, 1], [2, -1]]),
+                                                  ([1, np.inf], [[3, 1], [2, 1]]),
+                                                  ([-1, 2], [[3, 1], [2, 1]])])  # fmt: skip
+def test_counts_that_are_none(movement: list[float], counts: list[list[float]]) -> None:
+    with pytest.raises(InputError, match="must be finite and not negative"):
+        stripes_from_counts(np.array(movement), np.array(counts))
+
+
+def test_stripes_in_order() -> None:
+    ds = stripes_from_counts(np.array([0.0, 2.0]), np.array([[3, 1, 0], [0, 2, 1]]), intensity="roof_drift", units="1")
+    assert ds["roof_drift"].values.tolist() == [0.0] * 4 + [2.0] * 3
+    assert ds["damage_category"].values.tolist() == [0, 0, 0, 1, 1, 1, 2]
+    assert (ds.attrs["highest_category"], ds["roof_drift"].attrs["long_name"]) == (2, "roof drift")
+
+
+def test_a_coefficient_has_no_unit_where_the_mean_has_one() -> None:
+    """A mean of 0.5 MPa with a scatter of 30 %, between bounds in kPa."""
+    stated = Variable(
+        distribution="truncated_normal", mean="0.5 MPa", cov="30 %", lower="100 kPa", upper="2000 kPa"
+    ).frozen("joint.cohesion", "Pa")
+    assert stated.support() == pytest.approx((1e5, 2e6))
+    assert stated.mean() == pytest.approx(0.5e6, rel=0.02)
+    plain = Variable(distribution="lognormal", mean="0.5 MPa", cov="30 %").frozen("joint.cohesion", "Pa")
+    assert (plain.mean(), plain.std()) == pytest.approx((0.5e6, 0.15e6))
+
+
+PLACES = JointPlaces(
+    np.array([0, 0, 0, 1, 1]), np.zeros(5, dtype=int), np.array([0.1, 0.35, 0.9, 0.2, 0.5]),
+    np.array([0, 0, 0, 0.3, 0.3]), 0.25,
+)  # fmt: skip
+
+
+def test_correlation_of_joints_of_a_course_is_a_power_of_their_distance() -> None:
+    found = stated_correlation(JointField(course_correlation=0.4), PLACES, np.arange(5))
+    row = [1.0, 0.4, 0.16]
+    np.testing.assert_allclose(found[0], [*row, 0, 0])
+    np.testing.assert_allclose(found[2], [*row[::-1], 0, 0])
+    np.testing.assert_allclose(found[3], [0, 0, 0, 1, 0.4])
+    away = stated_correlation(JointField(correlation_length=0.5, nugget=0.2), PLACES, np.arange(5))
+    assert away[0, 4] == pytest.approx(0.8 * math.exp(-0.5 / 0.5), rel=1e-12)  # 0.4 m along, 0.3 m up
+
+
+def test_normals_behind_lognormal_fields_in_closed_form() -> None:
+    """Two lognormals of the same cov: rho of the normals is ln(1 + r cov^2) / ln(1 + cov^2); mixed by their factor."""
+    cov, strong = 0.8, 0.6
+    fields = {name: JointField(correlation_length=length) for name, length in (("a", 0.5), ("b", 0.7))}
+    marginal = Variable(distribution="lognormal", mean=1.0, cov=cov).frozen("a", "1")
+    factor = np.linalg.cholesky(np.array([[1.0, strong], [strong, 1.0]]))
+    made = WallFields(list(fields), fields, dict.fromkeys(fields, marginal), factor)
+    # columns of the linear map of independent normals give the covariance of what is drawn
+    size = 2 * len(PLACES.x)
+    columns = [made.draw(unit.reshape(2, -1).copy(), PLACES).ravel() for unit in np.eye(size)]
+    covariance = np.transpose(columns) @ np.array(columns)
+    for k, field in enumerate(fields.values()):
+        stated = stated_correlation(field, PLACES, np.arange(5))
+        expected = np.log1p(stated * cov**2) / np.log1p(cov**2)
+        block = covariance[5 * k : 5 * k + 5, 5 * k : 5 * k + 5]
+        np.testing.assert_allclose(block, expected, atol=2e-4)
+    np.testing.assert_allclose(np.diag(covariance[:5, 5:]), strong, rtol=1e-9)
+
+
+def test_measures_of_the_movement_by_hand() -> None:
+    both = ("sample", "increment")
+    ds = xr.Dataset(
+        {"central_deflection": (both, [[0.0, 4e-3], [0.0, 6e-3]]),
+         "deflection_ratio": (both, [[0.0, 1e-3], [0.0, 2e-3]]),
+         "section_curvature": ((*both, "section"), [[[0, 0.0], [1e-3, -3e-3]], [[2e-3, 1e-3], [5e-3, 4e-3]]]),
+         "surface_movement": (both, np.full((2, 2), np.nan), {"units": "m", "long_name": "of the ground"})}
+    )  # fmt: skip
+    np.testing.assert_allclose(intensity_values(ds, "curvature"), [[0, 2e-3], [0, 8 * 4e-6 / 6e-3]], rtol=1e-12)
+    np.testing.assert_allclose(intensity_values(ds, "footing_curvature"), [[0, 3e-3], [2e-3, 5e-3]])
+    assert (movement_measure(ds), chosen_intensity(ds, None)) == ("central_deflection", "central_deflection")
+    assert attributes(ds, "curvature")["units"] == "m-1"
+    assert attributes(ds, "surface_movement") == {"units": "m", "long_name": "of the ground"}
+    with pytest.raises(InputError, match=r"no variable 'surface_movement' with values; it has .*curvature"):
+        chosen_intensity(ds, "surface_movement")
+    ds["surface_movement"].values[0, 0] = 0.0
+    assert movement_measure(ds) == "surface_movement"
+
+
+def test_the_measure_asked_for_is_read(tmp_path: Path) -> None:
+    """Walls of 1.44 m: a ratio is the deflection over it, and its probability that of the deflection."""
+    ds = StudyFolder(made_up_study(tmp_path / "house.dp", 40)).results()
+    deflection = exceedance(ds, 1, 2e-3).estimate
+    ratio = exceedance(ds, 1, 2e-3 / 1.44, intensity="deflection_ratio").estimate
+    assert ratio == pytest.approx(deflection)
+    assert 0.1 < deflection.value < 0.95
+    with pytest.raises(InputError, match=r"at = -0\.001: must be greater than 0"):
+        exceedance(ds, 1, -1e-3)
+
+
+def test_rules_to_stop_by_hand() -> None:
+    assert (looks(8, 100), looks(8, 8), looks(64, 20)) == ([8, 16, 32, 64, 100], [8], [20])
+    assert each_confidence([8, 16, 32], 0.9, True) == pytest.approx(0.9 ** (1 / 3))
+    assert each_confidence([8], 0.9, False) == 0.9
+    known = Estimate(0.4, 0.1, 0.3, 0.5, 0.9, 24, 24.0)  # value, error, lower, upper
+    assert known.half_width == pytest.approx(0.1)
+    rules = [({"half_width": 0.1 + 1e-9}, True), ({"half_width": 0.099}, False), ({"relative_half_width": 0.251}, True),
+             ({"relative_half_width": 0.249}, False)]  # fmt: skip
+    for width, met in rules:
+        assert StopWhen(category=2, at="6 mm", **width).met(known) == met
+    rule = StopWhen(category=2, at="6.5 mm", half_width=0.1)
+    assert rule.name() == "P(category >= 2 at 6.5 mm)"
+    assert StopWhen(category=3, quantity="median", half_width=0.1).name() == "median movement of category 3"
+    assert not rule.met(known._replace(lower=-np.inf, upper=np.inf))
+    for wrong in ({"at": 1.0}, {"at": 1.0, "half_width": 0.1, "relative_half_width": 0.1}, {"half_width": 0.1},
+                  {"at": 1.0, "half_width": 0.1, "quantity": "median"}):  # fmt: skip
+        with pytest.raises(InputError, match=r"study\.stop_when"):
+            StopWhen(category=1, **wrong).check()
