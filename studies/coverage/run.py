@@ -1,6 +1,6 @@
 """How often an interval of 90 % holds the truth, for every interval that the toolkit prints.
 
-Run: python studies/coverage/run.py [--repetitions 400] [--quick] [--only WORD ...] [--seed 1] [-o FOLDER]
+Run: python studies/coverage/run.py [--repetitions 400] [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
 """
 
 from __future__ import annotations
@@ -23,9 +23,11 @@ from cases import Case, cases  # noqa: E402
 from damagepred.archive.files import write_whole  # noqa: E402
 from damagepred.errors import InputError  # noqa: E402
 
-NOMINAL = 0.9
+BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 LEAST = 0.85
 """Coverage below which an interval does not keep what it says."""
+
+KEYS = ["interval", "samples", "quantity"]
 
 
 def measure(interval: str, samples: str, case: Case, repetitions: int, seed: int) -> list[dict[str, object]]:
@@ -77,6 +79,29 @@ def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = ()) -> 
     return pd.DataFrame(rows)
 
 
+def table(folder: Path) -> str:
+    """Return the page's table: the coverage before the mends, if it was measured, and now."""
+    now = pd.read_csv(folder / "coverage.csv")
+    file = folder / "before.csv"
+    before = pd.read_csv(file).set_index(KEYS)["coverage"] if file.is_file() else pd.Series(dtype=float)
+    rows = ["| interval | samples | quantity | before | now | given |", "|---|---|---|---|---|---|"]
+    for row in now.to_dict("records"):
+        was = before.get(tuple(row[key] for key in KEYS), np.nan) if len(before) else np.nan
+        found = "refused" if row["given"] == 0 else f"{row['coverage']:.2f} ± {row['error']:.2f}"
+        if row["coverage"] + 2 * row["error"] < LEAST:
+            found = f"**{found}**"
+        cells = [*(str(row[key]) for key in KEYS), "" if np.isnan(was) else f"{was:.2f}", found, f"{row['given']:.2f}"]
+        rows.append("| " + " | ".join(cells) + " |")
+    return "\n".join(rows)
+
+
+def put_in(page: Path, text: str) -> None:
+    """Write the table into the page, between its marks."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    after = rest.partition(END)[2]
+    write_whole(page, lambda p: p.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8"))
+
+
 def main() -> None:
     """Read the command line, measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -85,9 +110,13 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=[], help="words that intervals begin with")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=HERE)
+    parser.add_argument("--page", action="store_true", help="write the page from the table that is there")
     asked = parser.parse_args()
     asked.output.mkdir(parents=True, exist_ok=True)
-    run(asked.output, 30 if asked.quick else asked.repetitions, asked.seed, asked.only)
+    if not asked.page:
+        run(asked.output, 30 if asked.quick else asked.repetitions, asked.seed, asked.only)
+    if asked.output == HERE and not asked.only:
+        put_in(HERE / "README.md", table(HERE))
 
 
 if __name__ == "__main__":

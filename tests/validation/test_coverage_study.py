@@ -1,0 +1,55 @@
+"""The study of coverage: a few of its cases, as it runs them."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def study() -> ModuleType:
+    file = ROOT / "studies" / "coverage" / "run.py"
+    spec = importlib.util.spec_from_file_location("coverage_run", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["coverage_run"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("interval", "samples"),
+    [
+        ("curve", "5 damaged, all of the walls"),
+        ("curve", "8 damaged, half of the walls"),
+        ("surface", "8 walls"),
+        ("median", "8 walls"),
+        ("estimate, random walls", "50 walls, probability 0.2"),
+        ("two-level", "20 fine walls, correlation 0.98, probability 0.05"),
+    ],
+)
+def test_intervals_hold_what_they_say(study: ModuleType, interval: str, samples: str) -> None:
+    """Of 60 repetitions 54 expected; 46 or fewer come in 0.3 % of binomial draws of 0.9."""
+    rows = study.measure(interval, samples, study.cases()[interval, samples], 60, 2)
+    assert rows
+    for row in rows:
+        assert row["given"] > 0.9, row
+        assert row["coverage"] >= 46 / 60, row
+
+
+def test_the_table_is_written_and_marks_what_does_not_hold(study: ModuleType, tmp_path: Path) -> None:
+    found = study.run(tmp_path, 3, 1, ["estimate, 8"])
+    assert len(pd.read_csv(tmp_path / "coverage.csv")) == len(found) == 4
+    found.assign(coverage=0.5, error=0.01).to_csv(tmp_path / "coverage.csv", index=False)
+    assert "**0.50 ± 0.01**" in study.table(tmp_path)
+
+
+def test_the_page_is_that_of_the_table(study: ModuleType) -> None:
+    page = (study.HERE / "README.md").read_text(encoding="utf-8")
+    assert study.table(study.HERE) in page
