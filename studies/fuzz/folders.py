@@ -215,7 +215,7 @@ def defect(command: str, said: Said, honest: Said, gone: bool) -> str:
         return f"{command}: exit code {said.code}: {said.err.strip()[-300:]}"
     if said.code and not (said.err.strip() or said.out.strip()):
         return f"{command}: exit code {said.code} without a word"
-    named = gone or said.err.strip() or "damaged" in said.out
+    named = gone or said.err.strip() or "damaged" in said.out or "nothing to compare with" in said.out
     if said.code == honest.code and not named and said.plain() != honest.plain():
         return f"{command}: silently different"
     return ""
@@ -294,7 +294,7 @@ def one(
         with contextlib.suppress(OSError):  # the second damage of a file that is no netCDF any more
             damage(file, luck, other / "study.dp")
         done.append(f"{damage.__name__} {file.relative_to(place)}")
-    gone = any(what.startswith(("remove", "rename")) for what in done)
+    gone = any(what.startswith(("remove", "rename", "exchange wall")) for what in done)
     wrong, codes = [values_differ(place / "study.dp", ds, gone)], []
     for name, command in COMMANDS.items():
         if number % RARELY.get(name, 1) == 0:

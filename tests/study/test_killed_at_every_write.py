@@ -165,12 +165,15 @@ def what_is_found(folder: Path) -> dict[str, object]:
     return found
 
 
-EVERY_SO_MANY = 9
-"""Kills of long runs in default tests; slow tests kill at every write."""
-
-
-@pytest.mark.parametrize("at_each", [pytest.param(1, marks=pytest.mark.slow), EVERY_SO_MANY])
-@pytest.mark.parametrize("go_on", [rare, two_level])
+@pytest.mark.parametrize(
+    ("go_on", "at_each"),
+    [
+        (rare, 9),
+        (two_level, 60),
+        pytest.param(rare, 1, marks=pytest.mark.slow),
+        pytest.param(two_level, 1, marks=pytest.mark.slow),
+    ],
+)
 def test_estimates_that_solve_walls(
     go_on: Callable[[Path], None], at_each: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
