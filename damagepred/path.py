@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
+from damagepred.arguments import checked
 from damagepred.assembly import Assembly, Kind, Limits, Model, wall_model, wall_size
 from damagepred.damage import (
     GROUP_COUNTS,
@@ -171,6 +172,7 @@ def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings:
     return build(settings, needs_zones(build, settings, increments))
 
 
+@checked
 @one_blas_thread()
 def solve(
     scene: Scene | Assembly,

@@ -20,6 +20,7 @@ from damagepred.archive.schema import (
     VARIABLES,
     category_attributes,
 )
+from damagepred.arguments import checked
 from damagepred.damage import (
     HAIRLINE,
     DamageTable,
@@ -70,6 +71,7 @@ class Rules(NamedTuple):
     settings: Damage
 
 
+@checked
 @one_blas_thread()
 def judge_again(
     ds: xr.Dataset,

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import KINDS, VARIABLES, Variable, dataset
+from damagepred.arguments import checked
 from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
 from damagepred.damage.bricks import links_of
 from damagepred.damage.growth import PARTS
@@ -55,6 +56,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
 """What ``cracks`` and ``crack_profile`` return, besides the increments."""
 
 
+@checked
 @one_blas_thread()
 def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     """Return the cracks of a wall as objects, followed through the increments.
@@ -86,6 +88,7 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     return WallCracks(ds, hairline).dataset()
 
 
+@checked
 @one_blas_thread()
 def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIRLINE) -> xr.Dataset:
     """Return where the cracks of one increment run, and their widths along them, piece by piece.

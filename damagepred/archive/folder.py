@@ -37,6 +37,7 @@ from damagepred.archive.files import read_dataset, write_dataset, write_whole
 from damagepred.archive.parts import Column, Columns, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.arguments import checked
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
 from damagepred.input_files import as_text, read_bytes, read_text
 
@@ -572,6 +573,7 @@ def _blank(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
     return np.full(shape, np.nan if dtype.kind == "f" else -1, dtype=np.float64 if dtype.kind == "f" else dtype)
 
 
+@checked
 def open_study(path: str | Path) -> xr.Dataset:
     """Read a study, finished or still running.
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from damagepred.arguments import checked
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.assembly.interfaces import (
     Geometry,
@@ -38,7 +39,7 @@ from damagepred.assembly.properties import (
     lump_block_elasticity,
     no_tension_joint,
 )
-from damagepred.errors import InputError
+from damagepred.errors import InputError, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import BlockMaterial, Joint, Solver
 
@@ -50,6 +51,9 @@ GRAVITY = 9.81
 
 BEARING = 1e-4
 """Width of a bearing (m): a knife edge, that hardly hinders a block from turning."""
+
+FARTHEST = 1e4
+"""Displacement (m, rad) that is taken for a slip of the unit beyond."""
 
 NO_JAMBS = Jambs.none()
 
@@ -94,6 +98,7 @@ class Assembly:
     3
     """
 
+    @checked
     def __init__(
         self,
         thickness: float = 0.11,
@@ -134,6 +139,7 @@ class Assembly:
         """Number of blocks so far."""
         return len(self._polygons)
 
+    @checked
     def add_block(
         self,
         vertices: ArrayLike,
@@ -175,6 +181,7 @@ class Assembly:
         self._block_material.append(_numbered(self._block_materials, material))
         return number
 
+    @checked
     def set_joint(self, a: int, b: int, joint: Joint, kind: Kind | None = None) -> None:
         """Give the joint between two blocks its own material, and optionally its kind.
 
@@ -191,11 +198,13 @@ class Assembly:
         self._check(b)
         self._pairs[min(a, b), max(a, b)] = (_numbered(self._joint_materials, joint), kind)
 
+    @checked
     def set_joint_above(self, course: int, joint: Joint, kind: Kind = Kind.DPC) -> None:
         """Give the whole bed joint on top of a course (counted from 0) its own material and kind."""
         self._joint_materials.append(joint)
         self._levels[course] = (len(self._joint_materials) - 1, kind)
 
+    @checked
     def rest_on_ground(
         self,
         blocks: Iterable[int],
@@ -233,6 +242,7 @@ class Assembly:
         self._ground = [Grounded(block, None, material, kind) for block in listed]
         self._ground_profile, self._ground_growth = displacement, growth
 
+    @checked
     def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING) -> None:
         """Let a block bear on the ground in one point of its underside, on a knife edge.
 
@@ -247,9 +257,13 @@ class Assembly:
         width : float
             Of the bearing (m).
         """
+        corners = self._polygons[self._check(block)][:, 0]
+        require_number("x", x, float(corners.min()), float(corners.max()), unit="m")
+        require_number("width", width, 0.0, float(np.ptp(corners)), unit="m", open_low=True)
         material = _numbered(self._joint_materials, joint)
         self._bearings.append(Grounded(self._check(block), float(x), material, Kind.SUPPORT, width))
 
+    @checked
     def support(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
         """Hold a block in the directions that are True."""
         for axis, held in enumerate((x, y, rotation)):
@@ -258,6 +272,7 @@ class Assembly:
                 self._prescribed[dof] = 0.0
                 self._after_load.discard(dof)
 
+    @checked
     def hold_after_load(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
         """Leave a block free while the dead load comes on, then hold it where it stands in directions that are True.
 
@@ -270,6 +285,7 @@ class Assembly:
                 self._prescribed.setdefault(dof, 0.0)
                 self._after_load.add(dof)
 
+    @checked
     def move(
         self, block: int, *, x: float | None = None, y: float | None = None, rotation: float | None = None
     ) -> None:
@@ -280,10 +296,10 @@ class Assembly:
         for axis, value in enumerate((x, y, rotation)):
             if value is None:
                 continue
-            if not np.isfinite(value):
-                raise InputError(f"block {block}: its displacement must be finite, got {value!r}.")
-            self._prescribed[3 * self._check(block) + axis] = float(value)
+            amount = require_number(f"block {block}: displacement", value, -FARTHEST, FARTHEST, unit="m or rad")
+            self._prescribed[3 * self._check(block) + axis] = amount
 
+    @checked
     def hold_points(self, block: int, where: Where, *, x: Amount | None = None, y: Amount | None = None) -> None:
         """Hold or move gridpoints of a deformable block.
 
@@ -297,8 +313,12 @@ class Assembly:
             Their displacement at full movement (m), 0 to hold them, or a function of x and y (m). Directions left out
             stay as they are.
         """
+        for amount in (x, y):
+            if amount is not None and not callable(amount):
+                require_number(f"block {block}: displacement", amount, -FARTHEST, FARTHEST, unit="m")
         self._holds.append(Hold(self._check(block), where, x, y))
 
+    @checked
     def traction(self, block: int, where: Where, *, x: Amount = 0.0, y: Amount = 0.0, live: bool = False) -> None:
         """Load edges of a deformable block.
 
@@ -315,6 +335,7 @@ class Assembly:
         """
         self._tractions.append(Traction(self._check(block), where, x, y, live))
 
+    @checked
     def set_velocity(self, block: int, *, x: float = 0.0, y: float = 0.0, rotation: float = 0.0) -> None:
         """Let a block start a dynamic run with a velocity.
 
@@ -329,6 +350,7 @@ class Assembly:
             raise InputError(f"block {block}: its velocity must be finite, got {(x, y, rotation)!r}.")
         self._velocity[self._check(block)] = (float(x), float(y), float(rotation))
 
+    @checked
     def load(
         self,
         block: int,
@@ -351,6 +373,7 @@ class Assembly:
         """
         self._load[block] = self._load.get(block, np.zeros(3)) + self._force(block, (x, y), moment, at)
 
+    @checked
     def push(
         self,
         block: int,
@@ -375,6 +398,7 @@ class Assembly:
         """
         self._push[block] = self._push.get(block, np.zeros(3)) + self._force(block, (x, y), moment, at)
 
+    @checked
     def push_body(self, *, x: float = 0.0, y: float = 0.0) -> None:
         """Add a live load to all blocks: multiples of their weight along x and y at full movement."""
         if not np.isfinite([x, y]).all():
@@ -403,6 +427,7 @@ class Assembly:
 
     # -- building -----------------------------------------------------------------------------------------------
 
+    @checked
     def geometry(
         self,
         solver: Solver | None = None,
@@ -470,6 +495,7 @@ class Assembly:
             sizes[block] = size
         return sizes
 
+    @checked
     @one_blas_thread()
     def build(
         self,

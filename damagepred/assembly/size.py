@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from damagepred.arguments import checked
 from damagepred.assembly.bond import courses_and_halves
 from damagepred.assembly.footing import foundation
 from damagepred.assembly.properties import no_tension_joint
@@ -132,6 +133,7 @@ class WallSize:
         )
 
 
+@checked
 def wall_size(scene: Scene, increments: int | None = None) -> WallSize:
     """Return the size of a scene's wall and what it costs to solve it.
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks, parted
 from damagepred.assembly.footing import (
@@ -151,6 +152,7 @@ def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: boo
     return size or default_zone_size(corners, solver.method)
 
 
+@checked
 @one_blas_thread()
 def wall_geometry(scene: Scene) -> Geometry:
     """Return blocks, interfaces and joints of a scene's wall.
@@ -196,6 +198,7 @@ def _meshing(solver: Solver, zoned: bool) -> Solver:
     return replace(usual, **{name: getattr(solver, name) for name in names})
 
 
+@checked
 @one_blas_thread()
 def wall_model(
     scene: Scene, fields: Mapping[str, FloatArray] | None = None, deformable: frozenset[int] | None = None
@@ -221,6 +224,7 @@ def wall_model(
     return _model(scene, _cached(scene, deformable), fields or {}, 0.0)
 
 
+@checked
 def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
     """Return the model of a scene's footing without the wall, on the same supports and jacks, or the same ground.
 
@@ -415,8 +419,22 @@ def _by_material(fields: Mapping[str, FloatArray], joints: int) -> dict[int, dic
             raise InputError(f"'{place}': only properties of joint and dpc can vary from joint to joint.")
         if np.shape(values) != (joints,):
             raise InputError(f"'{place}': needs one value for each of the {joints} joints, got {np.shape(values)}.")
-        sorted_out[MORTAR if table == "joint" else DPC][name] = np.asarray(values, dtype=np.float64)
+        sorted_out[MORTAR if table == "joint" else DPC][name] = _of_joints(place, name, values)
     return sorted_out
+
+
+def _of_joints(place: str, name: str, values: FloatArray) -> FloatArray:
+    """Return the values of joints as numbers that a joint can have."""
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"'{place}': needs numbers, one for each joint.") from None
+    if not np.isfinite(found).all():
+        raise InputError(f"'{place}': has values that are not finite.")
+    for extreme in {found.min(), found.max()} if found.size else ():
+        one = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0.0, cohesion=0.0, friction=1e15)
+        replace(one, **{name: float(extreme)})
+    return found
 
 
 def _roof(scene: Scene, bricks: tuple[Brick, ...]) -> FloatArray:

@@ -22,6 +22,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -46,6 +47,7 @@ class BeamStrain(NamedTuple):
         return np.maximum(self.bending, self.diagonal)
 
 
+@checked
 def deflection_over_strain(
     length: ArrayLike, height: ArrayLike, kind: Kind, modulus_ratio: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
@@ -78,6 +80,7 @@ def deflection_over_strain(
     return bending, diagonal
 
 
+@checked
 def beam_strain(
     deflection_ratio: ArrayLike,
     length: ArrayLike,

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from damagepred.arguments import checked
 from damagepred.damage.deep_beam import beam_strain
 from damagepred.damage.limits import load_movement_limits, load_strain_table
 from damagepred.errors import InputError
@@ -36,6 +37,7 @@ class SimpleVerdict(NamedTuple):
     category: NDArray[np.int8]
 
 
+@checked
 def simple_category(
     scene: Scene,
     deflection_ratio: ArrayLike | None = None,
@@ -80,6 +82,7 @@ def simple_category(
     return SimpleVerdict(strain.bending, strain.diagonal, load_strain_table().by_strain(strain.largest))
 
 
+@checked
 def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_ratio: float | None = None) -> xr.Dataset:
     """Judge every increment of a solved wall, or of all walls of a study, by the limiting tensile strain.
 
@@ -123,6 +126,7 @@ def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_rat
     )
 
 
+@checked
 def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> float:
     """Return the largest slope of the ground relative to the line through the ends of the wall (1).
 
@@ -143,6 +147,7 @@ def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> f
     return slope * ratio / (movement.central_deflection / length)
 
 
+@checked
 def simple_methods(
     scene: Scene,
     deflection_ratio: float | None = None,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import xarray as xr
 
 from damagepred.archive.files import write_whole
+from damagepred.arguments import checked
 from damagepred.errors import InputError, nearest
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
@@ -42,6 +43,7 @@ def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     write_whole(path, lambda p: csv_safe(frame).to_csv(p, index=index))
 
 
+@checked
 def export_place(kind: str, beside: str | Path) -> Path:
     """Return where an export goes: beside a file or study folder, under its name.
 
@@ -63,6 +65,7 @@ def export_place(kind: str, beside: str | Path) -> Path:
     return place.with_name(place.stem + FORMATS[kind])
 
 
+@checked
 def export_curves(
     curves: xr.Dataset,
     kind: str,

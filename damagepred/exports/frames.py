@@ -8,11 +8,13 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import CATEGORY_VARIABLES, SAMPLE_STATUS
+from damagepred.arguments import checked
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
+@checked
 def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     """Return the points of all curves, a row for each category and intensity.
 
@@ -37,6 +39,7 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     return frame
 
 
+@checked
 def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     """Return what the curves are made of, a row for each category.
 
@@ -53,6 +56,7 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()
 
 
+@checked
 def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     """Return the walls of a study, a row each: inputs, how it ended, and what was worst on its path.
 

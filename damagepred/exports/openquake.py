@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.exports.states import LimitStates, limit_states, require_order
 from damagepred.text import without_controls
@@ -37,6 +38,7 @@ LEVELS = 60
 """Of a discrete function, evenly spaced in the logarithm."""
 
 
+@checked
 def openquake_xml(
     curves: xr.Dataset,
     form: Literal["continuous", "discrete"] = "continuous",

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.exports.states import limit_states, require_order
 
@@ -39,6 +40,7 @@ DEMANDS = {
 }
 
 
+@checked
 def pelicun_frame(
     curves: xr.Dataset,
     component: str = COMPONENT,
@@ -89,6 +91,7 @@ def pelicun_frame(
     return pd.DataFrame([row], index=pd.Index([component], name="ID"))
 
 
+@checked
 def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
     """Return the options with which a pelicun assessment knows the demand: ``Assessment(pelicun_config(curves))``."""
     demand = _demand(str(curves.attrs.get("intensity_measure", "")))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.axes import Axes
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, name_of
 from damagepred.plotting.fragility import LINES
@@ -14,6 +15,7 @@ from damagepred.uq.fragility import movement_measure
 from damagepred.uq.running import running_probability
 
 
+@checked
 def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confidence: float = 0.9) -> Axes:
     """Draw the probability of each category at a movement as found from the first walls, more and more of them.
 

@@ -10,6 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.damage.joints import DPC, FOOTING_INTERFACE, JointMap
 from damagepred.plotting.sheet import (
     MM,
@@ -30,6 +31,7 @@ MOST_LINES = 10
 """Increments drawn at most."""
 
 
+@checked
 def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw how far the dpc has opened along the wall, increment by increment; see ``draw_footing_opening``.
 
@@ -51,6 +53,7 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     return _draw_opening(ds, ax, DPC)
 
 
+@checked
 def draw_footing_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw how far the bed between first course and footing has opened along the wall, increment by increment.
 

@@ -12,6 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.damage.joints import SOIL
 from damagepred.plotting.dpc import path_colours, spread_evenly
 from damagepred.plotting.geometry import footing_blocks, ground_profile
@@ -42,6 +43,7 @@ def has_footing(ds: xr.Dataset) -> bool:
     return "section_moment" in ds.variables
 
 
+@checked
 def draw_jack_load(
     ds: xr.Dataset, ax: Axes | None = None, label: str | None = None, colour: str = JACK_COLOUR, supports: bool = True
 ) -> Axes:
@@ -127,6 +129,7 @@ def first_zero(x: FloatArray, y: FloatArray) -> float | None:
     return float(x[after - 1] + share * (x[after] - x[after - 1]))
 
 
+@checked
 def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw how far the footing has gone up along the wall, increment by increment, and the ground's surface at the end.
 
@@ -158,6 +161,7 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the moment along the footing, sagging positive, increment by increment; see ``draw_footing_form``."""
     require(ds, ("section_moment",), _ON_A_FOOTING)
@@ -165,6 +169,7 @@ def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     return _along(ds, ax, "moment, sagging positive (kNm)", lambda i: (ds["section_x"].values, values[i]))
 
 
+@checked
 def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the curvature along the footing, sagging positive, increment by increment; see ``draw_footing_form``."""
     require(ds, ("section_curvature",), _ON_A_FOOTING)
@@ -172,6 +177,7 @@ def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     return _along(ds, ax, "curvature, sagging positive (1/km)", lambda i: (ds["section_x"].values, values[i]))
 
 
+@checked
 def footing_sheet(ds: xr.Dataset) -> Figure:
     """Draw form, moment and curvature of a footing one under the other.
 

@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import CATEGORIES
+from damagepred.arguments import checked
 from damagepred.plotting.categories import COLOURS
 from damagepred.plotting.sheet import (
     MM,
@@ -36,6 +37,7 @@ _RATIOS = (
 """Denominators n of the marks 1/n on an axis of deflection ratios."""
 
 
+@checked
 def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw fragility curves with their confidence bands.
 

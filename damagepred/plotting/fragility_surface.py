@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from damagepred.arguments import checked
 from damagepred.plotting.fragility import label_intensity
 from damagepred.plotting.sheet import (
     MM,
@@ -28,6 +29,7 @@ LINES = (0.1, 0.5, 0.9)
 _SHOWN = {"Pa": (1e-6, "MPa"), "m": (1.0, "m"), "Pa m-1": (1e-9, "GPa/m"), "Pa/m": (1e-9, "GPa/m")}
 
 
+@checked
 def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw a fragility surface with the band of its median.
 

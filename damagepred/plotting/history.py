@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import DPC
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, FOOTING_COLOUR, shade_bands, table_of, width_scale
@@ -22,6 +23,7 @@ from damagepred.rejudge import shown_gaps
 from damagepred.uq.fragility import movement_measure
 
 
+@checked
 def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw widest crack, crack band, dpc opening and gap on the footing against the movement, over the categories.
 

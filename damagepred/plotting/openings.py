@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, title_of
 
@@ -15,6 +16,7 @@ AGAINST = {"central_deflection": "central deflection (mm)", "dpc_opening_max": "
 STYLES = (("#0072b2", "o"), ("#d55e00", "s"), ("#009e73", "^"), ("#cc79a7", "D"), ("#000000", "v"), ("#e69f00", "P"))
 
 
+@checked
 def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: str = "central_deflection") -> Axes:
     """Draw how much wider (positive) or narrower each opening has become, at the upper end of its jambs.
 

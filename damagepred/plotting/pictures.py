@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
+from damagepred.arguments import checked
 from damagepred.damage.joints import DPC
 from damagepred.errors import InputError, StudyError
 from damagepred.plotting.cracks import cracks_sheet
@@ -33,6 +34,7 @@ FloatArray = NDArray[np.float64]
 FORMATS = ("png", "pdf", "svg")
 
 
+@checked
 def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """Draw one wall.
 
@@ -131,6 +133,7 @@ def _opening_width(ds: xr.Dataset) -> Figure:
     return figure
 
 
+@checked
 def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """Draw a study: ``crack_widths.png`` and ``category_shares.png``.
 
@@ -160,6 +163,7 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     return _save_all(sheets, folder)
 
 
+@checked
 def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     """Draw fragility curves, a surface, or what damage depends on, into a file.
 

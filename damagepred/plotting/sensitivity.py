@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from damagepred.arguments import checked
 from damagepred.plotting.sheet import new_figure, require, title_of
 
 GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom joint to joint"}
@@ -15,6 +16,7 @@ GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom 
 _RANKS, _SHARES = ("#08519c", "#6baed6"), ("#a63603", "#fd8d3c")
 
 
+@checked
 def draw_sensitivity(found: xr.Dataset) -> Figure:
     """Draw on the left how capacity goes with each input, on the right the shares of variance.
 

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.plotting.deformed import Deformed, add_magnification
 from damagepred.plotting.geometry import Faces, corners, polygons
@@ -48,6 +49,7 @@ BANDS = 18
 _CONTACTS = ("contact_normal_stress", "contact_shear_stress")
 
 
+@checked
 def draw_stress(
     ds: xr.Dataset,
     ax: Axes | None = None,

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, FOOTING_COLOUR, name_of, shade_bands, table_of, width_scale
@@ -124,6 +125,7 @@ def highest_of(ds: xr.Dataset) -> int:
     return int(ds.attrs.get("highest_category", table_of(ds).highest))
 
 
+@checked
 def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the widest crack of every wall against the movement, with quantiles over the walls.
 
@@ -210,6 +212,7 @@ def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) 
     return result
 
 
+@checked
 def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw which share of the walls has reached which category, against the movement.
 

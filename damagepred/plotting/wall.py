@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from damagepred.arguments import checked
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import SOIL
@@ -55,6 +56,7 @@ _NEEDED = (
 )  # fmt: skip
 
 
+@checked
 def draw_wall(
     ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None, slips: bool = False
 ) -> Axes:

@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.plotting.deformed import Deformed, add_magnification
 from damagepred.plotting.sheet import axes_or_new, below, require, set_title
 
@@ -83,6 +84,7 @@ def moved_gridpoints(ds: xr.Dataset, zones: Zones, increment: int, factor: float
     return np.asarray(zones.points + factor * np.column_stack(moved))
 
 
+@checked
 def draw_zone_states(
     ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None
 ) -> Axes:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from damagepred.archive.files import check_writable, read_dataset, write_whole
 from damagepred.archive.folder import StudyFolder
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.report.page import page_html
 
@@ -16,12 +17,14 @@ if TYPE_CHECKING:
     from damagepred.path import Step
 
 
+@checked
 def report_place(path: str | Path) -> Path:
     """Return where a report goes if nothing is said: ``house.dp`` or ``wall.nc`` to ``house_report.html`` beside it."""
     place = Path(path) if Path(path).name not in ("", "..") else Path(path).resolve()
     return place.with_name(f"{place.stem}_report.html")
 
 
+@checked
 def write_report(
     path: str | Path,
     output: str | Path | None = None,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from damagepred.arguments import checked
 from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest
 
@@ -68,6 +69,7 @@ def site_classes() -> tuple[SiteClass, ...]:
     )
 
 
+@checked
 def site_class(surface_movement: float) -> SiteClass:
     """Return the class of a site.
 
@@ -87,6 +89,7 @@ def site_class(surface_movement: float) -> SiteClass:
     return next(c for c in site_classes() if surface_movement <= c.up_to * (1 + 1e-12))
 
 
+@checked
 def suction_depth(zone: int) -> float:
     """Return the depth H_s (m) to which moisture changes in a climatic zone, 1 (wettest) to 6 (AS 2870-2011 Table 2.5).
 
@@ -107,6 +110,7 @@ def standard_footings() -> tuple[StandardFooting, ...]:
     return tuple(StandardFooting(**entry) for entry in _ground("footings")["footing"])
 
 
+@checked
 def standard_footing(site: str, construction: str) -> StandardFooting:
     """Return one standard strip footing.
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.errors import StudyError
+from damagepred.errors import InputError, StudyError
 from damagepred.study.sample import HANDED_BACK, Batch, Outcome, already_done, run_batch
 from damagepred.study.workers import WorkerDied
 
@@ -104,7 +104,12 @@ class GivenExecutor:
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
         """Hand a batch to the executor."""
-        return self.executor.submit(run_batch, self.folder, list(batch))
+        future = self.executor.submit(run_batch, self.folder, list(batch))
+        if not isinstance(future, Future):
+            raise InputError(
+                f"executor: its submit returns a {type(future).__name__}, not a future of concurrent.futures."
+            )
+        return future
 
     def close(self) -> None:
         """Leave the executor as it is: it is the caller's."""

@@ -63,6 +63,10 @@ def sample_timeout(timeout: float | None, limits: Limits, executor: Executor | N
     if timeout is not None and timeout != math.inf:
         require_number("timeout", timeout, 0.0, unit="s", open_low=True)
     if executor is not None:
+        if not any(callable(getattr(executor, name, None)) for name in ("submit", "get_executor")):
+            raise InputError(
+                f"executor: is of type {type(executor).__name__}; give a concurrent.futures executor or a Dask client."
+            )
         if timeout is not None:
             raise InputError("timeout: is for the local workers; with an executor of your own, let it set the limit.")
         return None

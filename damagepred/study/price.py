@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.archive.cautions import wall_cautions
+from damagepred.arguments import checked
 from damagepred.assembly import Limits, Model, wall_size
 from damagepred.input_files import read_toml
 from damagepred.path import Step, model_of, solve
@@ -149,6 +150,7 @@ def peak_bytes() -> int:
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
+@checked
 def price(
     path: str | Path,
     on_step: Callable[[Step], None] | None = None,

@@ -21,6 +21,7 @@ from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import program, provenance
 from damagepred.archive.schema import SCHEMA_VERSION
+from damagepred.arguments import checked
 from damagepred.assembly import Limits
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.study.capacity import Question, asked_of
@@ -108,6 +109,7 @@ def _found(e: SubsetEstimate) -> str:
     )
 
 
+@checked
 def rare_event(
     settings: StudySettings,
     question: Question,

@@ -11,6 +11,7 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Columns, read_part
 from damagepred.archive.provenance import Environment, environment, from_table, why_bits_differ
+from damagepred.arguments import checked
 from damagepred.assembly import NO_LIMITS
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
@@ -25,6 +26,7 @@ _PATH = ("sample", "increment")
 """Leading dimensions of what tells of the path, all of which is compared."""
 
 
+@checked
 @one_blas_thread()
 def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None = None) -> tuple[xr.Dataset, str]:
     """Solve one sample again.

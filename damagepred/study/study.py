@@ -21,6 +21,7 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, MISSING, StudyFolder
 from damagepred.archive.provenance import environment, program, programs, provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
+from damagepred.arguments import checked
 from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
 from damagepred.damage import damage_table
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
@@ -106,6 +107,7 @@ class Study:
     >>> study.run("house.dp", samples=100, workers=2)         # doctest: +SKIP
     """
 
+    @checked
     def __init__(self, settings: StudySettings, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
         require_affordable(settings, limits)
         self.settings, self.limits = settings, limits
@@ -149,6 +151,7 @@ class Study:
         """Read the frozen copy of a study from its text."""
         return cls(read_frozen(text), NO_LIMITS)
 
+    @checked
     def function(self, outputs: Sequence[str] | None = None, movement: Kept | None = None) -> StudyFunction:
         """Return the study as a plain function: vector of its variables -> xarray.Dataset.
 
@@ -168,6 +171,7 @@ class Study:
 
         return StudyFunction(self.settings, USUAL if outputs is None else outputs, movement, self.limits)
 
+    @checked
     def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
         """Return the scene of one sample, and its values that vary from joint to joint.
 
@@ -178,9 +182,15 @@ class Study:
         samples : int, optional
             Number of samples of the design; only a Latin hypercube depends on it.
         """
-        values = self.design.wall_values(samples or max(self.settings.study.samples, number + 1))
+        require_count("number", number, 0)
+        if samples is not None:
+            require_count("samples", samples, number + 1)
+        count = max(self.settings.study.samples, number + 1) if samples is None else samples
+        require_affordable(self.settings, self.limits, count)
+        values = self.design.wall_values(count)
         return sampled_wall(self.settings, self.design, number, {k: float(v[number]) for k, v in values.items()})
 
+    @checked
     def run(
         self,
         out: str | Path,
@@ -262,6 +272,7 @@ class Study:
             folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began
         )
 
+    @checked
     def rare(self, category: int, at: float, out: str | Path, *, reach: float = 2.0, **options: Any) -> RareEvent:
         """Estimate the probability that a category is reached by a movement by subset simulation, however small it is.
 
@@ -417,6 +428,7 @@ class Study:
         design = self.design_dataset(samples).assign_attrs(study=folder.study_text())
         write_dataset(design, folder.design_file, folder.study_hash)
 
+    @checked
     @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:
         """Return every input of the first samples.

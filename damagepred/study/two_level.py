@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import open_study
+from damagepred.arguments import checked
 from damagepred.assembly import Limits
 from damagepred.errors import InputError, StudyError
 from damagepred.study.capacity import Question
@@ -96,6 +97,7 @@ def pilot_of(level: StudySettings) -> StudySettings:
     return replace(level, study=replace(level.study, sampler="random", replicates=1, seed=seed))
 
 
+@checked
 def run_two_level(
     settings: StudySettings,
     category: int,

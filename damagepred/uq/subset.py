@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
@@ -93,6 +94,7 @@ class SubsetEstimate(NamedTuple):
     runs: tuple[float, ...] = ()
 
 
+@checked
 @one_blas_thread()
 def subset_simulation(
     limit_state: LimitState,

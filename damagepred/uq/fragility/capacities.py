@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.uq.fragility.intensity import check_states, intensity_values
 
@@ -101,6 +102,7 @@ def highest_category(ds: xr.Dataset) -> int:
     return int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
 
 
+@checked
 def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
     """Read each wall's capacity for a category from a study.
 
@@ -117,6 +119,7 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
     return Capacities(found.lower[0], found.upper[0], found.failed[0], found.end)
 
 
+@checked
 def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -> Walls:
     """Read each wall's capacity for several categories from a study.
 
@@ -191,6 +194,7 @@ def _intervals(reached: NDArray[np.int8], given: FloatArray, category: int) -> t
     return lower, np.where(ever, movement[np.arange(len(first)), first], np.inf)
 
 
+@checked
 def fair_weights(weight: FloatArray, upper: FloatArray, good: NDArray[np.bool_] | None = None) -> FloatArray:
     """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
 

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
@@ -69,6 +70,7 @@ class _Asked(NamedTuple):
     grid: FloatArray
 
 
+@checked
 @one_blas_thread()
 def fit_fragility(
     ds: xr.Dataset,

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.capacities import Cells, tally
@@ -26,6 +27,7 @@ from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons
 FloatArray = NDArray[np.float64]
 
 
+@checked
 @one_blas_thread()
 def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> Fit:
     """Fit a lognormal capacity to intervals by maximum likelihood.
@@ -48,6 +50,7 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     return fit_cells(tally(low[None, kept], high[None, kept], weight[kept]))[0]
 
 
+@checked
 @one_blas_thread()
 def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = None) -> CommonFit:
     """Fit lognormal capacities of one dispersion to the intervals of several categories.
@@ -68,6 +71,7 @@ def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = Non
     return _together(fit_cells(tally(low, high, _weight(count, low.shape[1])), common=True))
 
 
+@checked
 @one_blas_thread()
 def fit_ordinal(
     movement: ArrayLike, category: ArrayLike, categories: Sequence[int], count: ArrayLike | None = None

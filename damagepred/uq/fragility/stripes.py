@@ -13,11 +13,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.uq.fragility.capacities import COMPLETE, sample_weights
 from damagepred.uq.fragility.intensity import movement_measure
 
 
+@checked
 def stripes_from_counts(
     movement: ArrayLike,
     counts: ArrayLike,
@@ -66,6 +68,7 @@ def stripes_from_counts(
     )
 
 
+@checked
 def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -> xr.Dataset:
     """Put studies of one movement each, of different walls, together for ``fit_fragility``.
 

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arguments import checked
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.bands import FEW_WALLS, expanded
@@ -36,6 +37,7 @@ FloatArray = NDArray[np.float64]
 Scale = Literal["log", "linear"]
 
 
+@checked
 @one_blas_thread()
 def fit_surface(
     ds: xr.Dataset,

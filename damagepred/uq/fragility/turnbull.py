@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -50,6 +52,7 @@ class Npmle(NamedTuple):
         return float(self.right[min(place, len(self.right) - 1)]) if len(self.right) else np.inf
 
 
+@checked
 def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> Npmle:
     """Return the nonparametric maximum likelihood estimate of the capacity's distribution.
 
@@ -156,6 +159,7 @@ def _convex_minorant(mass: FloatArray, first: IntArray, last: IntArray, weight: 
     return mass
 
 
+@checked
 def kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
     """Return the share of walls that have reached the category: the closed form for increments that all share.
 
