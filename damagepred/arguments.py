@@ -20,7 +20,7 @@ T = TypeVar("T")
 Test = Callable[[Any], bool]
 
 NUMBERS = ("ArrayLike", "FloatArray", "IntArray", "BoolArray")
-"""Names of annotations of arrays of numbers."""
+"""Names of annotations of arrays of numbers; all but the first have a dimension."""
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -57,8 +57,8 @@ def _annotated(function: Callable[..., Any], parameter: inspect.Parameter) -> tu
         if annotation.startswith("xr.Dataset"):
             return _is_dataset, "an xarray.Dataset"
         if any(name in annotation for name in NUMBERS) and "[" not in annotation:
-            none = "None" in annotation
-            return (lambda v: (none and v is None) or _is_numeric(v)), "an array of numbers"
+            none, least = "None" in annotation, 0 if "ArrayLike" in annotation else 1
+            return (lambda v: (none and v is None) or _is_numeric(v, least)), "an array of numbers"
         try:
             annotation = eval(annotation, vars(sys.modules[function.__module__]))  # of this package's own source
         except (NameError, TypeError, AttributeError):
@@ -81,6 +81,12 @@ def _test(annotation: Any) -> tuple[Test, str] | None:
         return _PLAIN[annotation]
     if isinstance(origin, type) and issubclass(origin, Mapping):
         return (lambda v: isinstance(v, Mapping)), "a mapping"
+    if origin is tuple and Ellipsis not in get_args(annotation):
+        each = [_test(part) for part in get_args(annotation)]
+        fits = lambda v: isinstance(v, tuple | list) and len(v) == len(each)  # noqa: E731
+        return (lambda v: fits(v) and all(t is None or t[0](x) for t, x in zip(each, v))), f"{len(each)} values"
+    if isinstance(origin, type) and issubclass(origin, set | frozenset):
+        return (lambda v: isinstance(v, set | frozenset)), "a set"
     if isinstance(origin, type) and issubclass(origin, Iterable) and origin is not type:
         inner = _test(get_args(annotation)[0])
         return (lambda v: _all_of(inner, v)), f"a sequence, each of it {inner[1]}" if inner else "a sequence"
@@ -99,11 +105,71 @@ def _is_number(value: Any) -> bool:
         return False
 
 
-def _is_numeric(value: Any) -> bool:
+def _is_numeric(value: Any, least: int) -> bool:
     try:
-        return np.asarray(value).dtype.kind in "biuf"
+        found = np.asarray(value)
+        return found.dtype.kind in "biuf" and found.ndim >= least
     except (TypeError, ValueError):
         return False
+
+
+def require_alike(**arrays: Any) -> None:
+    """Check that arrays have the same shape; None has any.
+
+    Parameters
+    ----------
+    arrays
+        By name.
+
+    Raises
+    ------
+    InputError
+        If they have not.
+    """
+    shapes = {name: np.shape(values) for name, values in arrays.items() if values is not None}
+    if len(set(shapes.values())) > 1:
+        raise InputError(f"{', '.join(shapes)}: must have the same shape, have {', '.join(map(str, shapes.values()))}.")
+
+
+def require_weights(name: str, values: Any) -> None:
+    """Check that weights are finite, not negative, and not all 0.
+
+    Parameters
+    ----------
+    name : str
+        What they are called.
+    values : array_like
+        The weights.
+
+    Raises
+    ------
+    InputError
+        If they are not.
+    """
+    found = np.asarray(values, dtype=np.float64)
+    if not (np.isfinite(found).all() and (found >= 0).all() and (found > 0).any()):
+        raise InputError(f"{name}: must be finite, not negative, and not all 0.")
+
+
+def require_results(ds: Any, names: Iterable[str], source: str) -> None:
+    """Check that a dataset has results.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    names : iterable of str
+        Its variables or coordinates.
+    source : str
+        What makes such a dataset.
+
+    Raises
+    ------
+    InputError
+        If one is missing.
+    """
+    if missing := [name for name in names if name not in ds.variables]:
+        raise InputError(f"the dataset has no {missing[0]}; take one that {source} returns.")
 
 
 def _is_dataset(value: Any) -> bool:

@@ -121,6 +121,9 @@ def beam_strain(
     >>> beam_strain(1 / 2000, 6.0, 2.4, "dishing").bending.round(6)
     np.float64(0.000739)
     """
+    for name, value in (("deflection_ratio", deflection_ratio), ("ground_strain", ground_strain)):
+        if (np.abs(np.asarray(value, dtype=np.float64)) > 1.0).any():
+            raise InputError(f"{name}: must be between -1 and 1, as strains and ratios are small.")
     per_bending, per_diagonal = deflection_over_strain(length, height, kind, modulus_ratio)
     sagged = np.abs(np.asarray(deflection_ratio, dtype=np.float64))
     bending, diagonal = sagged / per_bending, sagged / per_diagonal
@@ -133,7 +136,7 @@ def beam_strain(
 
 def _positive(value: ArrayLike, name: str, unit: str = "") -> FloatArray:
     numbers = np.asarray(value, dtype=np.float64)
-    if not (np.isfinite(numbers) & (numbers > 0)).all():
+    if not ((numbers > 0) & (numbers <= 1e9)).all():
         wrong = numbers[~(np.isfinite(numbers) & (numbers > 0))].ravel()[0]
         raise InputError(f"{name} = {wrong:g}: must be a finite number greater than 0 {unit}".rstrip() + ".")
     return numbers

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arguments import checked
 from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.input_files import read_toml
@@ -93,6 +94,7 @@ class DamageTable:
         return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
 
 
+@checked
 @lru_cache(maxsize=8)
 def load_table(name: str) -> DamageTable:
     """Read a shipped damage table.
@@ -115,7 +117,8 @@ def load_table(name: str) -> DamageTable:
     return read_table(data_file("damage", f"{name}.toml"))
 
 
-def read_table(path: Path) -> DamageTable:
+@checked
+def read_table(path: str | Path) -> DamageTable:
     """Read a damage table written like those in ``data/damage``.
 
     Parameters

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import CATEGORY_VARIABLES, SAMPLE_STATUS
-from damagepred.arguments import checked
+from damagepred.arguments import checked, require_results
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +29,7 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
         Indexed by category and intensity (m, or 1 for a ratio), as far as walls were followed; columns
         ``category_name``, ``fit_status``, ``probability`` with ``_lower`` and ``_upper``, and ``empirical``.
     """
+    require_results(curves, ("category", "intensity", "probability"), "fit_fragility")
     points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
     frame = curves[points].to_dataframe()
     if "fit_status" in curves:
@@ -53,6 +54,7 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     pandas.DataFrame
         Indexed by category: median and dispersion with their bands, how many walls reached it, how the fit went.
     """
+    require_results(curves, ("category", "median"), "fit_fragility")
     return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()
 
 
@@ -71,6 +73,7 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
         Indexed by sample. ``status`` in words; what has an increment is the largest of its path, NaN (-1 for a
         category) where nothing is known.
     """
+    require_results(ds, ("sample", "status"), "open_study")
     # joints' own values, where a design has them, are no column of a table of walls
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
     frame = ds[alone].reset_coords(drop=True).to_dataframe()

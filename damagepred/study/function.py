@@ -13,6 +13,7 @@ from scipy import special
 
 from damagepred.archive.parts import Columns
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
+from damagepred.arguments import checked
 from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
@@ -66,6 +67,7 @@ class StudyFunction:
     >>> wall([0.7, 0.008]).crack_width_max.values                 # doctest: +SKIP
     """
 
+    @checked
     def __init__(
         self,
         settings: StudySettings,

@@ -9,6 +9,8 @@ from damagepred.assembly import Limits, wall_size
 from damagepred.errors import InputError, require_number
 from damagepred.study.settings import StudySettings
 
+MOST_SAMPLES = 10**9
+"""Of a study, whatever its price: as many as a scrambled Sobol sequence has points."""
 COPIES = 8
 """Numbers of eight bytes held for each input of a sample while a design is drawn and written."""
 
@@ -35,6 +37,7 @@ def require_affordable(settings: StudySettings, limits: Limits, samples: int | N
     for scene in {settings.scene, settings.study.fields_from or settings.scene}:
         wall_size(scene).require(limits, dense)
     count = settings.study.samples if samples is None else samples
+    require_number("samples", count, 1, MOST_SAMPLES)
     needed = 8.0 * COPIES * count * (len(settings.variables) + 1)
     if needed > limits.memory:
         raise InputError(

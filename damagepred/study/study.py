@@ -444,6 +444,8 @@ class Study:
             One variable for each sampled number, named by its place: on (sample,), or on (sample, joint) if it varies
             from joint to joint, the study stores fields, and they are not too many (``MOST_VALUES``).
         """
+        require_count("samples", samples)
+        require_affordable(self.settings, self.limits, samples)
         values = self.design.wall_values(samples)
         columns: dict[str, Any] = {"sample": np.arange(samples), **values}
         if (weight := self.design.weights(samples)) is not None:

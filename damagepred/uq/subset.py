@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.arguments import checked
-from damagepred.errors import InputError, require_count
+from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
 from damagepred.uq.samplers import Stream, generator
@@ -29,6 +29,8 @@ IntArray = NDArray[np.int64]
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
 BEST_ACCEPTANCE = 0.44
+MOST_NORMALS = 10**9
+"""Standard normals of a level."""
 FIRST_STEP = 0.6
 
 
@@ -157,7 +159,11 @@ def subset_simulation(
     True
     """
     chains, length = check_sizes(samples, level_share)
-    require_count("runs", runs, 1)
+    for name, value in (("runs", runs), ("dimensions", dimensions), ("max_levels", max_levels)):
+        require_count(name, value)
+    require_count("seed", seed, 0)
+    require_number("samples x dimensions", samples * dimensions, 1, MOST_NORMALS)
+    require_number("confidence", confidence, 0.0, 0.9999, open_low=True)
     margin = _Counted(limit_state, failed_reached)
     found: list[SubsetEstimate] = []
     for run in range(runs):
@@ -244,7 +250,12 @@ class _Counted:
         self.instead = 0.0 if failed_reached else np.inf
 
     def __call__(self, z: FloatArray) -> FloatArray:
-        g = np.asarray(self.limit_state(z, np.arange(self.count, self.count + len(z))), dtype=np.float64)
+        try:
+            g = np.asarray(self.limit_state(z, np.arange(self.count, self.count + len(z))), dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"limit_state: gives no numbers ({error}).") from error
+        if g.shape != (len(z),):
+            raise InputError(f"limit_state: must give one number a sample, shape {(len(z),)}; it gives {g.shape}.")
         self.count += len(z)
         self.failed += int(np.isnan(g).sum())
         return np.where(np.isnan(g), self.instead, g)

@@ -78,7 +78,7 @@ def test_limits_of_a_long_wall_with_fields() -> None:
 
 
 def test_a_design_beyond_memory() -> None:
-    settings = StudySettings.from_dict({"scene": {}, "study": {"samples": 10**12}})
+    settings = StudySettings.from_dict({"scene": {}, "study": {"samples": 10**9}})
     with pytest.raises(InputError, match="the design alone"):
         Study(settings)
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.arguments import checked
+from damagepred.arguments import checked, require_alike, require_weights
 from damagepred.errors import InputError
 from damagepred.uq.fragility.intensity import check_states, intensity_values
 
@@ -205,6 +205,9 @@ def fair_weights(weight: FloatArray, upper: FloatArray, good: NDArray[np.bool_] 
     good : array of bool (walls,), optional
         Walls that did not fail.
     """
+    require_alike(weight=weight, upper=upper, good=good)
+    require_weights("weight", weight)
+    weight, upper = np.asarray(weight, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     reached = np.isfinite(upper) & (weight > 0)
     if good is not None:
         reached &= good

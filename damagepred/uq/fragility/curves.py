@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.arguments import checked
-from damagepred.errors import InputError, require_count
+from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 from damagepred.uq.fragility import bands, goodness
@@ -39,6 +39,8 @@ from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.samplers import Stream, generator
 
 FloatArray = NDArray[np.float64]
+MOST = 1_000_000
+"""Resamples, and points of a curve, beyond which a slip is likelier than a wish."""
 
 Model = Literal["separate", "common", "empirical"]
 Bands = Literal["bca", "percentile", "profile"]
@@ -145,12 +147,16 @@ def fit_fragility(
     name = _check(ds, model, band, confidence, intensity)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     wanted = list(range(1, highest_category(ds) + 1)) if categories is None else [int(c) for c in categories]
+    if not wanted:
+        raise InputError("categories: are none; name one or more.")
     require_ascending(wanted)
     require_categories(ds, wanted)
     for what, number, least in (
         ("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("seed", seed, 0), ("points", points, 2),
     ):  # fmt: skip
         require_count(what, number, least)
+        if what != "seed":
+            require_number(what, number, least, MOST)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
     asked = _Asked(model, band, confidence, bootstrap, goodness, seed, wanted, grid)

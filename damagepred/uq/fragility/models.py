@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damagepred.arguments import checked
+from damagepred.arguments import checked, require_alike
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.capacities import Cells, tally
@@ -44,6 +44,7 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     InputError
         If a bound is NaN or an interval is empty.
     """
+    require_alike(lower=lower, upper=upper, count=count)
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.where((low <= 0) & np.isinf(high), 0.0, _weight(count, len(low)))  # what may be anything tells nothing
     kept = (weight > 0) | np.isnan(low + high)
@@ -67,7 +68,10 @@ def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = Non
     InputError
         If a bound is NaN or an interval is empty.
     """
+    require_alike(lower=lower, upper=upper)
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+    if low.ndim != 2:
+        raise InputError(f"lower, upper: must have the shape (categories, walls), have {low.shape}.")
     return _together(fit_cells(tally(low, high, _weight(count, low.shape[1])), common=True))
 
 

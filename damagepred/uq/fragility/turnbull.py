@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.arguments import checked
+from damagepred.arguments import checked, require_alike
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -63,6 +63,8 @@ def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = N
     weight : array (walls,), optional
         What each counts for.
     """
+    require_alike(lower=lower, upper=upper, weight=weight)
+    lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(lower)) if weight is None else np.asarray(weight, dtype=np.float64)
     keep = (weight > 0) & ((lower > 0) | np.isfinite(upper))
     lower, upper, weight = _coarse(lower[keep]), _coarse(upper[keep]), weight[keep]
