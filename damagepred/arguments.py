@@ -13,7 +13,7 @@ from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 
-from damagepred.errors import InputError, nearest, shown
+from damagepred.errors import InputError, shown
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -40,9 +40,7 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         given = dict(zip(parameters, args)) | kwargs
         for name, (test, what) in tests().items():
             if name in given and not test(given[name]):
-                value = given[name]
-                hint = nearest(value, what.split(", ")) if isinstance(value, str) else ""
-                raise InputError(f"{title}: {name} = {shown(value)}: must be {what}.{hint}")
+                raise InputError(f"{title}: {name} = {shown(given[name])}: must be {what}.")
         return function(*args, **kwargs)
 
     return called
@@ -75,16 +73,14 @@ def _test(annotation: Any) -> tuple[Test, str] | None:
             return None
         return (lambda v: any(test(v) for test, _ in known)), " or ".join(what for _, what in known)
     if origin is Literal:
-        allowed = get_args(annotation)
-        return (lambda v: isinstance(v, str) and v in allowed), ", ".join(map(str, allowed))
+        # which of them it is the function asks itself, as its words tell more
+        return (lambda v: isinstance(v, str)), f"one of {', '.join(map(str, get_args(annotation)))}"
     if annotation in _PLAIN:
         return _PLAIN[annotation]
     if isinstance(origin, type) and issubclass(origin, Mapping):
         return (lambda v: isinstance(v, Mapping)), "a mapping"
     if origin is tuple and Ellipsis not in get_args(annotation):
-        each = [_test(part) for part in get_args(annotation)]
-        fits = lambda v: isinstance(v, tuple | list) and len(v) == len(each)  # noqa: E731
-        return (lambda v: fits(v) and all(t is None or t[0](x) for t, x in zip(each, v))), f"{len(each)} values"
+        return _tuple_test([_test(part) for part in get_args(annotation)])
     if isinstance(origin, type) and issubclass(origin, set | frozenset):
         return (lambda v: isinstance(v, set | frozenset)), "a set"
     if isinstance(origin, type) and issubclass(origin, Iterable) and origin is not type:
@@ -92,9 +88,17 @@ def _test(annotation: Any) -> tuple[Test, str] | None:
         return (lambda v: _all_of(inner, v)), f"a sequence, each of it {inner[1]}" if inner else "a sequence"
     if origin is Callable or (isinstance(origin, type) and origin.__name__ == "Callable"):
         return callable, "callable"
-    if isinstance(annotation, type):
+    if isinstance(annotation, type) and annotation is not Any:
         return (lambda v: isinstance(v, annotation)), f"of type {annotation.__name__}"
     return None
+
+
+def _tuple_test(each: list[tuple[Test, str] | None]) -> tuple[Test, str]:
+    def fits(value: Any) -> bool:
+        right = isinstance(value, tuple | list) and len(value) == len(each)
+        return right and all(one is None or one[0](item) for one, item in zip(each, value))
+
+    return fits, f"{len(each)} values" + (f", each {each[0][1]}" if each and each[0] else "")
 
 
 def _is_number(value: Any) -> bool:
@@ -168,7 +172,7 @@ def require_results(ds: Any, names: Iterable[str], source: str) -> None:
     InputError
         If one is missing.
     """
-    if missing := [name for name in names if name not in ds.variables]:
+    if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:
         raise InputError(f"the dataset has no {missing[0]}; take one that {source} returns.")
 
 

@@ -16,6 +16,7 @@ from damagepred import damage, exports, plotting, report, scene, study
 from damagepred.assembly import Assembly, footing_alone, wall_geometry, wall_model, wall_size
 from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError
 from damagepred.scene import Joint, Scene
+from damagepred.study.settings import StudySettings
 from damagepred.uq import fragility
 from tests.made_up import made_up_study
 
@@ -159,6 +160,9 @@ REFUSED: dict[str, Callable[[dict[str, Any]], object]] = {
     "bear beside": lambda k: assembly().bear(0, 50.0),
     "move(1e300)": lambda k: assembly().move(0, x=1e300),
     "points(1e300)": lambda k: assembly().hold_points(0, lambda x, y: x > 0, x=1e300),
+    "a spread beyond numbers": lambda k: StudySettings.from_dict(
+        {"scene": {}, "variables": {"joint.cohesion": {"distribution": "gamma", "mean": 1.0, "std": 1e300}}}
+    ),
     "weights of 0": lambda k: fragility.fair_weights(np.zeros(3), np.ones(3)),
     "an executor without futures": lambda k: k["study"].run(k["folder"].with_name("e.dp"), executor=object()),
     "an executor that answers otherwise": lambda k: k["study"].run(k["folder"].with_name("f.dp"), executor=Silly()),

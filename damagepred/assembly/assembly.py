@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from damagepred.arguments import checked
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
@@ -142,7 +142,7 @@ class Assembly:
     @checked
     def add_block(
         self,
-        vertices: ArrayLike,
+        vertices: Any,
         material: BlockMaterial | None = None,
         course: int = -1,
         *,

@@ -34,7 +34,7 @@ def convex_polygon(vertices: ArrayLike, name: str) -> FloatArray:
     """
     try:
         corners = np.asarray(vertices, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name}: vertices must be points (x, y), got {vertices!r}.") from None
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise InputError(f"{name}: vertices must be 3 or more points (x, y), got an array of shape {corners.shape}.")

@@ -124,6 +124,8 @@ def beam_strain(
     for name, value in (("deflection_ratio", deflection_ratio), ("ground_strain", ground_strain)):
         if (np.abs(np.asarray(value, dtype=np.float64)) > 1.0).any():
             raise InputError(f"{name}: must be between -1 and 1, as strains and ratios are small.")
+    if not (np.abs(np.asarray(poisson_ratio, dtype=np.float64)) <= 0.5).all():
+        raise InputError("poisson_ratio: must be between -0.5 and 0.5.")
     per_bending, per_diagonal = deflection_over_strain(length, height, kind, modulus_ratio)
     sagged = np.abs(np.asarray(deflection_ratio, dtype=np.float64))
     bending, diagonal = sagged / per_bending, sagged / per_diagonal
@@ -136,7 +138,8 @@ def beam_strain(
 
 def _positive(value: ArrayLike, name: str, unit: str = "") -> FloatArray:
     numbers = np.asarray(value, dtype=np.float64)
-    if not ((numbers > 0) & (numbers <= 1e9)).all():
-        wrong = numbers[~(np.isfinite(numbers) & (numbers > 0))].ravel()[0]
+    right = (numbers > 0) & (numbers <= 1e9)
+    if not right.all():
+        wrong = numbers[~right].ravel()[0]
         raise InputError(f"{name} = {wrong:g}: must be a finite number greater than 0 {unit}".rstrip() + ".")
     return numbers

@@ -37,7 +37,11 @@ def make(family: str, where: str, given: Given) -> Any:
     forms = FORMS[family]
     for names, build in forms.items():
         if set(names) == set(given):
-            return build(where, given)
+            try:
+                return build(where, given)
+            except (OverflowError, ZeroDivisionError):
+                numbers = ", ".join(f"{name} = {value:g}" for name, value in given.items())
+                raise InputError(f"{where}: {numbers} make no {family} distribution.") from None
     wanted = " or ".join(" and ".join(names) for names in forms)
     raise InputError(f"{where}: a {family} distribution takes {wanted}; given: {', '.join(given) or 'nothing'}.")
 

@@ -288,7 +288,10 @@ class Variable(Distribution):
         if len(self.components) < 2:
             raise InputError(f"{where} components: has {len(self.components)}; a mixture takes two or more.")
         parts = [part._made(w, unit) for w, part in self._named(where)]
-        return Mixture(parts, np.array([part.weight for part in self.components]))
+        try:
+            return Mixture(parts, np.array([part.weight for part in self.components]))
+        except ValueError:
+            raise InputError(f"{where} components: one has values that are not finite; look at its spread.") from None
 
     def _named(self, where: str) -> Sequence[tuple[str, Component]]:
         return [(f"{where} component {i}", part) for i, part in enumerate(self.components, 1)]
