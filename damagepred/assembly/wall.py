@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -433,7 +433,8 @@ def _of_joints(place: str, name: str, values: FloatArray) -> FloatArray:
         raise InputError(f"'{place}': has values that are not finite.")
     for extreme in {found.min(), found.max()} if found.size else ():
         one = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0.0, cohesion=0.0, friction=1e15)
-        replace(one, **{name: float(extreme)})
+        changed: dict[str, Any] = {name: float(extreme)}
+        replace(one, **changed)
     return found
 
 

@@ -190,7 +190,6 @@ class Study:
         values = self.design.wall_values(count)
         return sampled_wall(self.settings, self.design, number, {k: float(v[number]) for k, v in values.items()})
 
-    @checked
     def run(
         self,
         out: str | Path,
