@@ -18,7 +18,7 @@ import pandas as pd
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from cases import Case, cases  # noqa: E402
+from intervals import Case, cases  # noqa: E402
 
 from damagepred.archive.files import write_whole  # noqa: E402
 from damagepred.errors import InputError  # noqa: E402
