@@ -8,21 +8,26 @@ import pytest
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.kernels.equilibrium import softened_bond_load
+from damagepred.assembly.section import SectionMemory
+from damagepred.kernels.equilibrium import NO_LIMIT, contact_stresses, freeze, softened_bond_load
+from damagepred.kernels.footing import section_forces
 from damagepred.kernels.hydraulics import VOLUME
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import explicit, solve_path
 from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.dynamic.scenery import _spread
+from damagepred.solvers.footing import section_response_of
 from damagepred.solvers.hydraulics import PACE, STIFFER, Pump
 from damagepred.solvers.increment import ZoneState
 from damagepred.solvers.loose import elastic_reach
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.path import EnergyControl
+from damagepred.solvers.quasi_static.relaxation import VolumeCorrection
+from damagepred.solvers.state import JointMemory
 from damagepred.solvers.stiffness import dead_load, elastic_solutions
 from damagepred.solvers.zone_field import picture
 from tests.solvers.dynamic_scenes import STIFF, stack, started
-from tests.verification.test_energy_accounts import DRY, ELASTIC, on_jacks
+from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 
 SOFT = Joint(
     normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
@@ -275,3 +280,91 @@ def test_one_block_of_several_is_held_after_the_load() -> None:
     assert path[0].displacement[1, 1] < 0.0
     np.testing.assert_allclose(path[-1].displacement[1], path[0].displacement[1], rtol=1e-9, atol=1e-15)
     assert path[-1].displacement[0, 1] == pytest.approx(1e-5)
+
+
+def test_slip_of_a_block_that_flies_over_ground_that_drifts() -> None:
+    wall = Assembly(thickness=0.11, joint=DRY)
+    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
+    wall.rest_on_ground([0], lambda x: 2e-3 + 0.0 * x)
+    wall.set_velocity(0, x=0.1, y=1.0)
+    model = wall.build(STIFF)
+    model = replace(model, ground=model.ground.map(lambda state: state._replace(shear=0.5 * state.normal)))
+    last = list(DynamicRun(model, STIFF, Dynamics(duration=0.05, outputs=2, movement_time=0.05, damping="none")))[-1]
+    (x, y, turn), away = last.displacement[0], model.interfaces.contact_offset[0]
+    assert y > 0.02
+    np.testing.assert_allclose(last.slip[0], x - 1e-3, atol=1e-6)
+    np.testing.assert_allclose(last.opening[0], y - 2e-3 + away * turn, atol=1e-6)
+
+
+@pytest.mark.parametrize("strongest", [None, 1e9], ids=["plain", "cap out of reach"])
+def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: float | None) -> None:
+    """Held, cracked and open contacts; from no bound at once, from another by a share of the way."""
+    joint = Joint(
+        normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
+        residual_cohesion=0.05e6, residual_friction=0.5, compressive_strength=strongest, cap_shear=0.01,
+    )  # fmt: skip
+    wall = Assembly(thickness=0.11, joint=joint)
+    for k in range(3):
+        wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
+    model = wall.build(STIFF)
+    memory, listed, still = JointMemory.fresh(model), np.arange(2), model.ground.at(0.0)
+    memory.cracked[0] = True
+    displacement = np.zeros(model.size)
+    displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
+    opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
+    contact_stresses(model.interfaces, model.properties, still, memory, displacement, opening, sigma, tau)
+    assert (opening[0] > 0.0).tolist().count(True) == 1
+    limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
+    limit[0, opening[0] > 0.0] = 0.0
+    assert (limit[1] > 0.0).all()
+    for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
+        frozen = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
+        freeze(listed, model.interfaces, model.properties, still, memory, displacement, frozen, share)
+        np.testing.assert_allclose(frozen[0], expected, rtol=1e-9, atol=1e-3)
+
+
+def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
+    model = concrete_on_jacks().model
+    assert model.sections is not None
+    memory, count = SectionMemory.fresh(len(model.sections.interface)), len(model.sections.interface)
+    rng = np.random.default_rng(3)
+    start = 1e-5 * rng.standard_normal(model.size)
+    step = 1e-10 * rng.standard_normal(model.size)
+    stiffness, force = np.zeros((len(model.interfaces.kind), 9)), np.zeros(model.size)
+    section_forces(model.sections, memory, model.interfaces, model.properties, start, force, stiffness)
+    before, after = (section_response_of(model, memory, u) for u in (start - step, start + step))
+    slopes = stiffness[model.sections.interface].reshape(count, 3, 3)
+    expected = (slopes @ (after - before)[:, :3, None])[..., 0]
+    np.testing.assert_allclose((after - before)[:, 3:], expected, rtol=1e-4, atol=1e-5 * np.abs(expected).max())
+    assert (np.abs(slopes[:, 0, 2]) > 1e-6 * np.abs(slopes[:, 0, 0])).any()
+
+
+def test_correction_of_the_volume_of_jacks_follows_what_the_last_one_did() -> None:
+    correction = VolumeCorrection(2.0, growth=4.0)
+    assert not correction.settles(1e-4, 1e-4)
+    assert not correction.settles(1.2e-4, 1e-4)
+    assert correction.settles(1.25e-4, 1e-4)
+    assert not correction.settles(1.25e-4, 1e-10)
+    assert correction.next(0.0, 1e-4) == pytest.approx(2e-4)
+    # a unit of volume made 0.25, then 0.1 of deflection, then none
+    assert correction.next(0.5e-4, 0.5e-4) == pytest.approx(0.5e-4 / 0.25)
+    assert correction.next(0.7e-4, 0.3e-4) == pytest.approx(0.3e-4 / 0.1)
+    assert correction.next(0.7e-4, 0.3e-4) == pytest.approx(0.3e-4 * 40.0)
+
+
+def test_a_block_that_yields_beside_one_that_cannot_does_so_as_alone() -> None:
+    weak = BlockMaterial(elastic_modulus=2e9, cohesion=0.12e6, friction=0.5, tensile_strength=0.1e6)
+    plastic = {}
+    for beside in (False, True):
+        wall = Assembly(thickness=0.11, gravity=(0.0, 0.0))
+        wall.add_block(rectangle(0.0, 0.0, 0.2, 0.1), weak, zone_size=0.1)
+        if beside:
+            wall.add_block(rectangle(1.0, 0.0, 1.2, 0.1), ELASTIC, zone_size=0.1)
+        for block in range(wall.n_blocks):
+            left = float(block)
+            wall.hold_points(block, lambda x, y, left=left: x < left + 1e-9, x=0.0, y=0.0)
+            wall.hold_points(block, lambda x, y, left=left: x > left + 0.2 - 1e-9, x=-6e-5)
+        settings = replace(ONE_STEP, blocks="deformable", zone_size=0.1)
+        plastic[beside] = list(solve_path(wall.build(settings), settings, 4))[-1].plastic_work
+    assert plastic[False] > 0.0
+    assert plastic[True] == pytest.approx(plastic[False], rel=1e-6)
