@@ -163,7 +163,8 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
                 f"The curve of category {int(category)} is doubtful: of walls that follow such a curve, "
                 f"{chance(float(one['p_value']))} lie as far from it as these do. Read the steps beside it."
             )
-        median, extrapolated = float(one["median"]), str(one["fit_status"].item()) == EXTRAPOLATED
+        median = float(one["median"])
+        extrapolated = "fit_status" in one and str(one["fit_status"].item()) == EXTRAPOLATED
         if (
             np.isfinite(median)
             and (median > moved > 0 or extrapolated)

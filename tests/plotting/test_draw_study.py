@@ -122,7 +122,7 @@ def test_fragility_names_median_dispersion_and_reasons(curves):
     ax = draw_fragility(curves)
     assert legend(ax) == [
         "category 1 (very slight): median 10 mm, dispersion 0.40",
-        "category 2 (slight): median 60 mm (beyond the study's movement), dispersion 0.35",
+        "category 2 (slight): median beyond 40 mm, to which walls were moved",
         "category 3 (moderate): no curve, never reached",
     ]
     assert len(ax.collections) == 2
