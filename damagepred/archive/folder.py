@@ -505,7 +505,7 @@ class _Pieces:
         if not {"sample", "status"} <= part.keys():
             raise DamagedError(f"{file}: is damaged: it has no sample or no status.")
         rows = part["sample"].values
-        if numbers is not None and (len(rows) != len(numbers) or rows[0] != numbers[0]):
+        if numbers is not None and not np.array_equal(rows, numbers):
             raise DamagedError(f"{file}: does not hold the samples that its name says.")
         if rows.max(initial=0) >= self.samples:
             raise DamagedError(f"{file}: holds sample {rows.max()}, and the design has {self.samples}.")

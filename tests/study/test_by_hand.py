@@ -3,6 +3,7 @@
 import json
 import math
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -78,6 +79,7 @@ def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
             middle, reach = share + z**2 / 64, z * math.sqrt(share * (1 - share) / 32 + z**2 / 64**2)
             ends = [float(end) for end in row[4].split(" - ")]
             assert ends == pytest.approx([(middle + way * reach) / (1 + z**2 / 32) for way in (-1, 1)], abs=6e-4)
+    assert found.columns == ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
     assert [row[0] for row in found.rows] == ["0 negligible", "1 very slight", "2 slight", "3 moderate", "4 severe"]
 
 
@@ -92,7 +94,11 @@ def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
     folder = StudyFolder(made_up_study(tmp_path / "house.dp", 8, failed=(2,)))
     weight = np.array([0.5, 3.0, 1.5, 0.25, 0.75, 1.0, 1.25, 2.0])
     ds = folder.results().assign(weight=("sample", weight))
-    found = standing_of(folder, ds)
+    at = [np.nan, 3e-3, 5.5e-3, np.nan, 2e-3, np.nan, np.nan, 4e-3]
+    ended = standing_of(folder, ds.assign(limit_deflection=("sample", at))).lines[3]
+    assert ended.startswith("4 walls ended before the full movement, at 2 to 5.5 mm, where")
+    found = standing_of(folder, ds.assign(limit_deflection=("sample", np.full(8, np.nan))))
+    assert found.lines[3].startswith("failed sample 2")
     assert found.lines[1:3] == [
         "0.2 s a wall", f"importance sampling: {weight.sum() ** 2 / (weight**2).sum():.0f} effective walls; shares are "
         "weighted",
@@ -209,6 +215,7 @@ def test_reasons_of_failures() -> None:
 def test_settings_that_follow_from_others() -> None:
     plain = settings()
     assert (plain.with_samples(None, None) is plain, plain.title) == (True, "small wall that cracks")
+    assert (plain.with_samples(1, None).study.samples, settings(title=None).title) == (1, "masonry wall")
     more = plain.with_samples(9, 0)
     assert (more.study.samples, more.study.seed, plain.with_samples(9, None).study.seed) == (9, 0, 7)
     for wrong in ((0, None), (None, -1)):
@@ -281,7 +288,7 @@ def test_memory_of_a_design_and_time_of_a_sample() -> None:
     assert sample_timeout(None, limits, None) == 1800.0
     assert sample_timeout(7.0, limits, None) == 7.0
     assert sample_timeout(math.inf, limits, None) is None
-    executor: Any = object()
+    executor = ThreadPoolExecutor(1)  # has no thread before it is used
     assert sample_timeout(None, limits, executor) is None
     for seconds, engine in ((7.0, executor), (0.0, None), (-1.0, None), (math.nan, None)):
         with pytest.raises(InputError, match="timeout"):

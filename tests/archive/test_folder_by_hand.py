@@ -1,0 +1,159 @@
+"""What is in a study folder, and how it is written, sample by sample."""
+
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.archive import provenance
+from damagepred.archive.files import write_dataset
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.archive.parts import joined, write_part
+from damagepred.archive.schema import dataset
+from damagepred.errors import ArchiveWarning, InputError
+from tests.archive.test_parts import row
+from tests.made_up import made_up_study
+
+
+def test_names_of_parts_and_failures(tmp_path: Path) -> None:
+    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 40, failed=(7, 23)))
+    assert folder.part_file(7) == folder.part_file(7, 7) == folder.parts / "sample-00000007.nc"
+    assert folder.part_file(7, 12) == folder.parts / "samples-00000007-00000012.nc"
+    assert folder.failure_file(23) == folder.failures / "sample-00000023.json"
+    for first, last in ((0, 0), (3, 5), (7, 7)):
+        folder.part_file(first, last).touch()
+    (folder.parts / "sample-00000009.nc.bak").touch()
+    (folder.failures / "notes.json").touch()
+    assert set(folder.part_files().values()) == {range(1), range(3, 6), range(7, 8)}
+    assert folder.finished() == {0, 3, 4, 5, 7}
+    assert [folder.part_of(i) for i in (2, 3, 5, 6, 7)] == [
+        None, folder.part_file(3, 5), folder.part_file(3, 5), None, folder.part_file(7),
+    ]  # fmt: skip
+    assert folder.failed_samples() == set(folder.failed()) == {7, 23}
+    folder.forget_failures(set())
+    assert folder.results_file.exists()
+    folder.forget_failures({7})
+    assert (folder.failed_samples(), folder.finished(), folder.results_file.exists()) == ({23}, {0, 3, 4, 5}, False)
+
+
+def test_requests_to_stop_and_what_a_kill_leaves_are_tidied(tmp_path: Path) -> None:
+    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 4))
+    assert not folder.stopping
+    folder.ask_to_stop()
+    assert folder.stopping
+    left = [place / ".x.tmp" for place in (folder.path, folder.parts, folder.failures)]
+    for file in left:
+        file.touch()
+    folder.tidy()
+    assert not folder.stopping
+    assert not any(file.exists() for file in left)
+
+
+def test_where_a_folder_may_begin(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "house.dp")
+    assert folder._can_begin()
+    for place in (folder.parts, folder.failures):
+        place.mkdir(parents=True)
+    (folder.path / ".manifest.json.1.tmp").touch()
+    (folder.path / "manifest.json").touch()
+    assert folder._can_begin()
+    for file in (folder.parts / "a", folder.failures / "a", folder.path / "letter.txt", folder.path / ".tmp"):
+        file.touch()
+        assert not folder._can_begin(), file
+        file.unlink()
+    assert folder._can_begin()
+    assert not StudyFolder(folder.path / "manifest.json")._can_begin()
+
+
+def test_results_of_samples_solved_failed_and_missing(tmp_path: Path) -> None:
+    """0 and 1 in one part, 3 failed on its way and left a part, 4 failed without one, 2 and 5 are not run."""
+    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 6, failed=(3, 4)))
+    folder.results_file.unlink()
+    rows = [row(i, increments=7, openings=0) for i in range(4)]
+    for one, status in zip(rows, (0, 1, 0, 2)):
+        one["status"].values[:] = status
+    write_part(folder.part_file(0, 1), joined(rows[:2]), folder.study_hash)
+    write_part(folder.part_file(3), rows[3], folder.study_hash)
+    ds = folder.results()
+    assert ds["status"].values.tolist() == [0, 1, 3, 2, 2, 3]
+    assert ds.attrs["samples_failed"] == 2
+    for sample in (0, 1, 3):
+        for name in ("crack_width_max", "damage_category", "run_time"):
+            np.testing.assert_array_equal(ds[name].values[sample], rows[sample][name].values[0])
+    for sample in (2, 4, 5):
+        assert np.isnan(ds["crack_width_max"].values[sample]).all()
+        assert (ds["damage_category"].values[sample] == -1).all()
+    np.testing.assert_array_equal(ds["joint.friction"], folder.design()["joint.friction"])
+    folder.part_file(3).rename(folder.part_file(5))
+    other = joined([rows[0], rows[2]])  # 0 and 2 in a part that says 0 and 1
+    write_part(folder.part_file(0, 1), other, folder.study_hash)
+    with pytest.warns(ArchiveWarning, match="does not hold the samples that its name says"):
+        assert folder.results()["status"].values.tolist() == [3, 3, 3, 2, 2, 3]
+    write_part(folder.part_file(0, 1), joined(rows[:2]), folder.study_hash)
+    folder.part_file(5).unlink()
+    few = folder.results(["crack_width_max"])
+    assert {"crack_width_max", "status", "joint.friction"} <= set(few.data_vars)
+    assert not {"damage_category", "run_time"} & set(few.data_vars)
+
+
+def test_encoding_of_variables(tmp_path: Path) -> None:
+    """From 1001 values on they are compressed; whole numbers take four bytes where these do."""
+    size = np.arange(1001)
+    ds = xr.Dataset(
+        {"short": ("a", 0.5 * size[:1000]), "long": ("b", 0.5 * size), "flag": ("b", (size % 3).astype(np.int8)),
+         "whole": ("b", size), "most": ("c", [2**31 - 1]), "large": ("c", [2**31])},
+        {"b": 0.1 * size, "d": ("c", np.array([1], dtype=np.int8))},
+    )  # fmt: skip
+    write_dataset(ds, tmp_path / "a.nc")
+    with netCDF4.Dataset(tmp_path / "a.nc") as file:
+        variables = file.variables
+        assert [bool(variables[name].filters()["zlib"]) for name in ("short", "long")] == [False, True]
+        assert variables["long"].filters()["fletcher32"]
+        assert [variables[name].dtype.name for name in ("whole", "most", "large")] == ["int32", "int32", "int64"]
+        assert np.isnan(variables["long"].getncattr("_FillValue"))
+        assert variables["flag"].getncattr("_FillValue") == -1
+        assert not any("_FillValue" in variables[name].ncattrs() for name in ("b", "d", "whole"))
+
+
+def test_coordinates_and_attributes_of_a_dataset() -> None:
+    values = {"increment": np.arange(2), "central_deflection": [0.0, 1e-3], "deflection_ratio": [0.0, 1e-4],
+              "surface_movement": [0.0, 2e-3], "unbalanced_force_ratio": [1e-9, 1e-8],
+              "base_reaction": [1.0, 2.0]}  # fmt: skip
+    ds = dataset(values, {"one": True, "none": None, "zero": np.False_, "text": "a"})
+    assert set(ds.coords) == {"increment", "central_deflection", "deflection_ratio", "surface_movement"}
+    assert {key: ds.attrs.get(key, "left out") for key in ("one", "none", "zero", "text", "Conventions")} == {
+        "one": 1, "none": "left out", "zero": 0, "text": "a", "Conventions": "CF-1.11",
+    }  # fmt: skip
+
+
+def test_one_wall_is_no_study(tmp_path: Path) -> None:
+    write_dataset(dataset({"increment": np.arange(2), "base_reaction": [1.0, 2.0]}, {}), tmp_path / "wall.nc")
+    with pytest.raises(InputError, match="wall"):
+        open_study(tmp_path / "wall.nc")
+
+
+def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[list[str]] = []
+    told = SimpleNamespace(stdout="0123456789ab+\n")
+
+    def run(command: list[str], **how: object) -> SimpleNamespace:
+        asked.append(command)
+        assert how["check"]
+        assert how["capture_output"]
+        if told.stdout == "fail":
+            raise subprocess.TimeoutExpired(command, 10)
+        return told
+
+    monkeypatch.setattr(provenance.subprocess, "run", run)
+    commit = provenance.package_commit.__wrapped__
+    assert commit() == "0123456789ab+"
+    root = Path(asked[0][2])
+    assert (root / "damagepred" / "archive" / "provenance.py").is_file()
+    for told.stdout in ("\n", "fail"):
+        assert commit() == "unknown"
+    monkeypatch.setattr(provenance, "version", lambda name: {"numpy": "1", "scipy": "2", "numba": "3"}[name])
+    assert provenance.environment.__wrapped__()["libraries"].split(", ", 1)[1] == "numpy 1, scipy 2, numba 3"
