@@ -179,7 +179,7 @@ def test_blocks_of_zones_fall_alike_whatever_their_thickness(thickness: tuple[fl
     mass = np.bincount(model.mesh.gridpoint_block, gridpoint_mass(model), 2)
     np.testing.assert_allclose(mass, DENSITY * 0.24 * 0.1 * np.array(thickness), rtol=1e-12)
     ds = run(assembly, duration=0.05, start="unstressed", damping="none")
-    np.testing.assert_allclose(ds["block_displacement_y"][-1], -0.5 * G * 0.05**2, rtol=1e-3)
+    np.testing.assert_allclose(ds["block_displacement_y"][-1], -0.5 * G * 0.05**2, rtol=1e-7)  # no first order in dt
 
 
 def test_edges_of_a_block_are_its_own_where_the_ground_has_steps() -> None:

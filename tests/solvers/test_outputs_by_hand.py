@@ -12,7 +12,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import Jacks
 from damagepred.errors import InputError
 from damagepred.kernels.balance import adds_up_to, bring_on, out_of_balance
-from damagepred.kernels.large_contact import LAW
+from damagepred.kernels.large_contact import FREE, LAW
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.carried import carried
@@ -244,6 +244,20 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
             bare[column] = 0.0
         for column, value in bare.items():
             assert laws[i, 1, column] == pytest.approx(value), column
+
+
+def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
+    """A base under a long block and a short one beside it: base and long block follow the long bed joint's friction."""
+    wall = Assembly(joint=Joint(friction=0.3))
+    for left, low, right, top in ((0.0, 0.0, 0.4, 0.1), (0.0, 0.1, 0.3, 0.2), (0.3, 0.1, 0.4, 0.2)):
+        wall.add_block(rectangle(left, low, right, top))
+    wall.set_joint(0, 1, Joint(friction=0.7))
+    wall.support(0)
+    made = scenery(wall.build(STIFF), np.zeros(2))
+    bare = made.points[made.points["status"] == FREE]
+    friction = made.laws[bare["law"], 5]
+    for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):
+        assert friction[bare["body"] == body] == pytest.approx(expected)
 
 
 def test_a_block_without_mass_that_is_partly_held_is_refused() -> None:

@@ -15,6 +15,7 @@ from damagepred.solvers.increment import ZoneState
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.solids import Solids
 from damagepred.solvers.stiffness import dead_load, elastic_displacement, elastic_stiffness, held_dofs, live_load
+from damagepred.solvers.zone_field import beyond_limits
 from tests.assembly import reference
 from tests.validation.test_quasi_static_balance import unbalanced
 
@@ -194,6 +195,25 @@ def test_automatic_zones_leave_out_no_more_energy_than_asked() -> None:
     assert 0 < few < many < count
     assert abs(fine - every) < 0.02 * every
     assert abs(fine - every) < abs(rigid - every)
+
+
+def test_zones_are_beyond_what_they_bear_from_uniaxial_and_shear_strength_on() -> None:
+    """2 C sqrt(N) in compression along each axis, the tensile strength in tension; sheared under an equal pressure p
+    the Mohr circle of radius (2 C sqrt(N) + (N - 1) p) / (N + 1) touches the line."""
+    assembly = Assembly(block=WEAK)
+    assembly.rest_on_ground([assembly.add_block(rectangle(0, 0, 0.24, 0.24))])
+    model = assembly.build(QUASI)
+    slope = (WEAK.friction + np.hypot(1.0, WEAK.friction)) ** 2  # N = tan(45 degrees + phi / 2)^2
+    crushing, pressure = 2.0 * WEAK.cohesion * np.sqrt(slope), 0.2e6
+    radius = (crushing + (slope - 1.0) * pressure) / (slope + 1.0)
+    for share, beyond in ((0.999, False), (1.001, True)):
+        stress = np.zeros((len(model.mesh.zones), 4))
+        for zone, axis in enumerate((0, 1, 3)):
+            stress[zone, axis], stress[zone + 3, axis] = -share * crushing, share * WEAK.tensile_strength
+        stress[6:8] = [(-pressure, -pressure, sign * share * radius, 0.0) for sign in (-1.0, 1.0)]
+        found = beyond_limits(model, stress)
+        assert (found[:8] == beyond).all()
+        assert not found[8:].any()
 
 
 def test_blocks_that_come_near_their_strength_are_cut() -> None:
