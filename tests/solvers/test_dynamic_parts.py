@@ -247,6 +247,14 @@ def test_wall_of_a_scene_runs_in_time() -> None:
     assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
 
 
+def test_steps_are_counted_whatever_they_are_run_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock may be looked at many times on the way to an output."""
+    course = started(stack(2).build(STIFF), 0.01, 2)
+    monkeypatch.setattr("damagepred.solvers.dynamic.run.STRETCH", 7 * len(course.scene.points))
+    assert course.steps_each > 20
+    assert [step.cycles for step in course] == [0, course.steps_each, course.steps_each]
+
+
 def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
     from damagepred.study.settings import StudySettings
 

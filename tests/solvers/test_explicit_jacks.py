@@ -17,6 +17,7 @@ from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.explicit import Run, scaled_mass
 from damagepred.solvers.footing import section_forces
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump
+from damagepred.solvers.stages import pushing_supports
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
 
 DATA = Path(__file__).parents[2] / "data"
@@ -133,6 +134,16 @@ def test_load_may_be_what_is_given() -> None:
     assert explicit[-1].deflection > 0.0
 
 
+def test_the_pump_runs_ahead_at_the_pace_of_the_last_step() -> None:
+    """Volume per progress over the last step alone, whatever was delivered before."""
+    pump = Pump(wall_model(on_jacks()))
+    pump.begin_level()
+    for progress, volume, pace in ((0.2, 1e-3, 5e-3), (0.5, 6e-4, 2e-3), (0.9, -8e-4, -2e-3)):
+        pump.deliver(volume)
+        pump.look_ahead(progress)
+        assert pump.line.volume_step == pytest.approx(pace, rel=1e-9)
+
+
 def test_masses_bound_the_swings_of_wall_and_line() -> None:
     model = wall_model(on_jacks())
     pump, damping, safety = Pump(model), 0.8, 0.9
@@ -179,6 +190,18 @@ def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
         tries += 1
     assert search.gone == pytest.approx(0.59, abs=1e-6)
     assert tries <= 10
+
+
+def test_supports_push_only_where_they_do_not_hold_the_footing_down() -> None:
+    """Bearings that hold down are no such supports, whatever they would keep if they broke."""
+    model = wall_model(on_jacks(rig=Rig(support="lift_off")))
+    supports = np.flatnonzero(model.interfaces.kind == Kind.SUPPORT)
+    assert supports.size == 2
+    np.testing.assert_array_equal(pushing_supports(model), supports)
+    strength, left = model.properties.tensile_strength.copy(), model.properties.residual_tensile_strength.copy()
+    strength[supports], left[supports] = np.inf, 0.0
+    law = model.properties._replace(tensile_strength=strength, residual_tensile_strength=left)
+    assert pushing_supports(replace(model, properties=law)).size == 0
 
 
 @pytest.mark.parametrize("method", ["explicit", "quasi_static"])

@@ -1,5 +1,7 @@
 """A wall a little beyond what it can carry falls, and is said to; a little short of it, it stands."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,8 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
+from damagepred.solvers.falling import CYCLES, FASTER, goes_on
+from damagepred.solvers.loose import come_loose
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 
@@ -53,6 +57,48 @@ def test_a_pushed_wall_that_creeps_beyond_its_limit_has_fallen(method: str) -> N
     last = list(solve_path(wall.build(settings), settings, 1))[-1]
     assert last.collapsed
     assert last.standing_progress == pytest.approx(1 / 1.01, abs=2e-3)
+    assert come_loose(wall.build(settings), last.displacement.ravel(), last.progress).any()  # it is shown as it fell
+
+
+class Gliding:
+    """A block that moves by a given way in each half of a round, then rests, under a load that draws it."""
+
+    def __init__(self, ways: tuple[float, float], draws: float) -> None:
+        wall = Assembly()
+        wall.support(wall.add_block(rectangle(-1.0, -1.0, 2.0, 0.0)))
+        wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2))
+        self.model, self.settings, self.ways = wall.build(), Solver(), list(ways)
+        zeros = np.zeros(self.model.size)
+        self.free, self.along = np.arange(3, 6), 3
+        load = zeros.copy()
+        load[self.along] = draws
+        self.progress, self.load_share = 0.0, 1.0
+        self.motion = SimpleNamespace(
+            displacement=zeros.copy(), velocity=zeros.copy(), inverse_mass=np.ones_like(zeros), load=load,
+            live_load=zeros,
+        )  # fmt: skip
+
+    def cycle(self, count: int) -> None:
+        self.motion.displacement[self.along] += self.ways.pop(0)
+
+    def unbalanced(self) -> np.ndarray:
+        return np.zeros(1)
+
+
+@pytest.mark.parametrize(
+    ("ways", "draws", "factor"),
+    [
+        ((1e-4, 2e-4), 1.0, FASTER),
+        ((2e-4, 1e-4), 1.0, 1.0),  # it slows down
+        ((1e-4, 2e-4), -1.0, 1.0),  # what drives it is no load
+    ],
+)
+def test_only_what_gathers_speed_under_its_load_is_pushed_on(
+    ways: tuple[float, float], draws: float, factor: float
+) -> None:
+    run = Gliding(ways, draws)
+    assert not goes_on(run)  # type: ignore[arg-type]
+    assert run.motion.velocity[run.along] == pytest.approx(factor * ways[1] / CYCLES)
 
 
 @pytest.mark.parametrize(
