@@ -255,3 +255,64 @@ def test_a_crushed_face_is_remembered_whichever_is_pulled_next(crushed, pulled):
     _, curvature = strained(sections, memory, 0.0, bent)
     assert curvature == pytest.approx(expected, rel=1e-3)
     assert abs(curvature) > 1.2 * abs(bent) / (modulus * second)
+
+
+@kernel
+def bracketed(sections, memory, strain, curvature):
+    """Return share, strain and curvature of the cracked state, N and M, by the search that cannot fail."""
+    values, depth = law._section(sections, 0, memory), sections.depth[0]
+    turn = curvature * depth
+    scale = abs(strain) + abs(turn) + abs(values.top_plastic) + abs(values.bottom_plastic)
+    share, strain2, turn2, axial, moment = law._bracketed(values, law._limits(sections, 0), strain, turn, scale)
+    return share, strain2, turn2 / depth, axial, moment * depth
+
+
+def test_the_search_that_cannot_fail_finds_what_newton_does():
+    rng = np.random.default_rng(5)
+    cracked = 0
+    for _ in range(60):
+        sections, memory = random_section(rng), SectionMemory.fresh(1)
+        memory.plastic[0] = rng.normal(0, 0.002, 2) * rng.integers(0, 2)
+        memory.cracked[0] = rng.uniform(0, 0.5, 2)
+        depth = sections.depth[0]
+        strain, curvature = random_strains(rng, depth)
+        share, strain2, curvature2, _ = two_states(sections, memory, strain, curvature)
+        if share == 0.0:
+            continue
+        cracked += 1
+        found = bracketed(sections, memory, strain, curvature)
+        size = abs(strain) + abs(curvature) * depth + np.abs(memory.plastic).sum()
+        assert found[0] == pytest.approx(share, rel=1e-6)
+        assert found[1:3] == pytest.approx((strain2, curvature2), abs=1e-6 * size / min(depth, share))
+        forces = response(sections, memory, strain, curvature)[:2]
+        assert found[3:] == pytest.approx(forces, abs=1e-6 * sections.axial_stiffness[0] * size)
+    assert cracked > 30
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_branson_by_hand(sign):
+    """M = E I_e curvature, I_e = I_cr + (I - I_cr) (M_cr / M_a)^n, M_a the largest moment that pulled at that face."""
+    sections, memory = section(law="branson", bottom="3-L11TM", top="2-L8TM"), SectionMemory.fresh(1)
+    face = 1 if sign > 0 else 0
+    first, n, whole = sections.cracking_moment[0], sections.exponent[0], sections.bending_stiffness[0]
+    left = sections.cracked_second_moment[0, face] * sections.concrete_modulus[0]
+    assert left < 0.5 * whole
+    assert left != sections.cracked_second_moment[0, 1 - face] * sections.concrete_modulus[0]
+
+    def secant(largest):
+        return left + (whole - left) * (first / largest) ** n
+
+    for largest in (1.2 * first, 3.0 * first):
+        curvature = sign * largest / secant(largest)
+        axial, moment, by_strain, across, back, slope = response(sections, memory, 1e-5, curvature)
+        assert moment == pytest.approx(sign * largest)
+        assert axial == pytest.approx(sections.axial_stiffness[0] * 1e-5)
+        assert (by_strain, across, back) == (sections.axial_stiffness[0], 0.0, 0.0)
+        more, less = (response(sections, memory, 0.0, (1 + by) * curvature)[1] for by in (1e-6, -1e-6))
+        assert slope == pytest.approx((more - less) / (2e-6 * curvature), rel=1e-6)
+        settle(sections, memory, 0.0, curvature)
+        assert memory.cracked[0, face] == pytest.approx(largest)
+        assert memory.cracked[0, 1 - face] == 0.0
+        assert response(sections, memory, 0.0, 0.4 * curvature)[1] == pytest.approx(0.4 * sign * largest)
+        settle(sections, memory, 0.0, 0.4 * curvature)
+        assert memory.cracked[0, face] == pytest.approx(largest)
