@@ -13,9 +13,9 @@ import pytest
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column
-from damagepred.assembly import Limits
+from damagepred.assembly import Limits, wall_geometry
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
-from damagepred.scene import Dpc, Opening, Scene, Solver
+from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.scene.accuracy import Measured
 from damagepred.study import Study, accuracy, dispatch, sample
 from damagepred.study import until as running
@@ -378,3 +378,100 @@ def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     ]  # fmt: skip
     hole = Scene(opening=(Opening(x=2.0, y=0.9, width=0.9, height=1.2),))
     assert "measured on other walls (dishing; doming; bare):" in accuracy.accuracy_lines(hole)[0]
+
+
+@pytest.mark.parametrize(
+    ("rule", "budget", "widths", "seconds", "reason", "counts", "left"),
+    [
+        (True, None, [0.5, 0.3, 0.1], 1.0, "enough", [8, 16, 32], [None] * 3),
+        (True, None, [0.5] * 4, 1.0, "samples", [8, 16, 32, 50], [None] * 4),
+        (True, 10.0, [0.5] * 4, 4.0, "time", [8, 16, 32], [10.0, 6.0, 2.0]),
+        (True, 12.0, [0.5, 0.5, 0.1, 0.1], 4.0, "enough", [8, 16, 32], [12.0, 8.0, 4.0]),
+        (False, 10.0, [], 4.0, "samples", [50], [10.0]),
+        (False, 3.0, [], 4.0, "time", [50], [3.0]),
+        (True, None, [0.5] * 4, -1.0, "interrupted", [8], [None]),
+    ],
+)
+def test_a_run_until_something(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rule: bool, budget: float | None, widths: list[float],
+    seconds: float, reason: str, counts: list[int], left: list[float | None],
+) -> None:  # fmt: skip
+    """Walls are looked at when 8, 16, 32 and 50 are run, each piece taking so long; below 0 it is interrupted."""
+    clock, timers, seen = [100.0], [], []
+    monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(running, "open_study", lambda out: None)
+    wanted = StopWhen(category=2, at=6e-3, half_width=0.2, first=8)
+    study = Study(settings(samples=50, replicates=4, stop_when=wanted if rule else None, time_budget=budget))
+
+    def estimated(self: StopWhen, ds: object, confidence: float) -> estimate.Estimate:
+        width = widths[len(looked)]
+        looked.append(Look(0, None, False))
+        return estimate.Estimate(0.5, 0.1, 0.5 - width, 0.5 + width, confidence, 8, 8.0)
+
+    def run(out: Path, count: int, workers: int, executor: object, **how: object) -> RunSummary:
+        assert (workers, executor, how) == (2, None, {"on_progress": None, "timeout": 7.0})
+        seen.append(count)
+        clock[0] += abs(seconds)
+        return RunSummary(out, count, count, 0, seconds < 0, seconds)
+
+    class Timer:
+        def __init__(self, after: float, ask: Any) -> None:
+            assert ask.__name__ == "ask_to_stop"
+            timers.append(after)
+
+        def start(self) -> None:
+            assert self.daemon  # else the process waits for it
+
+        def cancel(self) -> None:
+            timers[-1] = (timers[-1],)
+
+    looked: list[Look] = []
+    monkeypatch.setattr(StopWhen, "estimate", estimated)
+    monkeypatch.setattr(running, "threading", SimpleNamespace(Timer=Timer))
+    monkeypatch.setattr(study, "run", run)
+    told: list[Look] = []
+    ending = running.run_until(study, tmp_path, workers=2, on_look=told.append, timeout=7.0)
+    assert (ending.reason, seen) == (reason, counts)
+    assert timers == [(after,) for after in left if after is not None]
+    assert told == ending.looks
+    assert [look.samples for look in told] == ([] if reason == "interrupted" else counts)
+    assert [look.enough for look in told] == [rule and reason == "enough" and n == counts[-1] for n in counts][
+        : len(told)
+    ]
+    assert (tmp_path / "stopping.json").exists() == (reason != "interrupted")
+    if rule and told:
+        assert told[0].estimate is not None
+        looks_at = 4 if budget is None else 5  # the end of the time is one more
+        assert told[0].estimate.confidence == pytest.approx(0.9 ** (1 / looks_at))
+
+
+def test_joints_that_are_neighbours_and_the_nearest_of_another_wall() -> None:
+    scene = Scene(wall=Wall(length=1.44, height=0.3), opening=(Opening(x=0.48, y=0.15, width=0.48, height=0.15),))
+    geometry, places = wall_geometry(scene).joints, sample.joint_places(scene)
+    for mine, theirs in ((places.kind, geometry.kind), (places.x, geometry.x), (places.y, geometry.y)):
+        np.testing.assert_array_equal(mine, theirs)
+    assert places.unit == 0.24
+    for number in np.unique(places.sequence):
+        here = places.sequence == number
+        assert len(set(places.kind[here])) == len(set(geometry.course[here])) == 1
+        assert np.diff(np.sort(places.x[here])).max(initial=0.0) < 0.36
+    plain = Scene(wall=Wall(length=1.44, height=0.3))
+    joints = wall_geometry(plain).joints
+    found = sample._on_nearest({"x": joints.x, "y": joints.y, "kind": joints.kind.astype(float)}, plain, scene)
+    np.testing.assert_array_equal(found["kind"], geometry.kind)
+    away = np.hypot(found["x"] - geometry.x, found["y"] - geometry.y)
+    assert np.median(away) < 1e-9
+    assert away.max() < 0.13
+
+
+def test_numbers_of_samples() -> None:
+    """The seventh wall of six is that of seven; a Latin hypercube depends on how many there are."""
+    study = Study(settings(samples=6, sampler="lhs"))
+    friction = {count: study.design.wall_values(count)["joint.friction"] for count in (6, 7, 12)}
+    assert study.sample(5)[0].joint.friction == friction[6][5]
+    assert study.sample(6)[0].joint.friction == friction[7][6]
+    assert study.sample(5, 12)[0].joint.friction == friction[12][5]
+    assert friction[6][5] != friction[12][5]
+    with pytest.raises(InputError, match="samples"):
+        study.sample(6, 6)
+    assert duration(7.2e6) == "2000.0 h"
