@@ -107,6 +107,9 @@ def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     found = {(i, int(j)) for i in range(len(at)) for j in near.polygon[near.first[i] : near.first[i + 1]]}
     assert len(expected) > 100
     assert found == expected
+    point = np.repeat(np.arange(len(at)), np.diff(near.first))
+    np.testing.assert_array_equal(edges["polygon"][near.edge], near.polygon)
+    np.testing.assert_allclose(near.distance, gap[point, near.edge], atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["half_sine", "full_sine", "rectangular"])

@@ -1,5 +1,7 @@
 """Energy accounts of runs in time: joints that stay elastic balance whatever damps and moves them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,8 @@ def test_works_in_time_balance_at_every_output(damping: str, zones: float | None
     wall.push(1, x=25.0, y=-40.0)
     wall.move(0, rotation=1e-6)
     model = wall.build(Solver(lump_block_elasticity=False))
+    drifts = model.ground.map(lambda state: state._replace(shear=1.5e-5 + 0.5 * state.normal))
+    model = replace(model, ground=drifts)
     dynamics = Dynamics(
         duration=0.03, outputs=9, base=BASE, movement_time=0.02, start="unstressed", new_contacts=False,
         **DAMPED[damping],  # type: ignore[arg-type]
@@ -50,8 +54,11 @@ def test_works_in_time_balance_at_every_output(damping: str, zones: float | None
     taken = [step.damping_work for step in path]
     assert (max(map(abs, taken)) > 0.05 * kinetic) == (damping != "none")
     assert max(abs(step.boundary_work) for step in path) > 0.05 * kinetic
+    law = model.properties
     for step in path:
         assert abs(step.energy_error) < 5e-6 * kinetic
+        held = law.normal_stiffness[:, None] * step.opening
+        np.testing.assert_allclose(step.normal_stress, held, atol=1e-6 * np.abs(held).max())
         assert step.elastic_energy == pytest.approx(elastic_energy(model, step), rel=0.0, abs=2e-8 * kinetic)
         went = step.kinetic_energy + step.elastic_energy + step.damping_work + step.energy_error
         assert step.external_work == pytest.approx(went - path[0].kinetic_energy - path[0].elastic_energy, abs=1e-9)
