@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.archive import provenance
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder, open_study
-from damagepred.archive.parts import joined, write_part
+from damagepred.archive.parts import Column, joined, write_part
 from damagepred.archive.schema import dataset
 from damagepred.errors import ArchiveWarning, InputError
 from tests.archive.test_parts import row
@@ -157,3 +157,63 @@ def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> 
         assert commit() == "unknown"
     monkeypatch.setattr(provenance, "version", lambda name: {"numpy": "1", "scipy": "2", "numba": "3"}[name])
     assert provenance.environment.__wrapped__()["libraries"].split(", ", 1)[1] == "numpy 1, scipy 2, numba 3"
+
+
+def test_environments_of_parts_become_one_table(tmp_path: Path) -> None:
+    """A solved 0 and 5, B solved 2, of 1 nothing is known; rows of each part's own table are those of all then."""
+    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 6))
+    folder.results_file.unlink()
+    a, b = ({**provenance.environment(), "machine": name} for name in "AB")
+    for sample, table, place in ((0, [a], 0), (1, [b], -1), (2, [a, b], 1), (5, [b, a], 1)):
+        one = row(sample, increments=7, openings=0)
+        one["status"].values[:] = 0
+        one["environment"] = Column(("sample",), np.array([place]), provenance.as_table(table))
+        write_part(folder.part_file(sample), one, folder.study_hash)
+    for _ in range(2):  # from the parts, and from the file of all
+        ds = folder.results()
+        table = provenance.from_table(ds["environment"].attrs)
+        found = [table[k]["machine"] if k >= 0 else "?" for k in ds["environment"].values[[0, 1, 2, 5]]]
+        assert (found, table) == (["A", "?", "B", "A"], [a, b])
+        known = provenance.programs(ds)
+        assert known[provenance.program(a)] == 3
+        assert sum(known.values()) == 4
+        folder.consolidate()
+
+
+def test_a_part_that_is_newer_than_a_failure_counts(tmp_path: Path) -> None:
+    """The file of all samples has 1 failed and 3 not run; both have been run since, and 2 has not."""
+    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 4, failed=(1,), missing=(2, 3)))
+    whole = folder.results()
+    assert whole["status"].values.tolist() == [0, 2, 3, 3]
+    for sample, status in ((0, 1), (1, 0), (3, 1)):  # what is known of 0 is not read again
+        one = row(sample, increments=7, openings=0)
+        one["status"].values[:] = status
+        write_part(folder.part_file(sample), {k: one[k] for k in ("sample", "status", "run_time")}, folder.study_hash)
+    ds = folder.results(["run_time"])
+    assert ds["status"].values.tolist() == [0, 0, 3, 1]
+    assert ds["run_time"].values[[0, 1, 3]].tolist() == [0.25, *(row(i)["run_time"].values[0] for i in (1, 3))]
+    assert "damage_category" not in ds
+    folder.results_file.write_bytes(b"CDF")
+    with pytest.warns(ArchiveWarning, match=r"results\.nc.* Parts are read instead\."):
+        assert folder.results()["status"].values.tolist() == [1, 0, 3, 1]
+    folder.results_file.unlink()
+    folder.part_file(3).rename(folder.part_file(2))
+    with pytest.warns(ArchiveWarning, match=r"sample-00000002\.nc.* It is left out\."):
+        assert folder.results()["status"].values.tolist() == [1, 0, 3, 3]
+
+
+def test_damaged_files_are_set_aside_under_names_of_their_own(tmp_path: Path) -> None:
+    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 4))
+    found = []
+    for text in ("a", "b", "c"):
+        (folder.parts / "x.nc").write_text(text)
+        found.append(folder.set_aside(folder.parts / "x.nc"))
+    assert [file.relative_to(folder.path).as_posix() for file in found] == [
+        "damaged/x.nc", "damaged/x.nc.1", "damaged/x.nc.2",
+    ]  # fmt: skip
+    assert [file.read_text() for file in found] == ["a", "b", "c"]
+    told, kept = folder.manifest_of_design(), folder.manifest()
+    assert (told["samples"], told["schema_version"], told["created"]) == (4, 0, "unknown")
+    same = ("title", "seed", "sampler", "damagepred_version", "machine")
+    assert [told[key] for key in same] == [kept[key] for key in same]
+    assert list(kept) == sorted(kept)
