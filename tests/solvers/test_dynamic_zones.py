@@ -330,7 +330,7 @@ def test_rigid_and_deformable_blocks_in_one_scene_of_toml() -> None:
 
 def test_a_block_that_slides_along_facets_does_not_feel_them() -> None:
     """Deformable on deformable, over many facets: the way is that of a rigid block, v^2 / 2 mu g."""
-    assembly = Assembly(thickness=THICKNESS, joint=dry(1e11, 0.4))
+    assembly = Assembly(thickness=THICKNESS, joint=replace(dry(1e11, 0.4), shear_stiffness=3e10))
     stiff = BlockMaterial(elastic_modulus=50e9, poisson_ratio=0.2, density=DENSITY)
     assembly.add_block(rectangle(-1.0, -0.1, 2.0, 0.0), stiff, zone_size=0.1)
     assembly.hold_points(0, lambda x, y: y < -0.1 + 1e-9, x=0.0, y=0.0)
@@ -339,7 +339,7 @@ def test_a_block_that_slides_along_facets_does_not_feel_them() -> None:
     ds = run(assembly, 0.7, 7)
     assert float(ds["block_displacement_x"][-1, 1]) == pytest.approx(2.0**2 / (2 * 0.4 * G), rel=0.01)
     assert abs(float(ds["block_displacement_y"][-1, 1])) < 1e-5
-    assert float(np.abs(ds["energy_error"]).max()) < 0.01 * float(ds["friction_work"][-1])
+    assert float(np.abs(ds["energy_error"]).max()) < 1e-4 * float(ds["friction_work"][-1])
 
 
 def test_live_loads_and_moved_gridpoints_do_their_work() -> None:
