@@ -186,6 +186,26 @@ def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwis
     np.testing.assert_array_equal(found.memory.cracked, start.memory.cracked)
 
 
+def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
+    """A block presses up on a bond and has a broken one beneath: that opens by the weight over the other's stiffness."""
+    joint = Joint(tensile_strength=1e6, cohesion=1e6, residual_tensile_strength=0.0)
+    column = Assembly(joint=joint, gravity=(0.0, GRAVITY))
+    low, middle, high = (column.add_block(rectangle(0.0, y, 0.2, y + 0.1)) for y in (0.0, 0.1, 0.2))
+    column.support(low)
+    column.support(high)
+    model = column.build(QUASI_STATIC)
+    face = model.interfaces
+    beneath = (face.block_a == low) | (face.block_b == low)
+    start = State.rest(model).at(1.0, 0.0)
+    start.memory.cracked[beneath] = True
+    *_, last = relaxation.come_to_rest(model, start, 0.0, patience=0.01)
+    weight = 0.2 * 0.1 * 0.11 * model.density[middle] * GRAVITY
+    springs = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
+    assert last.displacement[3 * middle + 1] == pytest.approx(weight / springs[~beneath][0], rel=1e-3)
+    np.testing.assert_array_equal(last.memory.opened == np.inf, beneath[:, None] & last.memory.cracked)
+    assert last.memory.cracked[beneath].all()
+
+
 def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     """Walls in which something slides unstably."""
     jumps: list[float] = []
