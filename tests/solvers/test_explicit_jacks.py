@@ -8,6 +8,7 @@ import pytest
 from scipy.sparse.linalg import eigsh
 
 from damagepred.assembly import Kind, Model, wall_model
+from damagepred.assembly.section import SectionMemory
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
@@ -15,7 +16,7 @@ from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.carried import Vanishing
 from damagepred.solvers.dynamic import DynamicRun
 from damagepred.solvers.explicit import Run, scaled_mass
-from damagepred.solvers.footing import section_forces
+from damagepred.solvers.footing import section_forces, section_response_of
 from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump
 from damagepred.solvers.stages import pushing_supports
 from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
@@ -239,6 +240,29 @@ def test_footing_may_have_been_bent_before() -> None:
     agree(model, explicit, quasi_static)
     # cracked already, it is bent the first step with less
     assert explicit[1].jack_load > path(scene)[1][1].jack_load + 100.0
+
+
+def test_a_section_opens_shears_and_turns_as_the_segments_it_joins() -> None:
+    """A segment moved from its left neighbour by 1 um along the footing and 2 um across, then turned in place."""
+    model = wall_model(cracking())
+    assert model.sections is not None
+    face, section = model.interfaces, model.sections.interface[1]
+    moved, centre = int(face.block_b[section]), face.x[section]
+    assert face.normal_y[section] == pytest.approx(0.0, abs=1e-12)
+    memory, still = SectionMemory.at_first(model.sections), np.zeros(model.size)
+    displacement = still.copy()
+    displacement[3 * moved : 3 * moved + 2] = 1e-6, 2e-6
+    opening, shear, turn, axial, force, _ = section_response_of(model, memory, displacement)[1]
+    assert opening == pytest.approx(face.normal_x[section] * 1e-6)
+    assert abs(shear) == pytest.approx(2e-6)
+    assert turn == 0.0
+    assert (axial * opening > 0.0, force * shear > 0.0) == (True, True)
+    displacement = still.copy()
+    displacement[3 * moved + 2] = 1e-6
+    opening, shear, turn, *_ = section_response_of(model, memory, displacement)[1]
+    assert opening == pytest.approx(0.0, abs=1e-12)
+    assert abs(shear) == pytest.approx(1e-6 * abs(centre - model.blocks.x[moved]))
+    assert abs(turn) == pytest.approx(1e-6)
 
 
 def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None:

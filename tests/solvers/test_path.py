@@ -187,7 +187,7 @@ def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwis
 
 
 def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
-    """A block presses up on a bond and has a broken one beneath: that opens by the weight over the other's stiffness."""
+    """A block presses up on a bond, above a broken one, which opens by weight over the bond's stiffness."""
     joint = Joint(tensile_strength=1e6, cohesion=1e6, residual_tensile_strength=0.0)
     column = Assembly(joint=joint, gravity=(0.0, GRAVITY))
     low, middle, high = (column.add_block(rectangle(0.0, y, 0.2, y + 0.1)) for y in (0.0, 0.1, 0.2))
