@@ -85,6 +85,8 @@ def _line(kind: type, problem: Any) -> str:
                 str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
             )
             return f"{place} = {shown(value)}: must be {limits['expected']}.{hint}"
+        case "dataclass_type" | "dataclass_exact_type" if location and location[-1].isdigit():
+            return f"{place} = {shown(value)}: must be a table that starts with [[{'.'.join(location[:-1])}]]."
         case "dataclass_type" | "dataclass_exact_type":
             return f"{place} = {shown(value)}: must be a table, [{'.'.join(location)}] with keys."
         case "tuple_type" if _inner(_follow(kind, location)) is not None:

@@ -83,6 +83,8 @@ def markdown_of_curves(rows: pd.DataFrame) -> str:
             f"{100 * row.probability:.0f} ({100 * row.lower:.0f}-{100 * row.upper:.0f})" for row in own.itertuples()
         ]
         median = f"{first['median (mm)']:.3g} ({first['median lower (mm)']:.3g}-{first['median upper (mm)']:.3g})"
+        if first["fit"] == "extrapolated":
+            median = f"> {first['median (mm)']:.3g}"
         lines.append(f"| {variant} | {kind} | {category} | " + " | ".join(cells) + f" | {median} |")
     return "\n".join(lines)
 

@@ -71,3 +71,11 @@ def test_a_wall_damaged_before_any_movement_leaves_the_others_their_curve(model:
     assert (one["probability_lower"] <= one["probability"]).all()
     with pytest.raises(InputError, match=r"0\.01 of the walls are in it before any movement"):
         export_curves(curves, "openquake", tmp_path / "c.nc")
+
+
+def test_a_bound_without_a_band_is_no_interval() -> None:
+    """Percentile bands of five walls are refused: then there is no lower limit either, and none that is too high."""
+    one = fit_fragility(few(), categories=[1], band="percentile", bootstrap=50).isel(category=0)
+    assert str(one["fit_status"].values) == "extrapolated"
+    assert np.isnan(one["median_lower"])
+    assert np.isnan(one["median_upper"])

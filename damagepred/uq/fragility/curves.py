@@ -251,7 +251,7 @@ def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> No
     columns["fit_status"] = np.where(beyond, EXTRAPOLATED, columns["fit_status"])
     columns["median_extrapolated"] = np.where(beyond, columns["median"], np.nan)
     columns["median"] = np.where(beyond, largest, columns["median"])
-    columns["median_lower"] = np.where(beyond, np.fmin(columns["median_lower"], largest), columns["median_lower"])
+    columns["median_lower"] = np.where(beyond, np.minimum(columns["median_lower"], largest), columns["median_lower"])
     columns["median_upper"] = np.where(beyond & np.isfinite(columns["median_lower"]), np.inf, columns["median_upper"])
     for end in ("undamaged", "damaged"):
         failed = columns[f"median_failed_{end}"]
