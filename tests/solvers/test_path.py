@@ -322,6 +322,20 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
         np.testing.assert_allclose(step.opening, other.opening, rtol=0, atol=0.05 * widest)
 
 
+def test_a_state_that_is_settled_for_moves_its_condensed_courses_along() -> None:
+    """Courses that are condensed follow the others, wherever they were before."""
+    model = wall_model(cracking(joint=Joint(tensile_strength=1e8, cohesion=1e9)))
+    path = Path(model, WHOLE)
+    assert path.advance(1.0, 0.5) < path.tolerance
+    hidden = ~path.equilibrium.free
+    hidden[model.supports.prescribed] = False
+    state = path.state.copy()
+    state.displacement[hidden] = 0.0
+    assert path.equilibrium.settle_for(state) < path.tolerance
+    assert np.abs(path.state.displacement[hidden]).max() > 1e-6
+    np.testing.assert_allclose(state.displacement, path.state.displacement, rtol=0, atol=1e-12)
+
+
 def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, model = random_wall("paper", 1)
     monkeypatch.setattr(relaxation, "AT_MOST", 5_000)
