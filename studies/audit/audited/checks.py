@@ -387,10 +387,11 @@ def external_work(wall: ArchivedWall, allowed: Tolerances, size: FloatArray) -> 
         sigma, tau = wall["contact_normal_stress"][step], wall["contact_shear_stress"][step]
         return (sign * wall.contact_area)[:, None] * (sigma[:, None] * wall.normal + tau[:, None] * wall.tangent)
 
-    state, events = wall["contact_state"], wall["events"]
+    state, events, snapped = wall["contact_state"], wall["events"], wall["snap_through_energy"]
     for step in range(1, wall.standing):
-        if events[step] or ((state[step] == CRACKED) != (state[step - 1] == CRACKED)).any():
-            continue  # what breaks on the way carries a peak that the ends do not tell
+        broken = events[step] or ((state[step] == CRACKED) != (state[step - 1] == CRACKED)).any()
+        if broken or snapped[step] > snapped[step - 1]:
+            continue  # the ground's force has a peak between the ends, before a bond breaks or the wall snaps through
         down = wall["block_displacement_y"][step] - wall["block_displacement_y"][step - 1]
         way = np.where(on_ground[:, None], wall.ground(step) - wall.ground(step - 1), 0.0)
         before, now = pull(step - 1), pull(step)
