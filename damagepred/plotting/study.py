@@ -198,7 +198,7 @@ def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) 
     counts = ~np.isnan(width)
     result = np.full(width.shape[1], np.nan)
     walls = heavy[counts.any(axis=1)].sum()
-    for column in np.flatnonzero(heavy @ counts >= FEWEST * walls * (1 - 1e-9)):
+    for column in np.flatnonzero((heavy[:, None] * counts).sum(axis=0) >= FEWEST * walls * (1 - 1e-9)):
         values, w = width[counts[:, column], column], heavy[counts[:, column]]
         order = np.argsort(values, kind="stable")
         values, w = values[order], w[order]
@@ -236,7 +236,8 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = axes_or_new(ax, 9.0, 5.5)
     x, highest = paths.movement * MM, highest_of(ds)
     weight = sample_weights(ds)
-    shares = np.array([weight @ (paths.category == c) for c in [*range(highest + 1), NOT_KNOWN]]) / weight.sum()
+    kinds = [*range(highest + 1), NOT_KNOWN]
+    shares = np.array([(weight[:, None] * (paths.category == c)).sum(axis=0) for c in kinds]) / weight.sum()
     labels = [f"{c} {name_of(ds, c)}" for c in range(highest + 1)]
     bottom = np.zeros_like(x)
     for category, label in enumerate(labels):

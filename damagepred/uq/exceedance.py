@@ -231,8 +231,8 @@ def judged(known: Walls, at: float, confidence: float = 0.9) -> Exceedance:
         estimate = estimate._replace(value=np.nan, error=np.nan, upper=1.0)
     if not len(lost):
         return Exceedance(estimate, 0, 0.0, 1.0, 0)
-    low = float(weight[~lost] @ none) / len(lost)
-    high = float(weight[~lost] @ every + weight[lost].sum()) / len(lost)
+    low = float((weight[~lost] * none).sum()) / len(lost)
+    high = float((weight[~lost] * every).sum() + weight[lost].sum()) / len(lost)
     return Exceedance(estimate, int(lost.sum()), min(low, 1.0), min(high, 1.0), int(short.sum()))
 
 
@@ -246,10 +246,10 @@ def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short
         further = order[done:upto]
         own = further[short[further] & (lower[further] == last)]
         others = further[~(short[further] & (lower[further] == last))]
-        heavy, hits = heavy + weight[others].sum(), hits + float(weight[others] @ found[others])
+        heavy, hits = heavy + weight[others].sum(), hits + float((weight[others] * found[others]).sum())
         found[own] = hits / heavy if heavy > 0 else np.nan
         if heavy > 0:
-            heavy, hits = heavy + weight[own].sum(), hits + float(weight[own] @ found[own])
+            heavy, hits = heavy + weight[own].sum(), hits + float((weight[own] * found[own]).sum())
         done = upto
     return found
 
