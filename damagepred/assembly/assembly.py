@@ -258,7 +258,8 @@ class Assembly:
             Of the bearing (m).
         """
         corners = self._polygons[self._check(block)][:, 0]
-        require_number("x", x, float(corners.min()), float(corners.max()), unit="m")
+        rounding = 1e-6 * float(np.ptp(corners))  # coordinates of blocks are rounded
+        require_number("x", x, float(corners.min()) - rounding, float(corners.max()) + rounding, unit="m")
         require_number("width", width, 0.0, float(np.ptp(corners)), unit="m", open_low=True)
         material = _numbered(self._joint_materials, joint)
         self._bearings.append(Grounded(self._check(block), float(x), material, Kind.SUPPORT, width))

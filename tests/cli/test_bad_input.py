@@ -81,7 +81,7 @@ BAD_STUDIES = {
     "no number": (STUDY.replace("0.8", "nan"), ["[variables.joint.friction] upper = nan: must be a finite number"]),
     "coarse wall that cannot be": (
         STUDY + '[study.coarse.wall]\nblock_length = "-480 mm"\n',
-        ["[study.coarse]", "[wall] block_length", "than 0"],
+        ["[study.coarse]", "[wall] block_length", "at least 0.001 m"],
     ),
     "unknown key of importance": (
         STUDY + '[study.importance."joint.friction"]\nshft = -1.5\n',

@@ -4,7 +4,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-CENTIMETRE = 0.01
+GRID = 0.02
 
 
 def number(low: float, high: float) -> st.SearchStrategy[float]:
@@ -16,9 +16,9 @@ TITLES = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=30)
 
 @st.composite
 def openings(draw: st.DrawFn, length: float, height: float, most: int = 3) -> list[dict[str, Any]]:
-    """Openings side by side that do not touch, on a grid of centimetres: windows, windows to the top, doors."""
+    """Openings side by side that do not touch, on a grid of 2 cm: windows, windows to the top, doors."""
     count = draw(st.integers(0, most))
-    end, top = round(length / CENTIMETRE), round(height / CENTIMETRE)
+    end, top = round(length / GRID), round(height / GRID)
     edges = draw(st.lists(st.integers(0, end), min_size=2 * count, max_size=2 * count, unique=True).map(sorted))
     holes = []
     for left, right in zip(edges[::2], edges[1::2]):
@@ -28,13 +28,13 @@ def openings(draw: st.DrawFn, length: float, height: float, most: int = 3) -> li
         head = top if kind.endswith("top") else levels[1]
         hole = {
             "kind": kind.split()[0],
-            "x": left * CENTIMETRE,
-            "width": (right - left) * CENTIMETRE,
-            "height": (head - sill) * CENTIMETRE,
+            "x": left * GRID,
+            "width": (right - left) * GRID,
+            "height": (head - sill) * GRID,
             "lintel_bearing": draw(st.sampled_from([0.06, 0.12, 0.15, 0.24, 0.3])),
         }
         if sill:
-            hole["y"] = sill * CENTIMETRE
+            hole["y"] = sill * GRID
         holes.append(hole)
     if count == 1 and edges == [0, end]:
         return []

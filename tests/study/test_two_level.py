@@ -133,5 +133,5 @@ def test_a_study_without_a_coarse_wall_says_what_to_do(tmp_path: Path) -> None:
     # said when the study is read, whatever it is read for
     with pytest.raises(InputError, match="block_lenth"):
         settings({"wall": {"block_lenth": 0.48}})
-    with pytest.raises(InputError, match=r"block_length = -0.48: must be greater than 0"):
+    with pytest.raises(InputError, match=r"block_length = -0.48: must be at least 0.001 m"):
         settings({"wall": {"block_length": -0.48}})

@@ -165,9 +165,11 @@ def test_fragility_is_recovered(verify: Verify, slope: float, dispersion: float)
     curves = fit_fragility(ds, categories=seen, bootstrap=0, points=41)
     case = f"c = {slope:g}, β = {dispersion:g}, categories {', '.join(map(str, seen))}, to {1e3 * end:g} mm"
     common = {"case": case, "solver": "maximum likelihood"}
+    # beyond the movement of the walls the fit is told apart, and the median is its lower bound
+    fitted = np.where(curves["median"] < end, curves["median"], curves["median_extrapolated"])
     verify(
         FRAGILITY, quantity="medians over exact ones", exact=np.ones(len(seen)), tolerance=5e-3,
-        computed=curves["median"].values / median[np.array(seen) - 1], **common,
+        computed=fitted / median[np.array(seen) - 1], **common,
     )  # fmt: skip
     verify(
         FRAGILITY, quantity="dispersions", exact=np.full(len(seen), dispersion), tolerance=5e-3,
