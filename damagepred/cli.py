@@ -214,7 +214,9 @@ def status(
 @app.command()
 def verify(
     path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
-    samples: Annotated[int, typer.Option("--samples", help="Solve so many walls again and compare.", min=0)] = 0,
+    samples: Annotated[
+        int, typer.Option("--samples", help="Number of walls to solve again and compare bit by bit.", min=0)
+    ] = 0,
 ) -> None:
     """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
     from damagepred.study.verify import verify as verify_archive

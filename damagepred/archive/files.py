@@ -180,7 +180,9 @@ def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
     try:
         with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()
-    except Exception as error:  # what a damaged file makes a reader stumble over has no common ancestor
+    except MemoryError:
+        raise
+    except Exception as error:  # the readers' errors for damaged files have no common base class
         raise DamagedError(f"{file}: is not a readable netCDF file: it is of another kind, or damaged.") from error
     version = ds.attrs.get("schema_version")
     if not isinstance(version, int | np.integer) or version < 1:

@@ -160,9 +160,9 @@ def read_part(path: Path, names: Iterable[str] | None = None, study: str | None 
         }
     try:
         version, columns = _from_classic(content, str(path), wanted)
-    except InputError:
+    except (InputError, MemoryError):
         raise
-    except Exception as error:  # what a damaged file makes a reader stumble over has no common ancestor
+    except Exception as error:  # the readers' errors for damaged files have no common base class
         raise DamagedError(f"{path}: is damaged ({type(error).__name__}: {error}).") from None
     if study is not None:
         check_study(found, study, version, path)

@@ -128,10 +128,11 @@ def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None
         ds, left_out = folder.read(derived=False)
         found.damaged += left_out.values()
         _check_values(ds, str(folder.parts))
+    unsigned = 0
     for file in (folder.study_file, folder.design_file, folder.results_file, *folder.part_files()):
         with found.check():
             if file.exists():
-                signature(file, whole=True)
+                unsigned += signature(file, whole=True) is None
     for sample in sorted(folder.failed_samples()):
         with found.check():
             folder.checked_failure(sample)
@@ -148,19 +149,13 @@ def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None
     found.notes += [f"{word}." for word in mixture(ds)]
     if missing := int((ds["status"].values == MISSING).sum()):
         found.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")
-    if unsigned := sum(not _signed(file) for file in (folder.study_file, folder.design_file, *folder.part_files())):
+    if unsigned:
         found.notes.append(f"{unsigned} files have no digest, as those of older versions: values alone were checked.")
     return ds
 
 
 def _check_values(ds: xr.Dataset, source: str) -> None:
     check_values({str(n): (v.dims, v.values, v.attrs) for n, v in ds.variables.items()}, source, ranges=True)
-
-
-def _signed(file: Path) -> bool:
-    with suppress(InputError):
-        return signature(file) is not None
-    return True
 
 
 def _compare(whole: xr.Dataset, parts: xr.Dataset, file: Path) -> None:

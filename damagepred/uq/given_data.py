@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.estimate import normal_factor
+from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.ranks import ranks
 from damagepred.uq.samplers import Stream, generator
 
@@ -199,7 +199,7 @@ def _sliced_shares(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
         weight = np.bincount(slot, w, count)
         there = weight > 0
         mean = np.bincount(slot, w * centred, count)[there] / weight[there]
-        groups, alike = int(there.sum()), w.sum() ** 2 / (w @ w)
+        groups, alike = int(there.sum()), effective_samples(w)
         total = w @ centred**2
         within = total - weight[there] @ mean**2
         # the corrected share (epsilon squared): mean squares instead of sums

@@ -21,6 +21,7 @@ from pydantic import Field
 from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Pure
+from damagepred.uq.estimate import effective_samples
 
 FloatArray = NDArray[np.float64]
 
@@ -142,9 +143,8 @@ def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> Shift:
         What each counts for.
     """
     mean = weight @ normal / weight.sum()
-    kish = weight.sum() ** 2 / (weight @ weight)
     variance = weight @ (normal - mean) ** 2 / weight.sum()
-    return Shift(mean, np.sqrt(variance / max(kish - 1.0, 1.0)))
+    return Shift(mean, np.sqrt(variance / max(effective_samples(weight) - 1.0, 1.0)))
 
 
 def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:

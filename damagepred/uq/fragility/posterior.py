@@ -51,7 +51,7 @@ def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Gen
 
     Notes
     -----
-    Walls that weigh differently count as so many alike ones that would know as much (Kish).
+    Weighted walls count by their effective sample size (Kish).
     """
     cells, single = estimator.cells, _known_once(estimator.cells)
     weight = cells.total * (_kish(cells.weight, cells.number) / cells.total.sum())
@@ -99,7 +99,7 @@ def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Gen
 
 
 def known_walls(estimator: Estimator) -> float:
-    """Return how many alike walls tell of the category of which the fewest do (Kish).
+    """Return the smallest effective sample size (Kish) of any category.
 
     Those that reached it; where each wall is known at one movement alone, the fewer of those that did and did not, and
     with several categories half of all.
