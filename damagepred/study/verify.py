@@ -66,8 +66,7 @@ class Verification:
     def lines(self) -> list[str]:
         """All of it in words."""
         said = [*self.damaged, *self.differing, *self.notes]
-        good = "no damage found" if not self.damaged else f"{len(self.damaged)} findings"
-        return [*said, f"{self.files} files checked: {good}"]
+        return [*said, f"files checked: {self.files}; damaged: {len(self.damaged) or 'none'}"]
 
 
 def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | None = None) -> Verification:
@@ -88,6 +87,8 @@ def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | 
         If there is no such folder or file, it is newer than this package, or a file's samples are asked for.
     """
     place, found = Path(path), Verification()
+    if not place.exists():
+        raise InputError(f"{path}: no such file or folder.")
     if not place.is_dir():
         if samples:
             raise InputError(f"{path}: samples are solved again of study folders alone.")
