@@ -127,9 +127,12 @@ def solve(
     count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
         ds = solve_wall(
-            described, on_failure="return", on_step=bar.step, store_zones=not no_zones,
+            described,
+            on_failure="return",
+            on_step=bar.step,
+            store_zones=not no_zones,
             limits=Limits.asked(yes, timeout),
-        )  # fmt: skip
+        )
     _keep_wall(ds, output, plot)
     screen.wall_table(ds)
     if assumed := ground_line(described):
@@ -170,9 +173,16 @@ def study(
         client = open_until_the_end.enter_context(connect(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(screen.StudyBar())
         ending = run_until(
-            Study(settings, Limits.asked(yes, timeout)), folder, samples, workers, client, timeout=timeout,
-            retry_failed=retry_failed, mix_versions=mix_versions, on_progress=bar.update,
-        )  # fmt: skip
+            Study(settings, Limits.asked(yes, timeout)),
+            folder,
+            samples,
+            workers,
+            client,
+            timeout=timeout,
+            retry_failed=retry_failed,
+            mix_versions=mix_versions,
+            on_progress=bar.update,
+        )
     summary = ending.summary
     if settings.study.stop_when is not None or ending.reason == "time":
         for line in ending.lines(settings.study.stop_when):
@@ -273,10 +283,17 @@ def rare(
     sizes = {"samples": 200, "runs": 5} | kept_sizes(folder)
     sizes |= {key: value for key, value in (("samples", samples), ("runs", runs)) if value is not None}
     found = rare_event(
-        settings, question, folder, **sizes, level_share=level_share, workers=workers, timeout=timeout,
-        limits=Limits.asked(yes, timeout), mix_versions=mix_versions,
+        settings,
+        question,
+        folder,
+        **sizes,
+        level_share=level_share,
+        workers=workers,
+        timeout=timeout,
+        limits=Limits.asked(yes, timeout),
+        mix_versions=mix_versions,
         on_level=lambda level: screen.say(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
-    )  # fmt: skip
+    )
     for line in found.lines(question):
         screen.say(line)
     if found.failed:
@@ -335,10 +352,17 @@ def two_level(
     from damagepred.study.two_level import run_two_level
 
     found = run_two_level(
-        StudySettings.from_toml(file).with_samples(None, seed), category, screen.quantity("--at", at, "m"),
-        output or file.with_suffix(".two"), pilot=pilot, budget=budget, workers=workers, mix_versions=mix_versions,
-        on_pilot=lambda report: screen.say(report.line()), limits=Limits.asked(yes),
-    )  # fmt: skip
+        StudySettings.from_toml(file).with_samples(None, seed),
+        category,
+        screen.quantity("--at", at, "m"),
+        output or file.with_suffix(".two"),
+        pilot=pilot,
+        budget=budget,
+        workers=workers,
+        mix_versions=mix_versions,
+        on_pilot=lambda report: screen.say(report.line()),
+        limits=Limits.asked(yes),
+    )
     e = found.estimate
     screen.say(
         f"P(category >= {category} at {at}) = {e.value:.4g}, {e.lower:.4g} to {e.upper:.4g} ({e.confidence:.0%}), from "
@@ -407,9 +431,15 @@ def fragility(
         _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, output, plot)
         return
     curves = fit_fragility(
-        study, model=model.value, intensity=intensity and intensity.value, categories=wanted,
-        confidence=confidence, band=band.value, bootstrap=bootstrap, goodness=goodness,
-    )  # fmt: skip
+        study,
+        model=model.value,
+        intensity=intensity and intensity.value,
+        categories=wanted,
+        confidence=confidence,
+        band=band.value,
+        bootstrap=bootstrap,
+        goodness=goodness,
+    )
     if output is not None:
         write_dataset(curves.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")
@@ -591,11 +621,16 @@ def judge_command(
     check_writable(output)
     before = open_study(path) if path.is_dir() else read_dataset(path)
     after = judge_again(
-        before, table=table, plasterboard=plasterboard, count_rule=count_rule, group_count=group_count,
+        before,
+        table=table,
+        plasterboard=plasterboard,
+        count_rule=count_rule,
+        group_count=group_count,
         group_distance=None if group_distance is None else screen.quantity("--group-distance", group_distance, "m"),
-        measure=measure and measure.value, count_footing_gap=footing_gap,
+        measure=measure and measure.value,
+        count_footing_gap=footing_gap,
         band_gauge=None if band_gauge is None else screen.quantity("--band-gauge", band_gauge, "m"),
-    )  # fmt: skip
+    )
     if output is not None:
         write_dataset(after, output)
         screen.say(f"wrote {output}")
@@ -651,9 +686,15 @@ def main() -> None:
 
 
 def _fragility_surface(
-    study: xr.Dataset, second: str, categories: list[int] | None, intensity: Intensity | None, confidence: float,
-    bootstrap: int, output: Path | None, plot: Path | None,
-) -> None:  # fmt: skip
+    study: xr.Dataset,
+    second: str,
+    categories: list[int] | None,
+    intensity: Intensity | None,
+    confidence: float,
+    bootstrap: int,
+    output: Path | None,
+    plot: Path | None,
+) -> None:
     from damagepred.archive.files import write_dataset
     from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.errors import InputError
@@ -662,9 +703,13 @@ def _fragility_surface(
     if categories is None or len(categories) != 1:
         raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
     surface = fit_surface(
-        study, categories[0], second, intensity=intensity and intensity.value, confidence=confidence,
+        study,
+        categories[0],
+        second,
+        intensity=intensity and intensity.value,
+        confidence=confidence,
         bootstrap=bootstrap,
-    )  # fmt: skip
+    )
     if output is not None:
         write_dataset(surface.assign_attrs(schema_version=SCHEMA_VERSION), output)
         screen.say(f"wrote {output}")

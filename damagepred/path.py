@@ -39,10 +39,17 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 QUALITY = (
-    "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "crushing_work",
+    "joint_law_violation",
+    "external_work",
+    "elastic_energy",
+    "friction_work",
+    "fracture_work",
+    "crushing_work",
     "plastic_work",
-    "released_energy", "snap_through_energy", "energy_error",
-)  # fmt: skip
+    "released_energy",
+    "snap_through_energy",
+    "energy_error",
+)
 """What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
 
 
@@ -236,16 +243,21 @@ def solve(
         require_count("increments", increments)
     require_one_of("on_failure", on_failure, ("raise", "return"))
     with time_limit(limits.time):
-        return _solve(
-            scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits
-        )  # fmt: skip
+        return _solve(scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits)
 
 
 def _solve(
-    scene: Scene | Assembly, increments: int | None, solver: Solver | None, damage: Damage | None,
-    dynamics: Dynamics | None, fields: Mapping[str, FloatArray] | None, on_failure: str,
-    on_step: Callable[[Step], None] | None, store_zones: bool, limits: Limits,
-) -> xr.Dataset:  # fmt: skip
+    scene: Scene | Assembly,
+    increments: int | None,
+    solver: Solver | None,
+    damage: Damage | None,
+    dynamics: Dynamics | None,
+    fields: Mapping[str, FloatArray] | None,
+    on_failure: str,
+    on_step: Callable[[Step], None] | None,
+    store_zones: bool,
+    limits: Limits,
+) -> xr.Dataset:
     if isinstance(scene, Scene):
         settings, judged = solver or scene.solver, damage or scene.damage
         dynamics = dynamics or scene.dynamics
@@ -348,7 +360,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         **frames.distortion(moved)._asdict(),
         **lines.deviation(moved)._asdict(),
         "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
-    }  # fmt: skip
+    }
     control = model.interfaces.kind == Kind.CONTROL_JOINT
     if control.any():
         for way, name in ((1.0, "opening"), (-1.0, "closing")):
@@ -469,16 +481,25 @@ def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
     if mesh is None or len(pictures) < len(steps):
         return {}
     # component by component, so that all of the largest arrays is not held twice
-    moved = {f"gridpoint_displacement_{axis}": np.array([p.displacement[:, i] for p in pictures])
-             for i, axis in enumerate("xy")}  # fmt: skip
-    stress = {f"zone_stress_{name}": np.array([p.stress[:, i] for p in pictures])
-              for i, name in enumerate(("xx", "yy", "xy", "zz"))}  # fmt: skip
+    moved = {
+        f"gridpoint_displacement_{axis}": np.array([p.displacement[:, i] for p in pictures])
+        for i, axis in enumerate("xy")
+    }
+    stress = {
+        f"zone_stress_{name}": np.array([p.stress[:, i] for p in pictures])
+        for i, name in enumerate(("xx", "yy", "xy", "zz"))
+    }
     return {
         "zone_mesh": np.array(0, dtype=np.int32),
-        "gridpoint_x": mesh.x, "gridpoint_y": mesh.y, "gridpoint_block": mesh.gridpoint_block,
-        "zone_gridpoint": mesh.zones.astype(np.int32), "zone_block": mesh.zone_block,
-        **moved, **stress, "zone_state": np.array([p.state for p in pictures]),
-    }  # fmt: skip
+        "gridpoint_x": mesh.x,
+        "gridpoint_y": mesh.y,
+        "gridpoint_block": mesh.gridpoint_block,
+        "zone_gridpoint": mesh.zones.astype(np.int32),
+        "zone_block": mesh.zone_block,
+        **moved,
+        **stress,
+        "zone_state": np.array([p.state for p in pictures]),
+    }
 
 
 def _collect(
@@ -506,35 +527,55 @@ def _collect(
         "increment": np.array([s.increment.number for s in steps], dtype=np.int64),
         **path_values(model, steps),
         **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height")},
-        "block_x": blocks.x, "block_y": blocks.y, "block_course": blocks.course,
-        "block_displacement_x": moved[..., 0], "block_displacement_y": moved[..., 1], "block_rotation": moved[..., 2],
-        "block_support_force_x": support[..., 0], "block_support_force_y": support[..., 1],
+        "block_x": blocks.x,
+        "block_y": blocks.y,
+        "block_course": blocks.course,
+        "block_displacement_x": moved[..., 0],
+        "block_displacement_y": moved[..., 1],
+        "block_rotation": moved[..., 2],
+        "block_support_force_x": support[..., 0],
+        "block_support_force_y": support[..., 1],
         "block_support_moment": support[..., 2],
-        "vertex_x": blocks.vertices[:, 0], "vertex_y": blocks.vertices[:, 1],
+        "vertex_x": blocks.vertices[:, 0],
+        "vertex_y": blocks.vertices[:, 1],
         "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
-        "contact_x": joints.contact_x.ravel(), "contact_y": joints.contact_y.ravel(),
+        "contact_x": joints.contact_x.ravel(),
+        "contact_y": joints.contact_y.ravel(),
         "contact_length": joints.contact_length.ravel(),
         "contact_thickness": (face.contact_area / joints.contact_length).ravel(),
-        "contact_kind": spread(face.kind), "contact_joint": spread(face.joint),
+        "contact_kind": spread(face.kind),
+        "contact_joint": spread(face.joint),
         "contact_interface": spread(np.arange(len(face.kind))),
-        "contact_normal_x": spread(face.normal_x), "contact_normal_y": spread(face.normal_y),
+        "contact_normal_x": spread(face.normal_x),
+        "contact_normal_y": spread(face.normal_y),
         "contact_tensile_strength": spread(model.properties.tensile_strength),
         "contact_cohesion": spread(model.properties.cohesion),
         "contact_friction": spread(model.properties.friction),
-        "contact_opening": stacked("opening"), "contact_slip": stacked("slip"),
-        "contact_normal_stress": stacked("normal_stress"), "contact_shear_stress": stacked("shear_stress"),
-        "contact_state": stacked("state"), **_broken_at(steps[-1].increment),
+        "contact_opening": stacked("opening"),
+        "contact_slip": stacked("slip"),
+        "contact_normal_stress": stacked("normal_stress"),
+        "contact_shear_stress": stacked("shear_stress"),
+        "contact_state": stacked("state"),
+        **_broken_at(steps[-1].increment),
         **_footing_values(model, steps),
         **(_zone_values(model, steps) if store_zones else {}),
-    }  # fmt: skip
+    }
     ds = dataset(
         values,
-        {**attributes, **provenance(), "damage_table": table.name, "damage_measure": damage.measure,
-         "count_footing_gap": damage.count_footing_gap, "apex_limited_joints": model.apex_limited,
-         "snap_back_limited_joints": model.snap_back_limited,
-         "span": model.span, "thickness": model.thickness, "mean_block_weight": model.mean_block_weight,
-         **_zoning(model)},
-    )  # fmt: skip
+        {
+            **attributes,
+            **provenance(),
+            "damage_table": table.name,
+            "damage_measure": damage.measure,
+            "count_footing_gap": damage.count_footing_gap,
+            "apex_limited_joints": model.apex_limited,
+            "snap_back_limited_joints": model.snap_back_limited,
+            "span": model.span,
+            "thickness": model.thickness,
+            "mean_block_weight": model.mean_block_weight,
+            **_zoning(model),
+        },
+    )
     for share in (energy_error_share, snap_through_share):
         if np.isfinite(found := share(values)):
             ds.attrs[share.__name__] = found

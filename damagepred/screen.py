@@ -200,9 +200,14 @@ class Bar:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
         self._progress = Progress(
-            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-            console=_err, transient=True, disable=not _err.is_terminal,
-        )  # fmt: skip
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            console=_err,
+            transient=True,
+            disable=not _err.is_terminal,
+        )
         self._task = self._progress.add_task(label, total=total)
 
     def __enter__(self) -> Bar:
@@ -224,10 +229,15 @@ class StudyBar:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
         self._progress = Progress(
-            TextColumn("walls"), BarColumn(), MofNCompleteColumn(),
-            TextColumn("[red]{task.fields[failed]} failed[/]"), TimeElapsedColumn(), TextColumn("{task.fields[left]}"),
-            console=_err, disable=not _err.is_terminal,
-        )  # fmt: skip
+            TextColumn("walls"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("[red]{task.fields[failed]} failed[/]"),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[left]}"),
+            console=_err,
+            disable=not _err.is_terminal,
+        )
         self._task: Any = None
         self._before = 0
         self._began = self._spoke = time.monotonic()
@@ -314,15 +324,23 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
         if runs in ("stepped", "diagonal"):
             runs += f" {one['crack_inclination']:.0f}°"
         rows.append(
-            [str(one["crack"]), str(one["crack_part"]).replace("_", " ").replace("opening", "open"),
-             f"{1e3 * one['crack_width']:.2f}", f"{1e3 * one['crack_displacement']:.2f}", f"{one['crack_length']:.2f}",
-             runs + ("*" if one["crack_length_through_blocks"] > 0 else ""),
-             f"{one['crack_x']:.2f},{one['crack_y']:.2f}", f"{1e3 * one['first_central_deflection']:.2f}"]
-        )  # fmt: skip
+            [
+                str(one["crack"]),
+                str(one["crack_part"]).replace("_", " ").replace("opening", "open"),
+                f"{1e3 * one['crack_width']:.2f}",
+                f"{1e3 * one['crack_displacement']:.2f}",
+                f"{one['crack_length']:.2f}",
+                runs + ("*" if one["crack_length_through_blocks"] > 0 else ""),
+                f"{one['crack_x']:.2f},{one['crack_y']:.2f}",
+                f"{1e3 * one['first_central_deflection']:.2f}",
+            ]
+        )
     end = 1e3 * float(found["central_deflection"][-1])
     if not rows:
-        say(f"{found.attrs['title']}: nothing has opened or slid by more than "
-            f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm")  # fmt: skip
+        say(
+            f"{found.attrs['title']}: nothing has opened or slid by more than "
+            f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm"
+        )
         return
     table(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", columns, rows)
     if any(row[5].endswith("*") for row in rows):
@@ -340,23 +358,31 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
 
         was, now = shares(before), shares(after)
         rows = [
-            [_category(c, names[1] if c < len(names[1]) else names[0]) if c >= 0 else "not known",
-             *(f"{found[c].walls} ({found[c].share:.1%})" if c in found else "0 (0.0%)" for found in (was, now))]
+            [
+                _category(c, names[1] if c < len(names[1]) else names[0]) if c >= 0 else "not known",
+                *(f"{found[c].walls} ({found[c].share:.1%})" if c in found else "0 (0.0%)" for found in (was, now)),
+            ]
             for c in sorted({*was, *now}, key=lambda c: (c < 0, c))
-        ]  # fmt: skip
+        ]
         table(f"{title}: walls by the worst category of their path", ["category", "before", "after"], rows)
     else:
         columns = [
-            "deflection\nmm", "widest\ncrack\nmm", "crack\nband\nmm", "bed on\nfooting\nopening\nmm",
-            "category\nbefore", "category\nafter",
-        ]  # fmt: skip
+            "deflection\nmm",
+            "widest\ncrack\nmm",
+            "crack\nband\nmm",
+            "bed on\nfooting\nopening\nmm",
+            "category\nbefore",
+            "category\nafter",
+        ]
         mm = [
             [f"{1e3 * float(v):.{digits}f}" for v in after[name].values]
             for name, digits in (
-                ("central_deflection", 2), ("crack_width_max", 3), ("crack_band_width_max", 3),
+                ("central_deflection", 2),
+                ("crack_width_max", 3),
+                ("crack_band_width_max", 3),
                 ("footing_opening_max", 3),
             )
-        ]  # fmt: skip
+        ]
         found = [[_category(int(c), n) for c in ds["damage_category"].values] for ds, n in zip((before, after), names)]
         rows = [list(row) for row in zip(*mm, *found)]
         table(title, columns, rows)
@@ -410,9 +436,17 @@ def wall_quality(ds: xr.Dataset) -> list[str]:
         return _run_in_time(ds)
     law = f"joint law exceeded by at most {float(ds['joint_law_violation'].max()):.1e} Pa"
     factorised, events = int(ds["factorisations"].sum()), int(ds["events"].sum())
-    energy = {name: float(ds[name][-1]) for name in (
-        "external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy", "energy_error",
-    )}  # fmt: skip
+    energy = {
+        name: float(ds[name][-1])
+        for name in (
+            "external_work",
+            "elastic_energy",
+            "friction_work",
+            "fracture_work",
+            "released_energy",
+            "energy_error",
+        )
+    }
     return [
         f"{balance}; {law}; {reaction}",
         f"{work} Newton steps, {factorised} factorisations; bonds broke {events} times",
@@ -423,10 +457,19 @@ def wall_quality(ds: xr.Dataset) -> list[str]:
 
 
 def _run_in_time(ds: xr.Dataset) -> list[str]:
-    energy = {name: float(ds[name][-1]) for name in (
-        "external_work", "kinetic_energy", "elastic_energy", "friction_work", "damping_work", "fracture_work",
-        "released_energy", "energy_error",
-    )}  # fmt: skip
+    energy = {
+        name: float(ds[name][-1])
+        for name in (
+            "external_work",
+            "kinetic_energy",
+            "elastic_energy",
+            "friction_work",
+            "damping_work",
+            "fracture_work",
+            "released_energy",
+            "energy_error",
+        )
+    }
     return [
         f"{int(ds['cycles'].sum())} steps of {1e6 * float(ds.attrs['time_step']):.3g} us, "
         f"{ds.attrs['contact_points']} contact points, neighbours looked for {int(ds['searches'][-1])} times; "
@@ -452,16 +495,22 @@ def fragility_table(curves: xr.Dataset) -> None:
         c = curves.sel(category=category)
         count = f"{int(c['reached'])} of {int(c['reached']) + int(c['not_reached'])}"
         rows.append(
-            [f"{category} {str(c['category_name'].values).replace('_', ' ')}",
-             _median_cell(c, scale, ".1f" if in_mm else ".3g"), _with_band(c, "dispersion", 1.0, ".2f"),
-             count, str(c["fit_status"].values)]
-        )  # fmt: skip
+            [
+                f"{category} {str(c['category_name'].values).replace('_', ' ')}",
+                _median_cell(c, scale, ".1f" if in_mm else ".3g"),
+                _with_band(c, "dispersion", 1.0, ".2f"),
+                count,
+                str(c["fit_status"].values),
+            ]
+        )
     measure = str(curves.attrs["intensity_measure"]).replace("_", " ")
     table(f"{curves.attrs['title']}, against the {measure}", columns, rows)
     say(f"categories by the {measure_in_words(curves)}")
     if curves.attrs["samples_failed"]:
-        say(f"{curves.attrs['samples_failed']} failed walls count as far as they were followed; with all of them "
-            f"undamaged, or as damaged where they failed, the medians would be ({unit}):")  # fmt: skip
+        say(
+            f"{curves.attrs['samples_failed']} failed walls count as far as they were followed; with all of them "
+            f"undamaged, or as damaged where they failed, the medians would be ({unit}):"
+        )
         for category in curves["category"].values:
             c = curves.sel(category=category)
             bounds = [scale * float(c[f"median_failed_{end}"]) for end in ("undamaged", "damaged")]
@@ -522,8 +571,11 @@ def sensitivity_tables(found: xr.Dataset) -> None:
             for g in found["group"].values
         ]
         rows.append(["both together beyond that", _with_band(found, "interaction", 1.0, ".2f"), ""])
-        table(f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields",
-              ["group", f"by itself\n{band}", f"with the interaction\n{band}"], rows)  # fmt: skip
+        table(
+            f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields",
+            ["group", f"by itself\n{band}", f"with the interaction\n{band}"],
+            rows,
+        )
     if found.attrs["share_censored"]:
         say(f"{found.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
     if found.attrs["samples_failed"]:

@@ -45,14 +45,17 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "piece_on_path": Variable(_PIECE, "1", "place of the piece in the crack's longest course, from 0; -1 on a branch"),
     "piece_along": Variable(_PIECE, "m", "place of the piece along the crack's mean line, 0 at its middle"),
     "piece_kind": Variable(_PIECE, None, "what the piece lies in", (*KINDS, "block")),
-    **{f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
-       for end in ("start", "end") for axis in "xy"},
+    **{
+        f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
+        for end in ("start", "end")
+        for axis in "xy"
+    },
     "piece_x": Variable(_PIECE, "m", "place of the piece's contact along the wall"),
     "piece_y": Variable(_PIECE, "m", "height of the piece's contact"),
     "piece_opening": Variable(_PIECE, "m", "largest opening normal to the joint; NaN in a brick"),
     "piece_width": Variable(_PIECE, "m", "opening normal to the crack's mean line; NaN in a brick"),
     "piece_displacement": Variable(_PIECE, "m", "relative displacement of the faces; NaN in a brick"),
-}  # fmt: skip
+}
 """What ``cracks`` and ``crack_profile`` return, besides the increments."""
 
 
@@ -184,9 +187,10 @@ class WallCracks:
             "crack_part": np.array([one.part for one in first.values()], dtype=np.int8),
             "first_increment": self.ds["increment"].values[began] if began else np.empty(0, dtype=np.int64),
             "first_central_deflection": deflection[began] if began else np.empty(0),
-            "first_x": x[piece], "first_y": y[piece],
+            "first_x": x[piece],
+            "first_y": y[piece],
             "merged_into": np.array([self.growth.merged.get(n, 0) for n in first], dtype=np.int64),
-        }  # fmt: skip
+        }
         return dataset(values, self._attributes(), extra=CRACK_VARIABLES)
 
     def _attributes(self) -> dict[str, Any]:
@@ -196,12 +200,17 @@ class WallCracks:
         crack = one.crack
         place = crack.pieces[crack.widest]
         return {
-            "width": float(crack.opening.max()), "width_normal": max(float(crack.width.max()), 0.0),
-            "displacement": float(crack.displacement.max()), "length": crack.length,
-            "length_through_blocks": crack.length_through_blocks, "branches": crack.branches,
-            "inclination": crack.inclination, "orientation": crack.orientation,
-            "x": float(self.joints.contact_x.ravel()[place]), "y": float(self.joints.contact_y.ravel()[place]),
-        }  # fmt: skip
+            "width": float(crack.opening.max()),
+            "width_normal": max(float(crack.width.max()), 0.0),
+            "displacement": float(crack.displacement.max()),
+            "length": crack.length,
+            "length_through_blocks": crack.length_through_blocks,
+            "branches": crack.branches,
+            "inclination": crack.inclination,
+            "orientation": crack.orientation,
+            "x": float(self.joints.contact_x.ravel()[place]),
+            "y": float(self.joints.contact_y.ravel()[place]),
+        }
 
     def profile(self, increment: int = -1) -> xr.Dataset:
         """Return the pieces of the cracks of one increment; see ``crack_profile``."""
@@ -238,12 +247,16 @@ class WallCracks:
             "piece_on_path": np.where(on_path, np.arange(len(number)), -1),
             "piece_along": along(crack.along),
             "piece_kind": np.where(known, self.joints.kind[np.maximum(number, 0) // q], len(KINDS)),
-            "piece_x": at[0], "piece_y": at[1],
-            "piece_x_start": place[:, 0, 0], "piece_y_start": place[:, 0, 1],
-            "piece_x_end": place[:, 1, 0], "piece_y_end": place[:, 1, 1],
-            "piece_opening": along(crack.opening), "piece_width": along(crack.width),
+            "piece_x": at[0],
+            "piece_y": at[1],
+            "piece_x_start": place[:, 0, 0],
+            "piece_y_start": place[:, 0, 1],
+            "piece_x_end": place[:, 1, 0],
+            "piece_y_end": place[:, 1, 1],
+            "piece_opening": along(crack.opening),
+            "piece_width": along(crack.width),
             "piece_displacement": along(crack.displacement),
-        }  # fmt: skip
+        }
 
 
 def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:

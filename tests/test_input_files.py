@@ -17,9 +17,13 @@ from damagepred.study.settings import StudySettings
 from damagepred.uq.table import read_table
 
 READERS: list[Callable[[Path], object]] = [
-    Scene.from_toml, StudySettings.from_toml, read_signed_json, read_damage_table, read_dataset,
+    Scene.from_toml,
+    StudySettings.from_toml,
+    read_signed_json,
+    read_damage_table,
+    read_dataset,
     lambda path: read_table(path, lambda place: "1", ["joint.friction"]),
-]  # fmt: skip
+]
 
 
 def pipe(folder: Path) -> Path:

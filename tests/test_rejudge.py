@@ -246,9 +246,20 @@ def wall() -> xr.Dataset:
 def test_a_wall_judged_again_is_a_wall_solved_by_these_rules(wall: xr.Dataset, rules: dict):
     judged = damagepred.judge_again(wall, **rules)
     solved = damagepred.solve(WEAK, damage=Damage(**rules))
-    for name in ("damage_category", "crack_width_max", "crack_count", "crack_group_width", "base_crack_width_max",
-                 "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "damage_category_band",
-                 "crack_band_width_max", "footing_opening_max", "footing_separation_length"):  # fmt: skip
+    for name in (
+        "damage_category",
+        "crack_width_max",
+        "crack_count",
+        "crack_group_width",
+        "base_crack_width_max",
+        "dpc_opening_max",
+        "dpc_separation_length",
+        "dpc_slip_max",
+        "damage_category_band",
+        "crack_band_width_max",
+        "footing_opening_max",
+        "footing_separation_length",
+    ):
         np.testing.assert_array_equal(judged[name].values, solved[name].values, err_msg=name)
         assert str(judged[name].attrs) == str(solved[name].attrs)
     assert wall["damage_category"].attrs["comment"].startswith("AS 2870-2011 Table C1;")
@@ -270,8 +281,10 @@ def test_an_archive_of_an_older_version_gets_its_bands_from_its_contacts(wall: x
         assert str(judged[name].attrs) == str(wall[name].attrs)
 
 
-@pytest.mark.parametrize(("rules", "name"), [({"measure": "band"}, "crack_band_width_max"),
-                                             ({"count_footing_gap": True}, "footing_opening_max")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rules", "name"),
+    [({"measure": "band"}, "crack_band_width_max"), ({"count_footing_gap": True}, "footing_opening_max")],
+)
 def test_a_study_of_an_older_version_says_that_it_lacks_bands_and_gaps(rules: dict, name: str):
     ds = open_study(OLD)
     judged = damagepred.judge_again(ds, table="bre251")
@@ -298,9 +311,11 @@ def test_a_gap_that_would_count_is_told_where_it_is_worse_than_the_cracks():
     one = ds.isel(sample=0).assign_attrs(scene)
     assert footing_gap_note(one) == "the bed on the footing opens by 6 mm, which would be category 3" + GAP
     assert footing_gap_note(ds.isel(sample=1)) == ""
-    for other in (ds.drop_vars("footing_opening_max"),
-                  ds.assign_attrs(scene=Scene(damage=Damage(count_footing_gap=True)).to_toml(), count_footing_gap=1),
-                  ds.assign_attrs(scene=Scene(dpc=Dpc(course=1)).to_toml())):  # fmt: skip
+    for other in (
+        ds.drop_vars("footing_opening_max"),
+        ds.assign_attrs(scene=Scene(damage=Damage(count_footing_gap=True)).to_toml(), count_footing_gap=1),
+        ds.assign_attrs(scene=Scene(dpc=Dpc(course=1)).to_toml()),
+    ):
         assert footing_gap_note(other) == ""
 
 
@@ -312,8 +327,10 @@ def test_shares_of_a_study_and_of_one_wall():
 
 
 def test_the_measure_of_categories_in_words():
-    said = [measure_in_words(xr.Dataset(attrs=attrs)) for attrs in (
-        {}, {"damage_measure": "band"}, {"damage_measure": "joint", "count_footing_gap": 1})]  # fmt: skip
+    said = [
+        measure_in_words(xr.Dataset(attrs=attrs))
+        for attrs in ({}, {"damage_measure": "band"}, {"damage_measure": "joint", "count_footing_gap": 1})
+    ]
     assert said == ["widest joint", "widest crack band", "widest joint, and the gap along the footing bed"]
 
 

@@ -145,10 +145,11 @@ def test_bricks_that_have_failed_join_cracks(wall: xr.Dataset, found: xr.Dataset
     first = np.flatnonzero(np.diff(wall["vertex_block"].values, prepend=-1))
     zones = np.concatenate([[(i, i + 1, i + 2), (i, i + 2, i + 3)] for i in first])
     failed = wall.assign(
-        gridpoint_x=("gridpoint", wall["vertex_x"].values), gridpoint_y=("gridpoint", wall["vertex_y"].values),
+        gridpoint_x=("gridpoint", wall["vertex_x"].values),
+        gridpoint_y=("gridpoint", wall["vertex_y"].values),
         zone_gridpoint=(("zone", "zone_corner"), zones),
         zone_state=(("increment", "zone"), np.full((wall.sizes["increment"], len(zones)), 4, dtype=np.int8)),
-    )  # fmt: skip
+    )
     joined = damagepred.cracks(failed)
     apart, one = (c.isel(increment=-1, crack=c["crack_part"].values == WALL) for c in (found, joined))
     assert 1 <= np.isfinite(one["crack_length"].values).sum() < np.isfinite(apart["crack_length"].values).sum()

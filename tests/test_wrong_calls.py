@@ -21,9 +21,33 @@ from damagepred.uq import fragility
 from tests.made_up import made_up_study
 
 WRONG: tuple[Any, ...] = (
-    None, "x", "", b"x", -1, 0, 2.5, math.nan, math.inf, -math.inf, 1e300, -1e300, 10**400, 2**62, True, [], {}, (1, 2),
-    ["a"], [math.nan], object(), 1j, np.array([[1.0]]), xr.Dataset(), Path("no/where"), print,
-)  # fmt: skip
+    None,
+    "x",
+    "",
+    b"x",
+    -1,
+    0,
+    2.5,
+    math.nan,
+    math.inf,
+    -math.inf,
+    1e300,
+    -1e300,
+    10**400,
+    2**62,
+    True,
+    [],
+    {},
+    (1, 2),
+    ["a"],
+    [math.nan],
+    object(),
+    1j,
+    np.array([[1.0]]),
+    xr.Dataset(),
+    Path("no/where"),
+    print,
+)
 """What each argument is replaced by."""
 
 
@@ -35,9 +59,13 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     )
     ds = damagepred.open_study(folder)
     return {
-        "folder": folder, "scene": small, "wall": damagepred.solve(small, increments=1), "ds": ds,
-        "curves": damagepred.fit_fragility(ds, bootstrap=10), "study": damagepred.Study.from_folder(folder),
-    }  # fmt: skip
+        "folder": folder,
+        "scene": small,
+        "wall": damagepred.solve(small, increments=1),
+        "ds": ds,
+        "curves": damagepred.fit_fragility(ds, bootstrap=10),
+        "study": damagepred.Study.from_folder(folder),
+    }
 
 
 def assembly() -> Assembly:
@@ -49,37 +77,92 @@ def assembly() -> Assembly:
 
 ONE = {"block": 0}
 CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str, Any]]] = {
-    "solve": (lambda k: damagepred.solve, {
-        "scene": "scene", "increments": 1, "solver": None, "damage": None, "dynamics": None, "fields": {},
-        "on_failure": "return", "on_step": None, "store_zones": True, "limits": damagepred.Limits(),
-    }),
+    "solve": (
+        lambda k: damagepred.solve,
+        {
+            "scene": "scene",
+            "increments": 1,
+            "solver": None,
+            "damage": None,
+            "dynamics": None,
+            "fields": {},
+            "on_failure": "return",
+            "on_step": None,
+            "store_zones": True,
+            "limits": damagepred.Limits(),
+        },
+    ),
     "Limits": (lambda k: damagepred.Limits, {"memory": 1e9, "estimated_time": 1.0, "time": 1.0}),
     "cracks": (lambda k: damagepred.cracks, {"ds": "wall", "hairline": 1e-4}),
     "crack_profile": (lambda k: damagepred.crack_profile, {"ds": "wall", "increment": 1, "hairline": 1e-4}),
-    "judge_again": (lambda k: damagepred.judge_again, {
-        "ds": "wall", "table": "bre251", "plasterboard": False, "count_rule": True, "group_count": 2,
-        "group_distance": 1.0, "dpc_threshold": 1e-3, "measure": "band", "band_gauge": 0.5, "band_threshold": 0.0,
-    }),
+    "judge_again": (
+        lambda k: damagepred.judge_again,
+        {
+            "ds": "wall",
+            "table": "bre251",
+            "plasterboard": False,
+            "count_rule": True,
+            "group_count": 2,
+            "group_distance": 1.0,
+            "dpc_threshold": 1e-3,
+            "measure": "band",
+            "band_gauge": 0.5,
+            "band_threshold": 0.0,
+        },
+    ),
     "open_study": (lambda k: damagepred.open_study, {"path": "folder"}),
-    "simple_methods": (lambda k: damagepred.simple_methods, {
-        "scene": "scene", "deflection_ratio": 1e-3, "ground_strain": 1e-4, "modulus_ratio": 2.6,
-    }),
+    "simple_methods": (
+        lambda k: damagepred.simple_methods,
+        {
+            "scene": "scene",
+            "deflection_ratio": 1e-3,
+            "ground_strain": 1e-4,
+            "modulus_ratio": 2.6,
+        },
+    ),
     "simple_category": (lambda k: damage.simple_category, {"scene": "scene", "deflection_ratio": 1e-3}),
     "angular_distortion": (lambda k: damage.angular_distortion, {"scene": "scene", "deflection_ratio": 1e-3}),
-    "beam_strain": (lambda k: damage.beam_strain, {
-        "deflection_ratio": 1e-3, "length": 6.0, "height": 2.4, "kind": "dishing", "modulus_ratio": 2.6,
-        "ground_strain": 0.0, "poisson_ratio": 0.3,
-    }),
+    "beam_strain": (
+        lambda k: damage.beam_strain,
+        {
+            "deflection_ratio": 1e-3,
+            "length": 6.0,
+            "height": 2.4,
+            "kind": "dishing",
+            "modulus_ratio": 2.6,
+            "ground_strain": 0.0,
+            "poisson_ratio": 0.3,
+        },
+    ),
     "load_table": (lambda k: damage.load_table, {"name": "as2870"}),
     "read_table": (lambda k: damage.read_table, {"path": "folder"}),
-    "subset_simulation": (lambda k: damagepred.subset_simulation, {
-        "limit_state": lambda z, *rest: z[:, 0], "dimensions": 2, "samples": 50, "level_share": 0.1, "seed": 0,
-        "max_levels": 2, "confidence": 0.9,
-    }),
-    "fit_fragility": (lambda k: damagepred.fit_fragility, {
-        "ds": "ds", "model": "separate", "intensity": None, "categories": [1], "confidence": 0.9, "band": "percentile",
-        "bootstrap": 10, "goodness": 2, "seed": 0, "points": 11,
-    }),
+    "subset_simulation": (
+        lambda k: damagepred.subset_simulation,
+        {
+            "limit_state": lambda z, *rest: z[:, 0],
+            "dimensions": 2,
+            "samples": 50,
+            "level_share": 0.1,
+            "seed": 0,
+            "max_levels": 2,
+            "confidence": 0.9,
+        },
+    ),
+    "fit_fragility": (
+        lambda k: damagepred.fit_fragility,
+        {
+            "ds": "ds",
+            "model": "separate",
+            "intensity": None,
+            "categories": [1],
+            "confidence": 0.9,
+            "band": "percentile",
+            "bootstrap": 10,
+            "goodness": 2,
+            "seed": 0,
+            "points": 11,
+        },
+    ),
     "fit_lognormal": (lambda k: fragility.fit_lognormal, {"lower": [0.0, 1.0], "upper": [1.0, 2.0], "count": [1, 1]}),
     "fit_common": (lambda k: fragility.fit_common, {"lower": [[0.0, 1.0]], "upper": [[1.0, 2.0]]}),
     "turnbull": (lambda k: fragility.turnbull, {"lower": [0.0, 1.0], "upper": [1.0, 2.0], "weight": [1.0, 1.0]}),
@@ -108,9 +191,16 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "Study.design_dataset": (lambda k: k["study"].design_dataset, {"samples": 4}),
     "StudyFunction": (lambda k: study.StudyFunction, {"settings": None, "outputs": [], "movement": "path"}),
     "Assembly": (lambda k: Assembly, {"thickness": 0.1, "gravity": (0.0, -9.81), "joint": None, "block": None}),
-    "add_block": (lambda k: assembly().add_block, {
-        "vertices": [(2, 0), (3, 0), (3, 1)], "material": None, "course": 1, "zone_size": None, "thickness": 0.1,
-    }),
+    "add_block": (
+        lambda k: assembly().add_block,
+        {
+            "vertices": [(2, 0), (3, 0), (3, 1)],
+            "material": None,
+            "course": 1,
+            "zone_size": None,
+            "thickness": 0.1,
+        },
+    ),
     "bear": (lambda k: assembly().bear, {**ONE, "x": 0.5, "joint": None, "width": 0.1}),
     "move": (lambda k: assembly().move, {**ONE, "x": 0.0, "y": 0.0, "rotation": 0.0}),
     "load": (lambda k: assembly().load, {**ONE, "x": 0.0, "y": 0.0, "moment": 0.0, "at": (0.0, 0.0)}),
@@ -124,7 +214,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "hold_points": (lambda k: assembly().hold_points, {**ONE, "where": lambda x, y: x > 0, "x": 0.0, "y": 0.0}),
     "traction": (lambda k: assembly().traction, {**ONE, "where": lambda x, y: x > 0, "x": 0.0, "y": 0.0}),
     "build": (lambda k: assembly().build, {"solver": None, "fields": None, "span": 1.0, "deformable": None}),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -204,6 +294,16 @@ def test_every_public_function_is_checked() -> None:
 
 
 OF_THE_PACKAGE = {
-    "category_of", "damage_table", "find_cracks", "group_widths", "judge", "kept_rules", "largest_group", "widest_gap",
-    "page_html", "write_csv", "as_function", "deflection_over_strain",
-}  # fmt: skip
+    "category_of",
+    "damage_table",
+    "find_cracks",
+    "group_widths",
+    "judge",
+    "kept_rules",
+    "largest_group",
+    "widest_gap",
+    "page_html",
+    "write_csv",
+    "as_function",
+    "deflection_over_strain",
+}

@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 WORKS = (
-    "external_work", "boundary_work", "kinetic_energy", "elastic_energy", "friction_work", "fracture_work",
-    "crushing_work", "plastic_work", "damping_work", "released_energy",
-)  # fmt: skip
+    "external_work",
+    "boundary_work",
+    "kinetic_energy",
+    "elastic_energy",
+    "friction_work",
+    "fracture_work",
+    "crushing_work",
+    "plastic_work",
+    "damping_work",
+    "released_energy",
+)
 """Terms of the energy balance (J), its error apart."""
 STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "crack_share", "snap_back_limited")
 """Results of a study that ``study_cautions`` looks at."""
@@ -95,14 +103,29 @@ _TOO_LARGE = (
     "their units."
 )
 _CAUTIONS = (
-    ("energy_error_share", "energy_tolerance", "energy that does not balance is", "largest work done",
-     "the steps are too long. Take more increments."),
-    ("snap_through_share", "snap_through_tolerance", "energy set free in snap-through is", "largest work done",
-     _SNAP_THROUGH),
-    ("displacement_share", "displacement_tolerance", "the largest displacement beyond that of the ground is",
-     "wall's size", _TOO_LARGE),
+    (
+        "energy_error_share",
+        "energy_tolerance",
+        "energy that does not balance is",
+        "largest work done",
+        "the steps are too long. Take more increments.",
+    ),
+    (
+        "snap_through_share",
+        "snap_through_tolerance",
+        "energy set free in snap-through is",
+        "largest work done",
+        _SNAP_THROUGH,
+    ),
+    (
+        "displacement_share",
+        "displacement_tolerance",
+        "the largest displacement beyond that of the ground is",
+        "wall's size",
+        _TOO_LARGE,
+    ),
     ("crack_share", "crack_tolerance", "the widest crack is", "wall's size", _TOO_LARGE),
-)  # fmt: skip
+)
 """Share, tolerance, and what is said where it is exceeded: of what, of which whole, and what follows."""
 
 

@@ -13,18 +13,32 @@ from damagepred.errors import DamagedError, InputError
 from damagepred.input_files import parse_toml
 
 NOT_NEGATIVE = (
-    "crack_width_max", "crack_band_width_max", "end_crack_width_max", "end_crack_band_width_max", "run_time", "weight",
-    "central_deflection", "deflection_ratio",
-)  # fmt: skip
+    "crack_width_max",
+    "crack_band_width_max",
+    "end_crack_width_max",
+    "end_crack_band_width_max",
+    "run_time",
+    "weight",
+    "central_deflection",
+    "deflection_ratio",
+)
 """Variables that are zero or more where they are known."""
 
 TEXTS = ("title", "scene", "study", "damage_table", "damage_measure", "status", "status_message", "solver_method")
 NUMBERS = {
-    "seed": (0, np.inf), "replicates": (1, np.inf), "highest_category": (0, len(CATEGORIES) - 1), "span": (1e-9, 1e9),
-    "crossed": (0, 1), "count_footing_gap": (0, 1), "samples_failed": (0, np.inf), "sample": (0, np.inf),
-    "hairline": (0, np.inf), "thickness": (0, np.inf), "apex_limited_joints": (0, np.inf),
+    "seed": (0, np.inf),
+    "replicates": (1, np.inf),
+    "highest_category": (0, len(CATEGORIES) - 1),
+    "span": (1e-9, 1e9),
+    "crossed": (0, 1),
+    "count_footing_gap": (0, 1),
+    "samples_failed": (0, np.inf),
+    "sample": (0, np.inf),
+    "hairline": (0, np.inf),
+    "thickness": (0, np.inf),
+    "apex_limited_joints": (0, np.inf),
     "snap_back_limited_joints": (0, np.inf),
-}  # fmt: skip
+}
 """Global attributes that readers take as text, and as a number between two bounds."""
 
 SOLVED = (SAMPLE_STATUS.index("complete"), SAMPLE_STATUS.index("collapsed"))
@@ -72,9 +86,11 @@ def _wrong(name: str, dims: tuple[Any, ...], values: NDArray[Any], attributes: M
         return ""
     if known.flags:
         low, high = int(values.min()), int(values.max())
-        return f"has the value {high if high >= len(known.flags) else low}" if (
-            low < FLAG_FILL or high >= len(known.flags)
-        ) else ""  # fmt: skip
+        return (
+            f"has the value {high if high >= len(known.flags) else low}"
+            if (low < FLAG_FILL or high >= len(known.flags))
+            else ""
+        )
     if name in ("sample", "increment"):
         return "" if values.ndim == 1 and values[0] >= 0 and (np.diff(values) > 0).all() else "does not count up"
     return ""

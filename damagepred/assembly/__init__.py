@@ -6,6 +6,15 @@ from damagepred.assembly.size import NO_LIMITS, Limits, WallSize, wall_size
 from damagepred.assembly.wall import footing_alone, wall_geometry, wall_model
 
 __all__ = [
-    "GRAVITY", "NO_LIMITS", "Assembly", "Kind", "Limits", "Model", "WallSize", "footing_alone", "wall_geometry",
-    "wall_model", "wall_size",
-]  # fmt: skip
+    "GRAVITY",
+    "NO_LIMITS",
+    "Assembly",
+    "Kind",
+    "Limits",
+    "Model",
+    "WallSize",
+    "footing_alone",
+    "wall_geometry",
+    "wall_model",
+    "wall_size",
+]

@@ -591,9 +591,14 @@ class Assembly:
         area, x, y, polar = np.array([mass_properties(p) for p in self._polygons]).T
         sizes = [len(p) for p in self._polygons]
         return Blocks(
-            x, y, area, polar, np.array(self._course, dtype=np.int64),
-            np.concatenate(self._polygons), np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
-        )  # fmt: skip
+            x,
+            y,
+            area,
+            polar,
+            np.array(self._course, dtype=np.int64),
+            np.concatenate(self._polygons),
+            np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
+        )
 
     def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> tuple[SharedEdges, list[Grounded]]:
         """Return the lowest edges of the blocks that rest on the ground, and what each of them is.

@@ -174,12 +174,24 @@ def place_contacts(
 
     (normal_a, shear_a), (normal_b, shear_b) = arms(body_a), arms(body_b)
     return Interfaces(
-        block_a=edges.a, block_b=edges.b, body_a=body_a, body_b=body_b, kind=kind, joint=joint,
-        x=middle[:, 0].copy(), y=middle[:, 1].copy(), length=length,
-        normal_x=n_x.copy(), normal_y=n_y.copy(),
-        arm_normal_a=normal_a, arm_shear_a=shear_a, arm_normal_b=normal_b, arm_shear_b=shear_b,
-        contact_offset=length[:, None] * points, contact_area=(depth * length)[:, None] * weights,
-    )  # fmt: skip
+        block_a=edges.a,
+        block_b=edges.b,
+        body_a=body_a,
+        body_b=body_b,
+        kind=kind,
+        joint=joint,
+        x=middle[:, 0].copy(),
+        y=middle[:, 1].copy(),
+        length=length,
+        normal_x=n_x.copy(),
+        normal_y=n_y.copy(),
+        arm_normal_a=normal_a,
+        arm_shear_a=shear_a,
+        arm_normal_b=normal_b,
+        arm_shear_b=shear_b,
+        contact_offset=length[:, None] * points,
+        contact_area=(depth * length)[:, None] * weights,
+    )
 
 
 Profile = Callable[[FloatArray], FloatArray]

@@ -146,9 +146,13 @@ class Mesh(NamedTuple):
         place = ((x - self.x[start]) * along_x + (y - self.y[start]) * along_y) / (along_x**2 + along_y**2)
         more = 3 * (len(facet) - len(self.piece_facet))
         return self._replace(
-            piece_facet=facet, piece_place=place, batch_dof=self.batch_dof + more, dof_x=self.dof_x + more,
-            dof_y=self.dof_y + more, size=self.size + more,
-        )  # fmt: skip
+            piece_facet=facet,
+            piece_place=place,
+            batch_dof=self.batch_dof + more,
+            dof_x=self.dof_x + more,
+            dof_y=self.dof_y + more,
+            size=self.size + more,
+        )
 
     @property
     def on_boundary(self) -> NDArray[np.bool_]:
@@ -354,16 +358,26 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     dof_x = batch_dof[batch[owner]] + 2 * SIDE_BY_SIDE * local + lane[owner]
     xy = np.concatenate(places)
     return Mesh(
-        patterns=tuple(patterns), block=np.array(blocks), pattern=number, batch=batch, lane=lane,
-        batch_pattern=batch_pattern, batch_dof=batch_dof, first_gridpoint=first_gridpoint,
+        patterns=tuple(patterns),
+        block=np.array(blocks),
+        pattern=number,
+        batch=batch,
+        lane=lane,
+        batch_pattern=batch_pattern,
+        batch_dof=batch_dof,
+        first_gridpoint=first_gridpoint,
         first_zone=np.concatenate(([0], np.cumsum([len(patterns[p].zones) for p in number]))),
         first_facet=np.concatenate(([0], np.cumsum([len(patterns[p].facets) for p in number]))),
-        x=xy[:, 0].copy(), y=xy[:, 1].copy(),
+        x=xy[:, 0].copy(),
+        y=xy[:, 1].copy(),
         zones=np.concatenate([patterns[p].zones + at for p, at in zip(number, first_gridpoint)]),
         facets=np.concatenate([patterns[p].facets + at for p, at in zip(number, first_gridpoint)]),
-        piece_facet=np.empty(0, dtype=np.int64), piece_place=np.empty(0),
-        dof_x=dof_x, dof_y=dof_x + SIDE_BY_SIDE, size=int(batch_dof[-1]),
-    )  # fmt: skip
+        piece_facet=np.empty(0, dtype=np.int64),
+        piece_place=np.empty(0),
+        dof_x=dof_x,
+        dof_y=dof_x + SIDE_BY_SIDE,
+        size=int(batch_dof[-1]),
+    )
 
 
 def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, IntArray, IntArray]:

@@ -56,9 +56,16 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ZONING = (
-    "method", "blocks", "above_dpc", "below_dpc", "footing", "zone_size", "zone_size_above_dpc", "zone_size_below_dpc",
+    "method",
+    "blocks",
+    "above_dpc",
+    "below_dpc",
+    "footing",
+    "zone_size",
+    "zone_size_above_dpc",
+    "zone_size_below_dpc",
     "zone_size_footing",
-)  # fmt: skip
+)
 """Settings that decide on zones."""
 MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL = range(7)
 """Numbers of the joint materials of a wall; BED is that between footing and first course."""
@@ -454,8 +461,12 @@ def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
     for number, hole in enumerate(scene.opening):
         lowest, highest = np.isclose(bottom, _nearest(bottom, hole.y)), np.isclose(top, _nearest(top, hole.top))
         west, east = np.isclose(right, _nearest(right, hole.x)), np.isclose(left, _nearest(left, hole.right))
-        ends = ((lowest, west, hole.x, hole.y), (lowest, east, hole.right, hole.y),
-                (highest, east, hole.right, hole.top), (highest, west, hole.x, hole.top))  # fmt: skip
+        ends = (
+            (lowest, west, hole.x, hole.y),
+            (lowest, east, hole.right, hole.y),
+            (highest, east, hole.right, hole.top),
+            (highest, west, hole.x, hole.top),
+        )
         for end, (level, side, x, y) in enumerate(ends):
             # an opening at the very end of the wall has one jamb: its width is measured from there to nowhere
             found = np.flatnonzero(level & side)

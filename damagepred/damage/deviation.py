@@ -57,10 +57,13 @@ def deviation_limits() -> DeviationLimits:
     content = tomllib.loads(data_file("damage", "deviation.toml").read_text(encoding="utf-8"))
     levels = sorted(content["level"], key=lambda one: one["number"])
     return DeviationLimits(
-        content["name"], content["source"], content["confidence"],
-        tuple(one["name"] for one in levels), tuple(float(one["from"]) for one in levels[1:]),
+        content["name"],
+        content["source"],
+        content["confidence"],
+        tuple(one["name"] for one in levels),
+        tuple(float(one["from"]) for one in levels[1:]),
         float(content["gauge"]["length"]),
-    )  # fmt: skip
+    )
 
 
 class Deviation(NamedTuple):
@@ -132,10 +135,15 @@ class SightLines(NamedTuple):
         up = _upward(x, y, proper, gauge)
         left, right = (np.concatenate([pair[i] for pair in along] or [np.empty(0, np.int64)]) for i in (0, 1))
         return cls(
-            left, right, x[right] - x[left],
-            y[left] > dpc_level, course[left] == (course[own].min() if own.size else 0),
-            up[0], up[1], y[up[1]] - y[up[0]],
-        )  # fmt: skip
+            left,
+            right,
+            x[right] - x[left],
+            y[left] > dpc_level,
+            course[left] == (course[own].min() if own.size else 0),
+            up[0],
+            up[1],
+            y[up[1]] - y[up[0]],
+        )
 
     def deviation(self, displacement: FloatArray) -> Deviation:
         """Measure one state, or several.

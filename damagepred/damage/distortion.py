@@ -126,7 +126,9 @@ def sticking_limits() -> StickingLimits:
     content = tomllib.loads(data_file("damage", "opening_distortion.toml").read_text(encoding="utf-8"))
     levels = sorted(content["level"], key=lambda one: one["number"])
     return StickingLimits(
-        content["name"], " ".join(content["source"].split()), content["confidence"],
+        content["name"],
+        " ".join(content["source"].split()),
+        content["confidence"],
         tuple(one["name"] for one in levels),
         *(tuple(float(one[name]) for one in levels[1:]) for name in ("angle", "narrowing", "diagonal")),
-    )  # fmt: skip
+    )

@@ -75,9 +75,10 @@ def kept_rules(settings: Damage) -> dict[str, dict[str, float]]:
         "footing_separation_length": {"opening_threshold": settings.footing_threshold},
         "crack_group_width": {"group_distance": settings.group_distance},
         "crack_band_width_max": {
-            "gauge_length": settings.band_gauge, "opening_threshold": settings.band_threshold,
+            "gauge_length": settings.band_gauge,
+            "opening_threshold": settings.band_threshold,
         },
-    }  # fmt: skip
+    }
 
 
 def damage_table(settings: Damage) -> DamageTable:

@@ -93,12 +93,17 @@ def load_movement_limits() -> tuple[MovementLimit, ...]:
     """Read all limits of movement: deflection ratios, angular distortions, and those of AS 2870 by construction."""
     limits = [
         MovementLimit(
-            author=row["author"], about=row["about"], measure=content["measure"], one_in=_several(row["one_in"]),
-            length_over_height=tuple(row.get("length_over_height", ())), kind=row.get("kind"),
+            author=row["author"],
+            about=row["about"],
+            measure=content["measure"],
+            one_in=_several(row["one_in"]),
+            length_over_height=tuple(row.get("length_over_height", ())),
+            kind=row.get("kind"),
             confidence=row["confidence"],
         )
-        for content in (_read("deflection_ratio"), _read("angular_distortion")) for row in content["limit"]
-    ]  # fmt: skip
+        for content in (_read("deflection_ratio"), _read("angular_distortion"))
+        for row in content["limit"]
+    ]
     return (*limits, *construction_limits().values())
 
 
@@ -108,12 +113,16 @@ def construction_limits() -> dict[str, MovementLimit]:
     content = _read("as2870_deflection_limits")
     return {
         name: MovementLimit(
-            author=content["name"], about=name.replace("_", " "), measure="deflection_ratio",
-            one_in=(float(row["span_over_deflection"]),), deflection=float(row["deflection"]),
+            author=content["name"],
+            about=name.replace("_", " "),
+            measure="deflection_ratio",
+            one_in=(float(row["span_over_deflection"]),),
+            deflection=float(row["deflection"]),
             confidence=content["confidence"],
         )
-        for name, row in content.items() if isinstance(row, dict)
-    }  # fmt: skip
+        for name, row in content.items()
+        if isinstance(row, dict)
+    }
 
 
 def _read(name: str) -> dict:

@@ -76,9 +76,14 @@ def simple_category(
     ratio = _own_ratio(scene) if deflection_ratio is None else deflection_ratio
     nu = scene.block.poisson_ratio
     strain = beam_strain(
-        ratio, scene.wall.length, scene.wall.height, scene.movement.kind,
-        2 * (1 + nu) if modulus_ratio is None else modulus_ratio, ground_strain=ground_strain, poisson_ratio=nu,
-    )  # fmt: skip
+        ratio,
+        scene.wall.length,
+        scene.wall.height,
+        scene.movement.kind,
+        2 * (1 + nu) if modulus_ratio is None else modulus_ratio,
+        ground_strain=ground_strain,
+        poisson_ratio=nu,
+    )
     return SimpleVerdict(strain.bending, strain.diagonal, load_strain_table().by_strain(strain.largest))
 
 
@@ -184,10 +189,17 @@ def simple_methods(
     table = load_strain_table()
     strain = float(max(verdict.bending_strain, verdict.diagonal_strain))
     rows = [
-        (f"limiting tensile strain ({table.source})", f"category {number}", "tensile_strain", strain, limit,
-         bool(verdict.category >= number), table.confidence)
+        (
+            f"limiting tensile strain ({table.source})",
+            f"category {number}",
+            "tensile_strain",
+            strain,
+            limit,
+            bool(verdict.category >= number),
+            table.confidence,
+        )
         for number, limit in enumerate(table.limits, start=1)
-    ]  # fmt: skip
+    ]
     values = {"deflection_ratio": ratio, "angular_distortion": angular_distortion(scene, ratio)}
     for known in load_movement_limits():
         if known.kind in (None, scene.movement.kind):

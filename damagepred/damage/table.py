@@ -69,10 +69,15 @@ class DamageTable:
         if factor is None:
             raise InputError(f"damage.plasterboard = true: {self.name} has no such allowance; use table = 'as2870'.")
         return DamageTable(
-            f"{self.name}, limits times {factor:g} for plasterboard", self.source, self.confidence,
-            self.category_names, tuple(v * factor for v in self.limits),
-            self.group_category, self.group_width * factor, None,
-        )  # fmt: skip
+            f"{self.name}, limits times {factor:g} for plasterboard",
+            self.source,
+            self.confidence,
+            self.category_names,
+            tuple(v * factor for v in self.limits),
+            self.group_category,
+            self.group_width * factor,
+            None,
+        )
 
     def by_width(self, width: FloatArray | float) -> NDArray[np.int8]:
         """Return the category of a crack of given width (m), element by element."""

@@ -229,8 +229,10 @@ def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatAr
     arms = place - middle
     # the second moment of a straight edge about the middle: of its ends and its own middle, by Simpson's rule
     half = arms.mean(axis=1)
-    spread = sum(np.einsum("e,ei,ej->ij", w, a, a) for w, a in
-                 ((weight / 6, arms[:, 0]), (weight / 6, arms[:, 1]), (weight * 4 / 6, half)))  # fmt: skip
+    spread = sum(
+        np.einsum("e,ei,ej->ij", w, a, a)
+        for w, a in ((weight / 6, arms[:, 0]), (weight / 6, arms[:, 1]), (weight * 4 / 6, half))
+    )
     values, vectors = np.linalg.eigh(np.asarray(spread))
     direction = vectors[:, int(np.argmax(values))]
     if direction[0] < -1e-9 or (abs(direction[0]) <= 1e-9 and direction[1] < 0):

@@ -80,9 +80,15 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     if "status" in frame:
         frame["status"] = [SAMPLE_STATUS[s] for s in ds["status"].values]
     for name in (
-        "damage_category", "damage_category_band", "crack_width_max", "crack_band_width_max", "dpc_opening_max",
-        "footing_opening_max", "central_deflection", "deflection_ratio",
-    ):  # fmt: skip
+        "damage_category",
+        "damage_category_band",
+        "crack_width_max",
+        "crack_band_width_max",
+        "dpc_opening_max",
+        "footing_opening_max",
+        "central_deflection",
+        "deflection_ratio",
+    ):
         if name in ds.variables and ds[name].dims == ("sample", "increment"):
             values = ds[name].values
             lowest = -1 if values.dtype.kind in "iu" else -np.inf

@@ -126,9 +126,21 @@ def contact_forces(tile, ground, special, softening, progress):
             if softening is not None:
                 opened = tile.opened[k, i]
             sigma, tau, slip, dilated, cracked, opened = joint_law(
-                u_n, u_s, tile.slip[k, i], dilated, tile.cracked[k, i] != 0.0, opened,
-                stiffness, strength, weakened, softened, psi, brittle_shear, cap, wear,
-            )  # fmt: skip
+                u_n,
+                u_s,
+                tile.slip[k, i],
+                dilated,
+                tile.cracked[k, i] != 0.0,
+                opened,
+                stiffness,
+                strength,
+                weakened,
+                softened,
+                psi,
+                brittle_shear,
+                cap,
+                wear,
+            )
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
             if special is not None:
@@ -194,9 +206,20 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
             opening[i, k] = u_n
             shear[i, k] = u_s
             sigma[i, k], tau[i, k], slip, dilated, cracked, opened = joint_law(
-                u_n, u_s, state.slip[i, k], state.dilated[i, k], state.cracked[i, k], state.opened[i, k],
-                (k_n, k_s, 1.0 / k_s), strength, weakened, softening, psi, properties.brittle_shear[i], cap,
+                u_n,
+                u_s,
+                state.slip[i, k],
+                state.dilated[i, k],
+                state.cracked[i, k],
+                state.opened[i, k],
+                (k_n, k_s, 1.0 / k_s),
+                strength,
+                weakened,
+                softening,
+                psi,
+                properties.brittle_shear[i],
+                cap,
                 wear_of(properties, i),
-            )  # fmt: skip
+            )
             state.slip[i, k], state.dilated[i, k] = slip, dilated
             state.cracked[i, k], state.opened[i, k] = cracked, opened

@@ -11,7 +11,7 @@ from damagepred.kernels.zones import hand_on, place_facets, zone_forces
 @kernel
 def run_cycles(
     joints, special, softening, zoned, sections, pump, motion, damping, load_share, progress, progress_step, cycles
-):  # fmt: skip
+):
     """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
 
     Parameters
@@ -56,14 +56,25 @@ def run_cycles(
         for t in range(ground.size):
             contact_forces(tiles[first_ground + t], ground[t], special, softening, progress_now)
         sum_forces(
-            joints.contributions, joints.first, joints.position, motion.load, load_share, motion.live_load,
-            progress_now, force,
-        )  # fmt: skip
+            joints.contributions,
+            joints.first,
+            joints.position,
+            motion.load,
+            load_share,
+            motion.live_load,
+            progress_now,
+            force,
+        )
         if sections is not None:
             section_forces(
-                sections.law, sections.memory, sections.interfaces, sections.properties, displacement, force,
+                sections.law,
+                sections.memory,
+                sections.interfaces,
+                sections.properties,
+                displacement,
+                force,
                 sections.stiffness,
-            )  # fmt: skip
+            )
             if sections.settle_every > 0 and (cycle + 1) % sections.settle_every == 0:
                 settle_sections(sections.law, sections.memory, sections.interfaces, displacement)
         if zoned is None:

@@ -15,9 +15,23 @@ from damagepred.kernels.large_zones import (
 
 @kernel
 def run_steps(
-    scenery, near, motion, grid, special, softening, imposed, pushed, drive, first, last, damping, time_step, seen,
-    far, counts,
-):  # fmt: skip
+    scenery,
+    near,
+    motion,
+    grid,
+    special,
+    softening,
+    imposed,
+    pushed,
+    drive,
+    first,
+    last,
+    damping,
+    time_step,
+    seen,
+    far,
+    counts,
+):
     """Run steps ``first`` to ``last`` of a stretch; stop early where what is near has to be looked for anew.
 
     Parameters
@@ -80,9 +94,20 @@ def run_steps(
                     pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
                     counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
         act(
-            points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
-            softening, stiffness_damping / time_step, contact_damping / time_step, far > 0.0, counts.tallies,
-        )  # fmt: skip
+            points,
+            scenery.edges,
+            scenery.first_edge,
+            near,
+            scenery.laws,
+            motion.pose,
+            motion.force,
+            special,
+            softening,
+            stiffness_damping / time_step,
+            contact_damping / time_step,
+            far > 0.0,
+            counts.tallies,
+        )
         if change != 0.0:
             for m in range(imposed.point.size):
                 p = points[imposed.point[m]]
@@ -111,9 +136,20 @@ def first_forces(scenery, near, motion, grid, special, softening, search, counts
     """Fill the forces at the start; arguments as of ``run_steps``."""
     motion.force[:] = 0.0
     act(
-        scenery.points, scenery.edges, scenery.first_edge, near, scenery.laws, motion.pose, motion.force, special,
-        softening, 0.0, 0.0, search, counts.tallies,
-    )  # fmt: skip
+        scenery.points,
+        scenery.edges,
+        scenery.first_edge,
+        near,
+        scenery.laws,
+        motion.pose,
+        motion.force,
+        special,
+        softening,
+        0.0,
+        0.0,
+        search,
+        counts.tallies,
+    )
     if grid is not None:
         grid.force[:] = 0.0
         zones_act(grid, 0.0)

@@ -300,9 +300,15 @@ def frozen_contact(properties, i, cracked, opened, bound, e, shear):
     k_s = properties.shear_stiffness[i]
     worn = opened > 0.0 and properties.critical_slip[i] > 0.0
     sigma, slope, _, _ = normal_law(
-        e, cracked or worn, opened, properties.normal_stiffness[i], properties.tensile_strength[i],
-        properties.residual_tensile_strength[i], properties.critical_opening[i], False,
-    )  # fmt: skip
+        e,
+        cracked or worn,
+        opened,
+        properties.normal_stiffness[i],
+        properties.tensile_strength[i],
+        properties.residual_tensile_strength[i],
+        properties.critical_opening[i],
+        False,
+    )
     if sigma <= -properties.compressive_strength[i] * AT_LIMIT:
         sigma, slope = max(sigma, -properties.compressive_strength[i]), 0.0
     tau = k_s * shear
@@ -312,9 +318,7 @@ def frozen_contact(properties, i, cracked, opened, bound, e, shear):
 
 
 @kernel
-def joint_forces(
-    active, interfaces, properties, ground, memory, frozen, live, displacement, force, stiffness
-):  # fmt: skip
+def joint_forces(active, interfaces, properties, ground, memory, frozen, live, displacement, force, stiffness):
     """Add the forces of joints on the blocks to ``force``, and note the stiffness of each interface.
 
     Parameters

@@ -42,9 +42,21 @@ NO_LIMIT = 1e300
 
 @law
 def joint_law(
-    opening, shear, slip, dilated, cracked, opened, stiffness, strength, weakened, softening, psi, brittle_shear,
-    cap=None, wear=None,
-):  # fmt: skip
+    opening,
+    shear,
+    slip,
+    dilated,
+    cracked,
+    opened,
+    stiffness,
+    strength,
+    weakened,
+    softening,
+    psi,
+    brittle_shear,
+    cap=None,
+    wear=None,
+):
     """Return (sigma, tau, slip, dilated, cracked, opened) of one contact.
 
     Parameters

@@ -40,13 +40,31 @@ FRICTION, RELEASED, FRACTURE, DASHPOT, TALLIES = 0, 1, 2, 3, 4
 
 POINT = np.dtype(
     [
-        ("body", "i8"), ("own_edge", "i8"), ("x", "f8"), ("y", "f8"), ("area", "f8"), ("reach", "f8"),
-        ("release", "f8"), ("law", "i8"),
-        ("status", "i8"), ("target", "i8"), ("anchor", "f8"), ("offset", "f8"), ("fresh", "i8"),
-        ("slip", "f8"), ("dilated", "f8"), ("cracked", "f8"), ("opened", "f8"),
-        ("opening", "f8"), ("shear", "f8"), ("sigma", "f8"), ("tau", "f8"), ("drag_n", "f8"), ("drag_s", "f8"),
+        ("body", "i8"),
+        ("own_edge", "i8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("area", "f8"),
+        ("reach", "f8"),
+        ("release", "f8"),
+        ("law", "i8"),
+        ("status", "i8"),
+        ("target", "i8"),
+        ("anchor", "f8"),
+        ("offset", "f8"),
+        ("fresh", "i8"),
+        ("slip", "f8"),
+        ("dilated", "f8"),
+        ("cracked", "f8"),
+        ("opened", "f8"),
+        ("opening", "f8"),
+        ("shear", "f8"),
+        ("sigma", "f8"),
+        ("tau", "f8"),
+        ("drag_n", "f8"),
+        ("drag_s", "f8"),
     ]
-)  # fmt: skip
+)
 """A boundary point: its body and place there (m), the edge it lies on, its area (m2), how far it may pass an end and
 how far part before it is free (m), its law; what it faces, where shear counts from, what is added to the opening (m),
 whether what is near it has been looked at; memory of the law; opening, shear (m), stresses, and damping stresses (Pa)
@@ -354,9 +372,21 @@ def act(
             strength = (laws[row, 3], laws[row, 4], laws[row, 5], laws[row, 6])
             weakened = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
             sigma, tau, new_slip, new_dilated, cracked, opened = joint_law(
-                pressed, u_s, slip, dilated, was_cracked, p.opened, (k_n, k_s, laws[row, 2]), strength, weakened,
-                softened, psi, brittle_shear, cap, wear,
-            )  # fmt: skip
+                pressed,
+                u_s,
+                slip,
+                dilated,
+                was_cracked,
+                p.opened,
+                (k_n, k_s, laws[row, 2]),
+                strength,
+                weakened,
+                softened,
+                psi,
+                brittle_shear,
+                cap,
+                wear,
+            )
             p.slip = new_slip
             p.dilated = new_dilated
             p.cracked = 1.0 if cracked else 0.0

@@ -39,11 +39,25 @@ YIELDING, DRAGGED, ZONE_TALLIES = 0, 1, 2
 
 ZONE = np.dtype(
     [
-        ("a", "i8"), ("b", "i8"), ("c", "i8"), ("block", "i8"), ("memory", "i8"),
-        ("b_x", "f8"), ("b_y", "f8"), ("c_x", "f8"), ("c_y", "f8"), ("volume", "f8"), ("gamma", "f8"),
-        ("xx_x", "f8"), ("xx_y", "f8"), ("yy_x", "f8"), ("yy_y", "f8"), ("xy_x", "f8"), ("xy_y", "f8"),
+        ("a", "i8"),
+        ("b", "i8"),
+        ("c", "i8"),
+        ("block", "i8"),
+        ("memory", "i8"),
+        ("b_x", "f8"),
+        ("b_y", "f8"),
+        ("c_x", "f8"),
+        ("c_y", "f8"),
+        ("volume", "f8"),
+        ("gamma", "f8"),
+        ("xx_x", "f8"),
+        ("xx_y", "f8"),
+        ("yy_x", "f8"),
+        ("yy_y", "f8"),
+        ("xy_x", "f8"),
+        ("xy_y", "f8"),
     ]
-)  # fmt: skip
+)
 """A zone: its gridpoints, block, place of its memory, -1 if it has none; slopes of the shape functions of b and c
 (1/m); area times thickness (m3); share of a's displacement in the hourglass displacement of its cell of four zones; by
 how much e_xx, e_yy, g_xy grow with that in x and in y (1/m)."""
@@ -59,9 +73,11 @@ def gradient(zone, moved):
     x_b, y_b = moved[zone.b, 0] - moved[zone.a, 0], moved[zone.b, 1] - moved[zone.a, 1]
     x_c, y_c = moved[zone.c, 0] - moved[zone.a, 0], moved[zone.c, 1] - moved[zone.a, 1]
     return (
-        zone.b_x * x_b + zone.c_x * x_c, zone.b_y * x_b + zone.c_y * x_c,
-        zone.b_x * y_b + zone.c_x * y_c, zone.b_y * y_b + zone.c_y * y_c,
-    )  # fmt: skip
+        zone.b_x * x_b + zone.c_x * x_c,
+        zone.b_y * x_b + zone.c_y * x_c,
+        zone.b_x * y_b + zone.c_x * y_c,
+        zone.b_y * y_b + zone.c_y * y_c,
+    )
 
 
 @law
@@ -71,8 +87,13 @@ def stretch(h_xx, h_xy, h_yx, h_yy):
     inverse = 1.0 / math.sqrt(trace * trace + twist * twist)
     c, s = trace * inverse, twist * inverse
     return (
-        c * h_xx + s * h_yx + (c - 1.0), c * h_yy - s * h_xy + (c - 1.0), c * h_xy + s * (1.0 + h_yy), c, s, inverse
-    )  # fmt: skip
+        c * h_xx + s * h_yx + (c - 1.0),
+        c * h_yy - s * h_xy + (c - 1.0),
+        c * h_xy + s * (1.0 + h_yy),
+        c,
+        s,
+        inverse,
+    )
 
 
 @law
@@ -149,9 +170,17 @@ def zones_act(grid, per_step):
             s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, moduli[zone.block, 2] * g_xy
         else:
             s_xx, s_yy, s_xy = yielding_stress(
-                zone, e_xx, e_yy, g_xy, moduli, grid.strength, grid.plastic, grid.stress, grid.state,
+                zone,
+                e_xx,
+                e_yy,
+                g_xy,
+                moduli,
+                grid.strength,
+                grid.plastic,
+                grid.stress,
+                grid.state,
                 grid.tallies,
-            )  # fmt: skip
+            )
         if dragged:
             s_xx, s_yy, s_xy = dragged_stress(
                 past, z, zone.volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, grid.tallies

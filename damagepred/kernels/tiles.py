@@ -29,22 +29,39 @@ def tile_type(points):
     lane, contact = (LANES,), (points, LANES)
     return np.dtype(
         [
-            ("dof_a", "u8", lane), ("dof_b", "u8", lane),
-            ("normal_x", "f8", lane), ("normal_y", "f8", lane),
-            ("arm_normal_a", "f8", lane), ("arm_shear_a", "f8", lane),
-            ("arm_normal_b", "f8", lane), ("arm_shear_b", "f8", lane),
-            ("contact_offset", "f8", contact), ("contact_area", "f8", contact),
-            ("normal_stiffness", "f8", lane), ("shear_stiffness", "f8", lane), ("shear_compliance", "f8", lane),
-            ("strength", "f8", (4, LANES)), ("weakened", "f8", (4, LANES)),
-            ("dilation", "f8", lane), ("brittle_shear", "f8", lane), ("cap", "f8", (3, LANES)),
+            ("dof_a", "u8", lane),
+            ("dof_b", "u8", lane),
+            ("normal_x", "f8", lane),
+            ("normal_y", "f8", lane),
+            ("arm_normal_a", "f8", lane),
+            ("arm_shear_a", "f8", lane),
+            ("arm_normal_b", "f8", lane),
+            ("arm_shear_b", "f8", lane),
+            ("contact_offset", "f8", contact),
+            ("contact_area", "f8", contact),
+            ("normal_stiffness", "f8", lane),
+            ("shear_stiffness", "f8", lane),
+            ("shear_compliance", "f8", lane),
+            ("strength", "f8", (4, LANES)),
+            ("weakened", "f8", (4, LANES)),
+            ("dilation", "f8", lane),
+            ("brittle_shear", "f8", lane),
+            ("cap", "f8", (3, LANES)),
             ("wear", "f8", lane),
-            ("critical_opening", "f8", lane), ("bond_slope", "f8", lane),
-            ("slip", "f8", contact), ("dilated", "f8", contact), ("cracked", "f8", contact),
+            ("critical_opening", "f8", lane),
+            ("bond_slope", "f8", lane),
+            ("slip", "f8", contact),
+            ("dilated", "f8", contact),
+            ("cracked", "f8", contact),
             ("opened", "f8", contact),
-            ("drift_x", "f8", lane), ("drift_y", "f8", lane), ("turn_a", "f8", lane), ("turn_b", "f8", lane),
-            ("on_a", "f8", (3, LANES)), ("on_b", "f8", (3, LANES)),
+            ("drift_x", "f8", lane),
+            ("drift_y", "f8", lane),
+            ("turn_a", "f8", lane),
+            ("turn_b", "f8", lane),
+            ("on_a", "f8", (3, LANES)),
+            ("on_b", "f8", (3, LANES)),
         ]
-    )  # fmt: skip
+    )
 
 
 def ground_type(points):

@@ -383,9 +383,16 @@ def zone_return(sxx, syy, sxy, szz, elasticity, strength):
     mean, radius = 0.5 * (r1 + r2), 0.5 * (r1 - r2)
     stretch, distortion = 0.5 * (e1 + e2), 0.5 * (e1 - e2)
     return (
-        mean + radius * cosine, mean - radius * cosine, radius * sine, r3,
-        stretch + distortion * cosine, stretch - distortion * cosine, 2.0 * distortion * sine, ezz, code,
-    )  # fmt: skip
+        mean + radius * cosine,
+        mean - radius * cosine,
+        radius * sine,
+        r3,
+        stretch + distortion * cosine,
+        stretch - distortion * cosine,
+        2.0 * distortion * sine,
+        ezz,
+        code,
+    )
 
 
 @law
@@ -458,10 +465,16 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
     xx = (middle[0] + half[0], middle[1] + half[1], middle[2] + half[2])
     yy = (middle[0] - half[0], middle[1] - half[1], middle[2] - half[2])
     return (
-        0.5 * (xx[0] + xx[1]), 0.5 * (xx[0] - xx[1]), 0.5 * xx[2],
-        0.5 * (yy[0] + yy[1]), 0.5 * (yy[0] - yy[1]), 0.5 * yy[2],
-        0.5 * (shear[0] + shear[1]), 0.5 * (shear[0] - shear[1]), 0.5 * shear[2],
-    )  # fmt: skip
+        0.5 * (xx[0] + xx[1]),
+        0.5 * (xx[0] - xx[1]),
+        0.5 * xx[2],
+        0.5 * (yy[0] + yy[1]),
+        0.5 * (yy[0] - yy[1]),
+        0.5 * yy[2],
+        0.5 * (shear[0] + shear[1]),
+        0.5 * (shear[0] - shear[1]),
+        0.5 * shear[2],
+    )
 
 
 @rule

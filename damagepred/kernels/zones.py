@@ -28,10 +28,12 @@ def shape_type():
     """
     return np.dtype(
         [
-            ("slopes", "f8", (4, 4, LANES)), ("volume", "f8", (4, LANES)), ("gamma", "f8", (4, LANES)),
+            ("slopes", "f8", (4, 4, LANES)),
+            ("volume", "f8", (4, LANES)),
+            ("gamma", "f8", (4, LANES)),
             ("bending", "f8", (4, 6, LANES)),
         ]
-    )  # fmt: skip
+    )
 
 
 def memory_type():
@@ -53,10 +55,13 @@ def work_type():
     """
     return np.dtype(
         [
-            ("moved", "f8", (5, 2, LANES)), ("push", "f8", (5, 2, LANES)), ("hourglass", "f8", (2, LANES)),
-            ("beyond", "f8", (4, LANES)), ("lanes", "u8"),
+            ("moved", "f8", (5, 2, LANES)),
+            ("push", "f8", (5, 2, LANES)),
+            ("hourglass", "f8", (2, LANES)),
+            ("beyond", "f8", (4, LANES)),
+            ("lanes", "u8"),
         ]
-    )  # fmt: skip
+    )
 
 
 def moduli_type():
@@ -126,9 +131,11 @@ def gather(displacement, start, corners, cell, work):
     for axis in range(2):
         for lane in range(work.lanes):
             work.hourglass[axis, lane] = (
-                gamma[0, lane] * u[0, axis, lane] + gamma[1, lane] * u[1, axis, lane]
-                + gamma[2, lane] * u[2, axis, lane] + gamma[3, lane] * u[3, axis, lane]
-            )  # fmt: skip
+                gamma[0, lane] * u[0, axis, lane]
+                + gamma[1, lane] * u[1, axis, lane]
+                + gamma[2, lane] * u[2, axis, lane]
+                + gamma[3, lane] * u[3, axis, lane]
+            )
 
 
 @law
@@ -225,18 +232,28 @@ def elastic_cell(work, cell, moduli):
     """Let a cell push back whose zones never yield."""
     for lane in range(work.lanes):
         push_all(
-            work, cell, elastic_pull(work, cell, 0, moduli, lane), elastic_pull(work, cell, 1, moduli, lane),
-            elastic_pull(work, cell, 2, moduli, lane), elastic_pull(work, cell, 3, moduli, lane), lane,
-        )  # fmt: skip
+            work,
+            cell,
+            elastic_pull(work, cell, 0, moduli, lane),
+            elastic_pull(work, cell, 1, moduli, lane),
+            elastic_pull(work, cell, 2, moduli, lane),
+            elastic_pull(work, cell, 3, moduli, lane),
+            lane,
+        )
 
 
 @law
 def beyond_limits(s_xx, s_yy, s_xy, s_zz, strength, lane):
     """Tell whether a stress (Pa) is more than a zone bears; so are numbers that are none."""
     limits = (
-        strength[0, lane], strength[1, lane], strength[2, lane], strength[3, lane], strength[4, lane],
-        strength[5, lane], strength[6, lane],
-    )  # fmt: skip
+        strength[0, lane],
+        strength[1, lane],
+        strength[2, lane],
+        strength[3, lane],
+        strength[4, lane],
+        strength[5, lane],
+        strength[6, lane],
+    )
     return not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits)
 
 
@@ -254,10 +271,14 @@ def yielding_cell(work, cell, memory, moduli):
     """Let a cell push back as if nothing yielded; return how many zones are beyond what they bear."""
     for lane in range(work.lanes):
         push_all(
-            work, cell,
-            trial_pull(work, cell, memory, 0, moduli, lane), trial_pull(work, cell, memory, 1, moduli, lane),
-            trial_pull(work, cell, memory, 2, moduli, lane), trial_pull(work, cell, memory, 3, moduli, lane), lane,
-        )  # fmt: skip
+            work,
+            cell,
+            trial_pull(work, cell, memory, 0, moduli, lane),
+            trial_pull(work, cell, memory, 1, moduli, lane),
+            trial_pull(work, cell, memory, 2, moduli, lane),
+            trial_pull(work, cell, memory, 3, moduli, lane),
+            lane,
+        )
     beyond = 0.0
     for k in range(4):
         for lane in range(work.lanes):
@@ -275,10 +296,13 @@ def give_way(work, cell, memory, moduli):
                 continue
             t_xx, t_yy, t_xy, t_zz = trial_stress(work, cell, memory, k, moduli, lane)
             s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
-                t_xx, t_yy, t_xy, t_zz,
+                t_xx,
+                t_yy,
+                t_xy,
+                t_zz,
                 (c[0, lane], c[1, lane], c[2, lane], c[3, lane], c[4, lane], c[5, lane], c[6, lane]),
                 (l[0, lane], l[1, lane], l[2, lane], l[3, lane], l[4, lane], l[5, lane], l[6, lane]),
-            )  # fmt: skip
+            )
             p[k, 0, lane] += p_xx
             p[k, 1, lane] += p_yy
             p[k, 2, lane] += p_xy
@@ -394,6 +418,10 @@ def return_all(stress, elasticity, strength, block):
     for z in range(block.size):
         c, l = elasticity[block[z]], strength[block[z]]
         stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], _, _, _, _, _ = zone_return(
-            stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3],
-            (c[0], c[1], c[2], c[3], c[4], c[5], c[6]), (l[0], l[1], l[2], l[3], l[4], l[5], l[6]),
-        )  # fmt: skip
+            stress[z, 0],
+            stress[z, 1],
+            stress[z, 2],
+            stress[z, 3],
+            (c[0], c[1], c[2], c[3], c[4], c[5], c[6]),
+            (l[0], l[1], l[2], l[3], l[4], l[5], l[6]),
+        )

@@ -91,17 +91,22 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     for label, chosen, colour, thick, style in lines:
         if chosen.any():
             ax.add_collection(
-                LineCollection(list(segment[chosen]), colors=colour, linewidths=thick, linestyles=style,
-                               zorder=3, label=label)
-            )  # fmt: skip
+                LineCollection(
+                    list(segment[chosen]), colors=colour, linewidths=thick, linestyles=style, zorder=3, label=label
+                )
+            )
             handles.append(Line2D([], [], color=colour, linewidth=thick, linestyle=style, label=label))  # type: ignore[arg-type]
     order = np.flatnonzero(joint)[np.argsort(opening[joint])]
     ax.add_collection(
         LineCollection(
-            list(segment[order]), colors=[COLOURS[c] for c in category[order]], capstyle="round",
-            linewidths=[_THICKNESS[c] for c in category[order]], zorder=4, label="cracks",
+            list(segment[order]),
+            colors=[COLOURS[c] for c in category[order]],
+            capstyle="round",
+            linewidths=[_THICKNESS[c] for c in category[order]],
+            zorder=4,
+            label="cracks",
         )
-    )  # fmt: skip
+    )
     edges = [plain_number(limit * MM) for limit in table.limits]
     for c in np.unique(category[joint]):
         names = [f"below {edges[0]} mm", *(f"from {edge} mm" for edge in edges)]
@@ -140,16 +145,26 @@ def _number(ax: Axes, known: WallCracks, increment: int) -> None:
     apart = 0.035 * float(np.ptp(known.ds["vertex_x"].values))
     for one in frame.to_dict("records"):
         x, y = float(one["crack_x"]), float(one["crack_y"])
-        ring = [(x + r * apart * np.cos(a), y + r * apart * np.sin(a)) for r in (1.1, 2.2, 3.3)
-                 for a in np.arange(8) * np.pi / 4 + np.pi / 8]  # fmt: skip
+        ring = [
+            (x + r * apart * np.cos(a), y + r * apart * np.sin(a))
+            for r in (1.1, 2.2, 3.3)
+            for a in np.arange(8) * np.pi / 4 + np.pi / 8
+        ]
         free = [p for p in ring if all(np.hypot(p[0] - a, p[1] - b) > apart for a, b in taken)]
         at = free[0] if free else ring[-1]
         taken.append(at)
         ax.annotate(
-            str(one["crack"]), (x, y), at, fontsize="small", ha="center", va="center", zorder=6, annotation_clip=False,
+            str(one["crack"]),
+            (x, y),
+            at,
+            fontsize="small",
+            ha="center",
+            va="center",
+            zorder=6,
+            annotation_clip=False,
             bbox={"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "black", "linewidth": 0.6},
             arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": "black"},
-        )  # fmt: skip
+        )
 
 
 def _finish(ax: Axes, ds: xr.Dataset, increment: int, handles: list[Line2D], hairline: float) -> None:
@@ -167,8 +182,11 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, handles: list[Line2D], hai
     if "time" in ds.variables:
         when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     what = f"joints open or slid by more than {plain_number(hairline * MM)} mm; colours by {table_of(ds).name}"
-    set_title(ax, title_of(ds, "wall"), f"cracks at a {when}; {what}" if "time" not in ds.variables
-              else f"cracks {when}; {what}")  # fmt: skip
+    set_title(
+        ax,
+        title_of(ds, "wall"),
+        f"cracks at a {when}; {what}" if "time" not in ds.variables else f"cracks {when}; {what}",
+    )
 
 
 def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
@@ -195,9 +213,13 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
         lower.text(0.0, 1.0, "nothing has opened or slid by more than a hairline", va="top", transform=lower.transAxes)
         return figure_of(upper)
     grid = lower.table(
-        cellText=rows, colLabels=_COLUMNS, cellLoc="right", loc="upper left", edges="horizontal",
+        cellText=rows,
+        colLabels=_COLUMNS,
+        cellLoc="right",
+        loc="upper left",
+        edges="horizontal",
         colWidths=[0.06, 0.12, 0.09, 0.11, 0.11, 0.09, 0.18, 0.12, 0.12],
-    )  # fmt: skip
+    )
     grid.auto_set_font_size(False)
     grid.set_fontsize(7.5)
     for (line, _), cell in grid.get_celld().items():
@@ -210,9 +232,16 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
 
 
 _COLUMNS = (
-    "crack", "part", "width\n(mm)", "normal to its\nline (mm)", "opening and\nslip (mm)", "length\n(m)", "how it runs",
-    "widest at\nx, y (m)", "began at a\ndeflection (mm)",
-)  # fmt: skip
+    "crack",
+    "part",
+    "width\n(mm)",
+    "normal to its\nline (mm)",
+    "opening and\nslip (mm)",
+    "length\n(m)",
+    "how it runs",
+    "widest at\nx, y (m)",
+    "began at a\ndeflection (mm)",
+)
 
 
 def _row(one: dict[Hashable, Any]) -> list[str]:
@@ -221,8 +250,13 @@ def _row(one: dict[Hashable, Any]) -> list[str]:
     branches = int(one["crack_branches"])
     runs += f", {branches} branch{'es' if branches > 1 else ''}" if branches else ""
     return [
-        str(one["crack"]), str(one["crack_part"]).replace("_", " "), f"{one['crack_width'] * MM:.2f}",
-        f"{one['crack_width_normal'] * MM:.2f}", f"{one['crack_displacement'] * MM:.2f}", f"{one['crack_length']:.2f}",
+        str(one["crack"]),
+        str(one["crack_part"]).replace("_", " "),
+        f"{one['crack_width'] * MM:.2f}",
+        f"{one['crack_width_normal'] * MM:.2f}",
+        f"{one['crack_displacement'] * MM:.2f}",
+        f"{one['crack_length']:.2f}",
         runs + (", bricks" if one["crack_length_through_blocks"] > 0 else ""),
-        f"{one['crack_x']:.2f}, {one['crack_y']:.2f}", f"{one['first_central_deflection'] * MM:.2f}",
-    ]  # fmt: skip
+        f"{one['crack_x']:.2f}, {one['crack_y']:.2f}",
+        f"{one['first_central_deflection'] * MM:.2f}",
+    ]

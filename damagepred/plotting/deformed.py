@@ -180,7 +180,22 @@ def add_magnification(ax: Axes, wall: Deformed) -> None:
     right = float(wall.shape[:, 0].max())
     left = right - wall.factor * size
     where = below(ax, 0.47, ax.get_xaxis_transform())
-    ax.plot([left, right], [0.0, 0.0], color="black", linewidth=2.0, solid_capstyle="butt", transform=where,
-            clip_on=False, label="magnification")  # fmt: skip
-    ax.text(left - 0.01 * wall.length, 0.0, f"displacement of {plain_number(size * MM)} mm", transform=where,
-            ha="right", va="center", fontsize="small")  # fmt: skip
+    ax.plot(
+        [left, right],
+        [0.0, 0.0],
+        color="black",
+        linewidth=2.0,
+        solid_capstyle="butt",
+        transform=where,
+        clip_on=False,
+        label="magnification",
+    )
+    ax.text(
+        left - 0.01 * wall.length,
+        0.0,
+        f"displacement of {plain_number(size * MM)} mm",
+        transform=where,
+        ha="right",
+        va="center",
+        fontsize="small",
+    )

@@ -217,10 +217,15 @@ def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left
             transform=ax.get_xaxis_transform(),
         )
         ax.annotate(
-            f"{distance:.2f} m from the {'left' if near_left else 'right'} end", (place, height),
-            xycoords=ax.get_xaxis_transform(), xytext=(5 if near_left else -5, 0), textcoords="offset points",
-            ha="left" if near_left else "right", va="center", fontsize="small",
-        )  # fmt: skip
+            f"{distance:.2f} m from the {'left' if near_left else 'right'} end",
+            (place, height),
+            xycoords=ax.get_xaxis_transform(),
+            xytext=(5 if near_left else -5, 0),
+            textcoords="offset points",
+            ha="left" if near_left else "right",
+            va="center",
+            fontsize="small",
+        )
 
 
 def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str:

@@ -89,12 +89,27 @@ def draw_jack_load(
         ax.plot(x, load * KN, color=shade, linestyle=dashes, linewidth=1.5, marker=".", markersize=4, label=name)
     limit = idle_at(ds)
     if limit is not None:
-        ax.plot([limit * MM], [0.0], marker="o", markersize=7, markerfacecolor="white", markeredgecolor=colour,
-                linestyle="none", zorder=5, label="_limit")  # fmt: skip
+        ax.plot(
+            [limit * MM],
+            [0.0],
+            marker="o",
+            markersize=7,
+            markerfacecolor="white",
+            markeredgecolor=colour,
+            linestyle="none",
+            zorder=5,
+            label="_limit",
+        )
         marks = np.array([np.asarray(line.get_xdata())[0] for line in ax.lines if line.get_label() == "_limit"])
         above = 11 * int((np.abs(marks - limit * MM) < 0.08 * x.max()).sum()) - 6  # its own among them
-        ax.annotate(f"{plain_number(limit * MM)} mm", (limit * MM, 0.0), (4, above), textcoords="offset points",
-                    fontsize="small", color=colour)  # fmt: skip
+        ax.annotate(
+            f"{plain_number(limit * MM)} mm",
+            (limit * MM, 0.0),
+            (4, above),
+            textcoords="offset points",
+            fontsize="small",
+            color=colour,
+        )
     if first:
         set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry nothing any more")
     ax.set_xlim(0.0, max(1.1 * float(x.max()), 1e-6, 0.0 if first else ax.get_xlim()[1]))
@@ -155,8 +170,14 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = _along(ds, ax, "footing gone up (mm)", form)
     x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, SOIL)
     if len(x):
-        ax.plot(x, rise * MM, color=SOIL_COLOUR, linestyle="--", linewidth=1.4,
-                label="surface of the ground at the end, but for the footing")  # fmt: skip
+        ax.plot(
+            x,
+            rise * MM,
+            color=SOIL_COLOUR,
+            linestyle="--",
+            linewidth=1.4,
+            label="surface of the ground at the end, but for the footing",
+        )
         ax.legend(fontsize="small", frameon=False)
     return ax
 

@@ -31,9 +31,48 @@ LINES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 """Line style of the curves one after the other, beside their colour."""
 
 _RATIOS = (
-    1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150, 200, 250, 300, 400, 500, 600, 800,
-    1000, 1200, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 8000, 10000, 20000, 50000, 100000,
-)  # fmt: skip
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    8,
+    10,
+    12,
+    15,
+    20,
+    25,
+    30,
+    40,
+    50,
+    60,
+    80,
+    100,
+    120,
+    150,
+    200,
+    250,
+    300,
+    400,
+    500,
+    600,
+    800,
+    1000,
+    1200,
+    1500,
+    2000,
+    2500,
+    3000,
+    4000,
+    5000,
+    6000,
+    8000,
+    10000,
+    20000,
+    50000,
+    100000,
+)
 """Denominators n of the marks 1/n on an axis of deflection ratios."""
 
 
@@ -95,10 +134,15 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
                 x, least, most, facecolor="none", edgecolor=colour, hatch="////", linewidth=0, alpha=0.5, zorder=2
             )
         handles += ax.plot(
-            x, one["probability"].values, color=colour, linestyle=style, linewidth=2.0, zorder=4,
+            x,
+            one["probability"].values,
+            color=colour,
+            linestyle=style,
+            linewidth=2.0,
+            zorder=4,
             drawstyle="steps-post" if steps else "default",
             label=f"{name}: {_parameters(one, float(x[-1]), scale, in_metres)}",
-        )  # fmt: skip
+        )
     ax.set_xlim(float(x[0]), float(x[-1]))
     ax.set_ylim(0.0, 1.0)
     ax.grid(color="0.9")
@@ -106,9 +150,14 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     label_intensity(ax, curves, in_metres)
     ax.set_ylabel("probability of the category or worse (1)")
     ax.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.13), frameon=False, fontsize="small",
-        borderaxespad=0.0, handlelength=3.0,
-    )  # fmt: skip
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(0.0, -0.13),
+        frameon=False,
+        fontsize="small",
+        borderaxespad=0.0,
+        handlelength=3.0,
+    )
     set_title(ax, *_title(curves))
     return ax
 
@@ -154,9 +203,14 @@ def mark_site_classes(ax: Axes) -> None:
             ax.axvline(right, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
         # below the frame's top, where curves that matter seldom are
         ax.annotate(
-            site.name, ((left + right) / 2.0, 0.985), xycoords=("data", "axes fraction"), ha="center", va="top",
-            fontsize="small", color="0.35",
-        )  # fmt: skip
+            site.name,
+            ((left + right) / 2.0, 0.985),
+            xycoords=("data", "axes fraction"),
+            ha="center",
+            va="top",
+            fontsize="small",
+            color="0.35",
+        )
 
 
 def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:

@@ -51,9 +51,10 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
         If the dataset holds no surface.
     """
     require(
-        surface, ("probability", "median", "median_lower", "median_upper", "second", "intensity"),
+        surface,
+        ("probability", "median", "median_lower", "median_upper", "second", "intensity"),
         "a fragility surface as `damagepred.uq.fragility.fit_surface` returns it",
-    )  # fmt: skip
+    )
     ax = axes_or_new(ax, 8.5, 6.0)
     in_metres = surface["intensity"].attrs.get("units") == "m"
     scale = MM if in_metres else 1.0
@@ -81,17 +82,28 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
                     scale * surface[f"median_{end}"].values, y, color="black", linestyle="--", linewidth=1.0, zorder=3
                 )
             handles.append(
-                Line2D([], [], color="black", linestyle="--", linewidth=1.0,
-                       label=f"{float(surface.attrs['confidence']):.0%} band of the median")
-            )  # fmt: skip
+                Line2D(
+                    [],
+                    [],
+                    color="black",
+                    linestyle="--",
+                    linewidth=1.0,
+                    label=f"{float(surface.attrs['confidence']):.0%} band of the median",
+                )
+            )
         ax.set_xlim(x[0], x[-1])
         ax.set_ylim(y[0], y[-1])
         label_intensity(ax, surface, in_metres)
         ax.set_ylabel(f"{second} ({unit})")
         ax.legend(
-            handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=3, frameon=False, fontsize="small",
+            handles=handles,
+            loc="upper left",
+            bbox_to_anchor=(0.0, -0.13),
+            ncols=3,
+            frameon=False,
+            fontsize="small",
             borderaxespad=0.0,
-        )  # fmt: skip
+        )
     title = title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
     walls = f"{int(surface.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else "")

@@ -84,9 +84,16 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.plot(x, band, color="black", linewidth=1.2, linestyle="-.", zorder=3, label="widest crack band")
     if footing.max(initial=0.0) > HAIRLINE * MM:
         ax.plot(
-            x, footing, color=FOOTING_COLOUR, linewidth=1.6, linestyle="--", marker="^", markersize=4, zorder=4,
+            x,
+            footing,
+            color=FOOTING_COLOUR,
+            linewidth=1.6,
+            linestyle="--",
+            marker="^",
+            markersize=4,
+            zorder=4,
             label="widest gap on the footing",
-        )  # fmt: skip
+        )
     if has_base:
         ax.plot(x, base, color="0.35", linewidth=1.2, linestyle=":", zorder=3, label="widest crack below the dpc")
     drawn = np.concatenate((crack, band, footing, dpc if has_dpc else crack, base if has_base else crack))

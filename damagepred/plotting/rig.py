@@ -54,10 +54,16 @@ def draw_footing_blocks(
     rigid = [outlines[i] for i in np.flatnonzero(chosen & ~zoned)]
     if rigid:
         ax.add_collection(
-            PolyCollection(rigid, facecolors=FOOTING_COLOUR, edgecolors=FOOTING_EDGE, linewidths=0.35,
-                           zorder=2, snap=False,
-                           label="footing")
-        )  # fmt: skip
+            PolyCollection(
+                rigid,
+                facecolors=FOOTING_COLOUR,
+                edgecolors=FOOTING_EDGE,
+                linewidths=0.35,
+                zorder=2,
+                snap=False,
+                label="footing",
+            )
+        )
     if (chosen & zoned).any():
         from damagepred.plotting.zones import Zones, moved_gridpoints
 
@@ -65,10 +71,16 @@ def draw_footing_blocks(
         places = moved_gridpoints(ds, zones, increment, factor)
         own = chosen[zones.block]
         ax.add_collection(
-            PolyCollection(list(places[zones.corners[own]]), facecolors=FOOTING_COLOUR, edgecolors=FOOTING_COLOUR,
-                           snap=False,
-                           linewidths=0.3, zorder=2, label="footing")
-        )  # fmt: skip
+            PolyCollection(
+                list(places[zones.corners[own]]),
+                facecolors=FOOTING_COLOUR,
+                edgecolors=FOOTING_COLOUR,
+                snap=False,
+                linewidths=0.3,
+                zorder=2,
+                label="footing",
+            )
+        )
         rims = zones.rims()
         rims = rims[chosen[ds["gridpoint_block"].values[rims[:, 0]]]]
         ax.add_collection(LineCollection(list(places[rims]), colors=FOOTING_EDGE, linewidths=0.5, zorder=2))
@@ -121,8 +133,15 @@ def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: Bo
     size = TRIANGLE * length
     for x, load in zip(ds["support_x"].values, ds["support_load"].values[increment]):
         y = low + factor * float(np.interp(x, along, rise))
-        ax.fill([x, x - 0.6 * size, x + 0.6 * size], [y, y - size, y - size], facecolor="white", edgecolor=RIG_COLOUR,
-                linewidth=1.0, zorder=4, label="support")  # fmt: skip
+        ax.fill(
+            [x, x - 0.6 * size, x + 0.6 * size],
+            [y, y - size, y - size],
+            facecolor="white",
+            edgecolor=RIG_COLOUR,
+            linewidth=1.0,
+            zorder=4,
+            label="support",
+        )
         ax.text(x, y - 1.3 * size, _load(float(load)), ha="center", va="top", fontsize="x-small")
     loads = ds["jack_load"].values
     largest = max(float(np.abs(loads).max()), 1e-9)
@@ -132,8 +151,13 @@ def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: Bo
         tail = y - max(reach, 0.3 * size)
         if abs(load) > 1e-3 * largest:
             tip, start = ((x, y), (x, tail)) if load > 0 else ((x, tail), (x, y))
-            ax.annotate("", tip, start, zorder=4,
-                        arrowprops={"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+            ax.annotate(
+                "",
+                tip,
+                start,
+                zorder=4,
+                arrowprops={"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0},
+            )
         ax.text(x, tail - 0.3 * size, _load(load), ha="center", va="top", fontsize="x-small")
     # text and annotations do not widen the axes by themselves
     bottom = low - (ARROW + 2.2 * TRIANGLE) * length

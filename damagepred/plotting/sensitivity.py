@@ -66,23 +66,36 @@ def draw_sensitivity(found: xr.Dataset) -> Figure:
         ax.grid(axis="x", color="0.9")
         ax.set_axisbelow(True)
         ax.legend(
-            loc="upper left", bbox_to_anchor=(0.0, -0.6 / (0.3 + 0.45 * rows)), ncols=2, frameon=False,
-            fontsize="small", borderaxespad=0.0,
-        )  # fmt: skip
+            loc="upper left",
+            bbox_to_anchor=(0.0, -0.6 / (0.3 + 0.45 * rows)),
+            ncols=2,
+            frameon=False,
+            fontsize="small",
+            borderaxespad=0.0,
+        )
     title = title_of(found, "sensitivity")
     censored = float(found.attrs.get("share_censored", 0.0))
     figure.suptitle(
         f"{title[:1].upper() + title[1:]}\n{found.attrs.get('output', '')}; {int(found.attrs['walls'])} walls"
         + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
         + f"; bars: {float(found.attrs['confidence']):.0%} intervals",
-        x=0.01, ha="left", fontsize=10,
-    )  # fmt: skip
+        x=0.01,
+        ha="left",
+        fontsize=10,
+    )
     return figure
 
 
 def _points(ax: Axes, found: xr.Dataset, name: str, at: np.ndarray, colour: str, label: str) -> None:
     value, low, high = (found[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
     ax.errorbar(
-        value, at, xerr=np.nan_to_num([value - low, high - value]).clip(0.0), fmt="o", color=colour, capsize=3,
-        markersize=5, label=label or "_", zorder=3,
-    )  # fmt: skip
+        value,
+        at,
+        xerr=np.nan_to_num([value - low, high - value]).clip(0.0),
+        fmt="o",
+        color=colour,
+        capsize=3,
+        markersize=5,
+        label=label or "_",
+        zorder=3,
+    )

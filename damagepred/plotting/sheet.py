@@ -124,9 +124,15 @@ def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
         Entries in a row at most.
     """
     ax.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below(ax, 0.5),
-        ncols=min(columns, len(handles)), frameon=False, fontsize="small", borderaxespad=0.0,
-    )  # fmt: skip
+        handles=handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=below(ax, 0.5),
+        ncols=min(columns, len(handles)),
+        frameon=False,
+        fontsize="small",
+        borderaxespad=0.0,
+    )
 
 
 def label_movement(ax: Axes, measure: str) -> None:

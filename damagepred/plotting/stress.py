@@ -99,9 +99,13 @@ def draw_stress(
         shape = moved_gridpoints(ds, zones, increment, wall.factor)
         smooth = np.column_stack([zones.at_gridpoints(s) for s in zoned.T])
         picture = ax.tricontourf(
-            Triangulation(shape[:, 0], shape[:, 1], zones.corners), MPA * one_of(smooth, component), levels=limits,
-            colors=[tuple(c) for c in np.asarray(colours.colors)], extend="both", zorder=2,
-        )  # fmt: skip
+            Triangulation(shape[:, 0], shape[:, 1], zones.corners),
+            MPA * one_of(smooth, component),
+            levels=limits,
+            colors=[tuple(c) for c in np.asarray(colours.colors)],
+            extend="both",
+            zorder=2,
+        )
         picture.set_label("zones")
     wall.draw_outlines(ax)
     wall.draw_cracks(ax)

@@ -50,10 +50,25 @@ SHOWN = 0.045
 LARGEST_EXAGGERATION = 1000.0
 
 _NEEDED = (
-    "vertex_x", "vertex_y", "vertex_block", "block_x", "block_y", "block_displacement_x", "block_displacement_y",
-    "block_rotation", "contact_x", "contact_y", "contact_interface", "contact_kind", "contact_length",
-    "contact_opening", "contact_state", "contact_normal_x", "contact_normal_y", "central_deflection",
-)  # fmt: skip
+    "vertex_x",
+    "vertex_y",
+    "vertex_block",
+    "block_x",
+    "block_y",
+    "block_displacement_x",
+    "block_displacement_y",
+    "block_rotation",
+    "contact_x",
+    "contact_y",
+    "contact_interface",
+    "contact_kind",
+    "contact_length",
+    "contact_opening",
+    "contact_state",
+    "contact_normal_x",
+    "contact_normal_y",
+    "central_deflection",
+)
 
 
 @checked
@@ -107,10 +122,15 @@ def draw_wall(
     own = np.flatnonzero(~footing)
     ax.add_collection(
         PolyCollection(
-            [bricks[i] for i in own], facecolors=[tones[i] for i in own], edgecolors=BRICK_EDGE, linewidths=0.35,
-            zorder=2, label="bricks", snap=False,  # an upright brick among turned ones must not jump to whole pixels
+            [bricks[i] for i in own],
+            facecolors=[tones[i] for i in own],
+            edgecolors=BRICK_EDGE,
+            linewidths=0.35,
+            zorder=2,
+            label="bricks",
+            snap=False,  # an upright brick among turned ones must not jump to whole pixels
         )
-    )  # fmt: skip
+    )
     faces = Faces.of(ds, increment)
     cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
     _draw_cracks(ax, gaps_of(cracks, motion, points, block, factor), cracks.crack * MM, table)
@@ -215,9 +235,15 @@ def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTab
     bar.set_label("crack width (mm); numbers in the bar: category")
     for category in range(colours.N):
         bar.ax.text(
-            0.5, (category + 0.5) / colours.N, str(category), transform=bar.ax.transAxes, ha="center", va="center",
-            fontsize="small", color="white" if category > 2 else "black",
-        )  # fmt: skip
+            0.5,
+            (category + 0.5) / colours.N,
+            str(category),
+            transform=bar.ax.transAxes,
+            ha="center",
+            va="center",
+            fontsize="small",
+            color="white" if category > 2 else "black",
+        )
 
 
 def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
@@ -265,10 +291,14 @@ def _draw_gaps(ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray,
     faces = np.stack((gaps[:, :2], gaps[:, 2:]), axis=1).reshape(-1, 2, 2)
     ax.add_collection(
         LineCollection(
-            list(faces), colors=np.repeat(colour, 2, axis=0), linewidths=np.repeat(line, 2), capstyle="round",
-            zorder=zorder + 0.1, label=f"faces of {label}",
+            list(faces),
+            colors=np.repeat(colour, 2, axis=0),
+            linewidths=np.repeat(line, 2),
+            capstyle="round",
+            zorder=zorder + 0.1,
+            label=f"faces of {label}",
         )
-    )  # fmt: skip
+    )
 
 
 def _pale(colour: FloatArray) -> FloatArray:
@@ -305,9 +335,15 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     ax.legend(
-        handles=_legend(ds, increment, faces), loc="upper left", bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=below(ax, 0.5), ncols=2, frameon=False, fontsize="small", borderaxespad=0.0,
-    )  # fmt: skip
+        handles=_legend(ds, increment, faces),
+        loc="upper left",
+        bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=below(ax, 0.5),
+        ncols=2,
+        frameon=False,
+        fontsize="small",
+        borderaxespad=0.0,
+    )
     deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
     when = f"central deflection {deflection} mm"
     if "time" in ds.variables:

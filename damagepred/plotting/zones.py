@@ -20,9 +20,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 STATES = (
-    ("elastic", "#ece7e1"), ("yields in shear", "#d55e00"), ("yields in tension", "#0072b2"),
-    ("yields in shear and tension", "#5c0f55"), ("elastic, has yielded before", "#f0c97a"),
-)  # fmt: skip
+    ("elastic", "#ece7e1"),
+    ("yields in shear", "#d55e00"),
+    ("yields in tension", "#0072b2"),
+    ("yields in shear and tension", "#5c0f55"),
+    ("elastic, has yielded before", "#f0c97a"),
+)
 """What is drawn for each value of ``zone_state``, and its colour."""
 
 
@@ -59,9 +62,7 @@ class Zones:
     def area(self) -> FloatArray:
         """Area of each zone (z,) (m2)."""
         a, b, c = (self.points[self.corners[:, k]] for k in range(3))
-        return np.asarray(
-            0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (c - a)[:, 0] * (b - a)[:, 1]), dtype=np.float64
-        )  # fmt: skip
+        return np.asarray(0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (c - a)[:, 0] * (b - a)[:, 1]), dtype=np.float64)
 
     def at_gridpoints(self, values: FloatArray) -> FloatArray:
         """Return values of the zones (z,) as means at the gridpoints (g,), weighted by area, each block on its own."""
@@ -116,20 +117,32 @@ def draw_zone_states(
     colours = to_rgba_array([colour for _, colour in STATES])
     ax.add_collection(
         PolyCollection(
-            list(shape[zones.corners]), facecolors=colours[state], edgecolors=colours[state], linewidths=0.1,
-            zorder=2, label="zones",
+            list(shape[zones.corners]),
+            facecolors=colours[state],
+            edgecolors=colours[state],
+            linewidths=0.1,
+            zorder=2,
+            label="zones",
         )
-    )  # fmt: skip
+    )
     wall.draw_outlines(ax)
     wall.draw_cracks(ax)
     wall.finish(ax)
     add_magnification(ax, wall)
     count = np.bincount(state, minlength=len(STATES))
     ax.legend(
-        handles=[Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
-                 for (name, colour), number in zip(STATES, count) if number],
-        loc="upper left", bbox_to_anchor=(0.0, 0.0), bbox_transform=below(ax, 0.65), ncols=3, frameon=False,
-        fontsize="small", borderaxespad=0.0,
-    )  # fmt: skip
+        handles=[
+            Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
+            for (name, colour), number in zip(STATES, count)
+            if number
+        ],
+        loc="upper left",
+        bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=below(ax, 0.65),
+        ncols=3,
+        frameon=False,
+        fontsize="small",
+        borderaxespad=0.0,
+    )
     set_title(ax, wall.title, f"zones that yield at {wall.movement}; {wall.scale}")
     return ax

@@ -33,10 +33,11 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
     from damagepred.plotting.sheet import figure_of
 
     figure = drawing(
-        "cracks", "The cracks where they run, on the wall as it was built; numbers are those of the table.",
+        "cracks",
+        "The cracks where they run, on the wall as it was built; numbers are those of the table.",
         f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width",
         figure_of(draw_cracks(ds, known=known)),
-    )  # fmt: skip
+    )
     rows = [_row(one, "time" in ds.variables) for one in frame.head(MOST).to_dict("records")]
     note = (
         "Width is the largest opening normal to a joint, which damage tables speak of; the displacement has the slip "
@@ -58,7 +59,12 @@ def _row(one: dict[Hashable, Any], in_time: bool) -> list[str]:
     if one["crack_length_through_blocks"] > 0:
         runs += ", through bricks"
     return [
-        str(one["crack"]), named(str(one["crack_part"])), length(one["crack_width"]), length(one["crack_displacement"]),
-        f"{one['crack_length']:.2f}", runs, f"{one['crack_x']:.2f}, {one['crack_y']:.2f}",
+        str(one["crack"]),
+        named(str(one["crack_part"])),
+        length(one["crack_width"]),
+        length(one["crack_displacement"]),
+        f"{one['crack_length']:.2f}",
+        runs,
+        f"{one['crack_x']:.2f}, {one['crack_y']:.2f}",
         *([] if in_time else [length(one["first_central_deflection"])]),
-    ]  # fmt: skip
+    ]

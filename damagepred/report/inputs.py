@@ -22,10 +22,21 @@ from damagepred.study.settings import StudySettings
 from damagepred.uq.variable import Variable
 
 HEADS = {
-    "wall": "Wall", "block": "Blocks", "joint": "Mortar joints", "dpc": "Damp-proof course", "opening": "Opening",
-    "footing": "Footing", "movement": "Movement", "rig": "Test rig", "soil": "Soil", "mound": "Mound", "loads": "Loads",
-    "solver": "Solver", "damage": "Damage", "dynamics": "Run in time",
-}  # fmt: skip
+    "wall": "Wall",
+    "block": "Blocks",
+    "joint": "Mortar joints",
+    "dpc": "Damp-proof course",
+    "opening": "Opening",
+    "footing": "Footing",
+    "movement": "Movement",
+    "rig": "Test rig",
+    "soil": "Soil",
+    "mound": "Mound",
+    "loads": "Loads",
+    "solver": "Solver",
+    "damage": "Damage",
+    "dynamics": "Run in time",
+}
 
 _EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
 _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength")
@@ -46,25 +57,34 @@ def input_section(scene: Scene, settings: StudySettings | None = None) -> Sectio
     what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
     sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
     parts: list[Part] = [
-        Text([
-            "Values are those the calculation used. A source is named where a value is that of a table shipped with "
-            f"the program; “{GIVEN}” is what the user wrote, “default” what the program takes if nothing is said, "
-            "which the user may have written as well."
-        ]),
+        Text(
+            [
+                "Values are those the calculation used. A source is named where a value is that of a table "
+                "shipped with "
+                f"the program; “{GIVEN}” is what the user wrote, “default” what the program takes if nothing is said, "
+                "which the user may have written as well."
+            ]
+        ),
         Table(
-            what, ["quantity", "value", "unit", "source"], [row[1:] for row in rows], words=(0, 2, 3),
+            what,
+            ["quantity", "value", "unit", "source"],
+            [row[1:] for row in rows],
+            words=(0, 2, 3),
             groups=[row[0] for row in rows],
         ),
-    ]  # fmt: skip
+    ]
     if settings is not None and settings.variables:
         variables = [_variable_row(place, v) for place, v in settings.variables.items()]
         sources |= {name for row in variables for name in CONFIDENCE if f"({name})" in row[4]}
         parts.append(
             Table(
-                "What is uncertain", ["quantity", "distribution", "varies from", "unit", "source"], variables,
-                words=(0, 1, 2, 3, 4), note="COV is the coefficient of variation, standard deviation over mean.",
+                "What is uncertain",
+                ["quantity", "distribution", "varies from", "unit", "source"],
+                variables,
+                words=(0, 1, 2, 3, 4),
+                note="COV is the coefficient of variation, standard deviation over mean.",
             )
-        )  # fmt: skip
+        )
         pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
         if pairs:
             rows = [[_place(a), _place(b), number(value)] for a, b, value in pairs]

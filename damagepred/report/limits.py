@@ -70,9 +70,11 @@ def wall_limits(ds: xr.Dataset) -> Section:
         rows.append([limit.construction, f"L/{limit.ratio}, {length(limit.absolute)}", length(limit.deflection), *told])
     table = Table(
         "This wall at the design deflections of a code, by construction",
-        ["construction", "limit, the lesser of", "for this length", "category of damage", "widest crack"], rows,
-        words=(0, 1, 3), note=f"{source}. At the first increment that reaches the limit.",
-    )  # fmt: skip
+        ["construction", "limit, the lesser of", "for this length", "category of damage", "widest crack"],
+        rows,
+        words=(0, 1, 3),
+        note=f"{source}. At the first increment that reaches the limit.",
+    )
     return Section("limits", "At code limits", [table])
 
 
@@ -93,21 +95,35 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
     source, found = code_limits(float(ds.attrs["span"]))
     of = categories(ds)
     head = ["construction", "limit, the lesser of", "for this length", *(f"{name} or worse" for _, name in of)]
-    parts: list[Part] = [Text([
-        f"{source} limits the deflection of a footing under a design movement of the site, by construction. The "
-        "figures are the probabilities of damage to this wall if its footing deflects by just as much; the wall itself "
-        "is of one construction, and the other limits are there to compare."
-    ])]  # fmt: skip
+    parts: list[Part] = [
+        Text(
+            [
+                f"{source} limits the deflection of a footing under a design movement of the site, by "
+                "construction. The "
+                "figures are the probabilities of damage to this wall if its footing deflects by just as much; "
+                "the wall itself "
+                "is of one construction, and the other limits are there to compare."
+            ]
+        )
+    ]
     rows = []
     for limit in found if curves is not None else []:
         assert curves is not None
         cells = [_from_curve(curves, category, limit.deflection) for category, _ in of]
         rows.append([*_limit(limit), *cells])
     if rows:
-        parts.append(Table(
-            f"Probability from the fitted curves ({confidence:.0%} band)", head, rows, words=(0, 1),
-            note=f"† beyond {length(moved)}, to which all walls were moved: extrapolated. A dash: no curve was fitted.",
-        ))  # fmt: skip
+        parts.append(
+            Table(
+                f"Probability from the fitted curves ({confidence:.0%} band)",
+                head,
+                rows,
+                words=(0, 1),
+                note=(
+                    f"† beyond {length(moved)}, to which all walls were moved: extrapolated. A dash: no curve "
+                    "was fitted."
+                ),
+            )
+        )
         parts[-1] = _marked(parts[-1], found, moved)
     rows = []
     # walls that are each known at their own movement alone cannot be counted at one
@@ -122,10 +138,18 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
             )
         rows.append([*_limit(limit), *cells])
     if rows:
-        parts.append(Table(
-            f"Counted among the walls ({confidence:.0%} interval)", head, rows, words=(0, 1),
-            note="A wall known to have reached the category between two increments counts for the share of that step.",
-        ))  # fmt: skip
+        parts.append(
+            Table(
+                f"Counted among the walls ({confidence:.0%} interval)",
+                head,
+                rows,
+                words=(0, 1),
+                note=(
+                    "A wall known to have reached the category between two increments counts for the share of "
+                    "that step."
+                ),
+            )
+        )
     return Section("limits", "Probabilities at code limits", parts)
 
 

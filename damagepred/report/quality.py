@@ -18,12 +18,17 @@ FloatArray = NDArray[np.float64]
 FAILED, MISSING = SAMPLE_STATUS.index("failed"), SAMPLE_STATUS.index("missing")
 
 _WORK = (
-    ("external_work", "work of dead load and movement"), ("kinetic_energy", "in motion"),
-    ("elastic_energy", "stored in joints and blocks"), ("friction_work", "taken by friction"),
-    ("fracture_work", "taken by softening bonds"), ("crushing_work", "taken by crushing"),
-    ("plastic_work", "taken by yielding zones"), ("damping_work", "taken by damping"),
-    ("released_energy", "set free where bonds broke"), ("energy_error", "not balanced"),
-)  # fmt: skip
+    ("external_work", "work of dead load and movement"),
+    ("kinetic_energy", "in motion"),
+    ("elastic_energy", "stored in joints and blocks"),
+    ("friction_work", "taken by friction"),
+    ("fracture_work", "taken by softening bonds"),
+    ("crushing_work", "taken by crushing"),
+    ("plastic_work", "taken by yielding zones"),
+    ("damping_work", "taken by damping"),
+    ("released_energy", "set free where bonds broke"),
+    ("energy_error", "not balanced"),
+)
 
 
 def wall_quality(ds: xr.Dataset) -> list[Part]:
@@ -67,8 +72,10 @@ def energy_shares(ds: xr.Dataset) -> FloatArray:
 
 def study_quality(ds: xr.Dataset) -> list[Part]:
     """Return how well the walls of a study were solved, and the worst of them."""
-    columns = [("unbalanced_force_ratio", "largest unbalanced force (mean block weights)"),
-               ("joint_law_violation", "stress by which a joint exceeds its law (Pa)")]  # fmt: skip
+    columns = [
+        ("unbalanced_force_ratio", "largest unbalanced force (mean block weights)"),
+        ("joint_law_violation", "stress by which a joint exceeds its law (Pa)"),
+    ]
     found = [(what, np.asarray(ds[name].values, dtype=np.float64)) for name, what in columns if _known(ds, name)]
     share = energy_shares(ds)
     if share.size:
@@ -110,18 +117,33 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
             value = with_band(chance(e.value), chance(e.lower), chance(e.upper))
             bounds = f"{chance(found.failed_undamaged)} to {chance(found.failed_damaged)}" if found.failed else "–"
             rows.append(
-                [length(at), name.replace(" ", "\u00a0"), value, number(e.error, 2), str(e.samples),
-                 number(e.effective_samples, 3), bounds]
-            )  # fmt: skip
+                [
+                    length(at),
+                    name.replace(" ", "\u00a0"),
+                    value,
+                    number(e.error, 2),
+                    str(e.samples),
+                    number(e.effective_samples, 3),
+                    bounds,
+                ]
+            )
     table = Table(
         f"Probability of each category or worse at a {measure}, and its Monte Carlo error",
-        [measure, "category", f"probability ({confidence:.0%} interval)", "standard error", "walls", "effective walls",
-         "failed walls counted"],
-        rows, words=(1,),
+        [
+            measure,
+            "category",
+            f"probability ({confidence:.0%} interval)",
+            "standard error",
+            "walls",
+            "effective walls",
+            "failed walls counted",
+        ],
+        rows,
+        words=(1,),
         note="At the movement where it is least sure what share of the walls is damaged, and at the largest to which "
         "all walls were moved. The error is that of having sampled so many walls and no more; what the model leaves "
         "out is not in it. “Failed walls counted”: if none of them had reached the category, and if all had.",
-    )  # fmt: skip
+    )
     figure = drawing(
         "convergence",
         f"How the probabilities at {length(telling)} settled as walls were added, with {confidence:.0%} intervals of "

@@ -28,8 +28,11 @@ CONFIDENCE = {
 """What the shipped tables mean by how sure they are."""
 
 _MATERIALS = {
-    "block": "clay_brick_masonry", "joint": "mortar_joint", "dpc": "dpc", "footing": "concrete_footing",
-}  # fmt: skip
+    "block": "clay_brick_masonry",
+    "joint": "mortar_joint",
+    "dpc": "dpc",
+    "footing": "concrete_footing",
+}
 """Tables of a scene, and those of data/materials/zhuge.toml with the same keys."""
 
 

@@ -98,10 +98,12 @@ def study_page(
         Section("fragility", "How likely is which damage", _fragility(curves)),
         study_limits(ds, at_limits, deflected, confidence),
         study_caveats(ds, curves, settings, moved),
-        Section("files", "The study in full", [
-            Listing("Study file with its scene, complete with defaults", folder.study_text().strip())
-        ]),
-    ]  # fmt: skip
+        Section(
+            "files",
+            "The study in full",
+            [Listing("Study file with its scene, complete with defaults", folder.study_text().strip())],
+        ),
+    ]
     return Page(
         title=str(ds.attrs.get("title", "study")),
         subtitle="How likely is which damage to a wall: a Monte Carlo study",
@@ -114,9 +116,13 @@ def study_page(
 def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float, bootstrap: int) -> xr.Dataset:
     """Return curves fitted each for itself, or with one dispersion if they cross."""
     fit = partial(
-        fit_fragility, ds, intensity=intensity, confidence=confidence, bootstrap=bootstrap,
+        fit_fragility,
+        ds,
+        intensity=intensity,
+        confidence=confidence,
+        bootstrap=bootstrap,
         goodness=min(GOODNESS, bootstrap),
-    )  # fmt: skip
+    )
     curves = fit()
     return fit(model="common") if int(curves.attrs["curves_cross"]) else curves
 
@@ -178,14 +184,16 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
         ["study begun", str(manifest.get("created", "?"))],
         ["report written", written],
         ["walls asked for", str(len(status))],
-        *([f"walls {word}", str(int((status == value).sum()))]
-          for value, word in ((0, "complete"), (1, "collapsed"), (2, "failed"), (3, "not run yet"))),
+        *(
+            [f"walls {word}", str(int((status == value).sum()))]
+            for value, word in ((0, "complete"), (1, "collapsed"), (2, "failed"), (3, "not run yet"))
+        ),
         ["seed", str(how.seed)],
         ["sampler", how.sampler + (f", {how.replicates} independent scrambles" if how.replicates > 1 else "")],
         ["solver", settings.scene.solver.method.replace("_", "-")],
         ["increments", str(settings.scene.movement.increments)],
         ["a wall is followed to", _followed(settings)],
-    ]  # fmt: skip
+    ]
     if "run_time" in ds and np.isfinite(ds["run_time"].values).any():
         seconds = ds["run_time"].values
         rows.append(
@@ -203,8 +211,10 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
         parts.append(
             Table("Why walls failed", ["reason", "walls"], [[named(r), str(n)] for r, n in reasons.most_common()])
         )
-        rows = [[str(r["sample"]), str(r["message"]), f"damagepred replay {folder.path.name} {r['sample']}"]
-                for r in records[:MOST_FAILURES]]  # fmt: skip
+        rows = [
+            [str(r["sample"]), str(r["message"]), f"damagepred replay {folder.path.name} {r['sample']}"]
+            for r in records[:MOST_FAILURES]
+        ]
         note = f"{len(failed) - MOST_FAILURES} more are on record in the folder." if len(failed) > MOST_FAILURES else ""
         parts.append(Table("Failed walls", ["sample", "what happened", "to solve it again"], rows, (1, 2), note))
     return parts
@@ -227,20 +237,26 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
             lines.set_rasterized(lines.get_label() == "each wall")
     parts: list[Part] = [
         drawing(
-            "shares", "Share of the walls in each category, by the highest reached so far.",
-            "Shares of walls by damage category against the movement", figure_of(draw_category_shares(ds)),
+            "shares",
+            "Share of the walls in each category, by the highest reached so far.",
+            "Shares of walls by damage category against the movement",
+            figure_of(draw_category_shares(ds)),
         ),
         drawing(
-            "widths", "Widest crack of every wall, with median and quantiles over the walls.",
-            "Widest crack of each wall against the movement, with quantiles", figure_of(widths),
+            "widths",
+            "Widest crack of every wall, with median and quantiles over the walls.",
+            "Widest crack of each wall against the movement, with quantiles",
+            figure_of(widths),
         ),
-    ]  # fmt: skip
+    ]
     parts.append(_measures(ds))
     chosen = typical_and_worst(ds)
     if chosen is None:
         return parts
-    commands = [f"damagepred replay {folder.path.name} {chosen.typical} -o typical.nc --plot typical",
-                f"damagepred replay {folder.path.name} {chosen.worst} -o worst.nc --plot worst"]  # fmt: skip
+    commands = [
+        f"damagepred replay {folder.path.name} {chosen.typical} -o typical.nc --plot typical",
+        f"damagepred replay {folder.path.name} {chosen.worst} -o worst.nc --plot worst",
+    ]
     said = (
         f"Typical is sample {chosen.typical}, {chosen.why_typical}; the worst is sample {chosen.worst}, "
         f"{chosen.why_worst}."
@@ -304,10 +320,13 @@ def _solved_again(comparison: str) -> str:
 
 
 def _no_paths() -> Text:
-    return Text([
-        "The study keeps the end of each wall's movement alone ([study] movement = “sampled”): there are no paths to "
-        "draw."
-    ])  # fmt: skip
+    return Text(
+        [
+            "The study keeps the end of each wall's movement alone ([study] movement = “sampled”): there are "
+            "no paths to "
+            "draw."
+        ]
+    )
 
 
 def _fragility(curves: xr.Dataset) -> list[Part]:
@@ -322,15 +341,19 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         "and the shares of walls at the increments as steps.",
         f"Fragility curves of the damage categories against the {measure}, with confidence bands",
         figure_of(draw_fragility(curves)),
-    )  # fmt: skip
+    )
     rows, failed = [], bool(curves.attrs.get("samples_failed", 0))
     for number_, category in enumerate(curves["category"].values):
         one = curves.isel(category=number_)
         spread = [number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")]
-        row = [f"{int(category)} {named(str(one['category_name'].item()))}", _median(one, unit, "\n"),
-               with_band(spread[0], spread[1], spread[2], "\n"),
-               f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
-               chance(float(one["p_value"])), "; ".join(filter(None, _fit_words(one)))]  # fmt: skip
+        row = [
+            f"{int(category)} {named(str(one['category_name'].item()))}",
+            _median(one, unit, "\n"),
+            with_band(spread[0], spread[1], spread[2], "\n"),
+            f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
+            chance(float(one["p_value"])),
+            "; ".join(filter(None, _fit_words(one))),
+        ]
         if failed:
             ends = [_in_unit(float(one[f"median_failed_{end}"]), unit) for end in ("undamaged", "damaged")]
             row.append("\nor ".join(ends))

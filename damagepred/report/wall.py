@@ -165,41 +165,49 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
     parts += crack_parts(ds)
     parts.append(
         drawing(
-            "history", "Widest crack and opening of the damp-proof course as the ground moves.",
+            "history",
+            "Widest crack and opening of the damp-proof course as the ground moves.",
             "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
-            "damage categories", figure_of(plotting.draw_history(ds)),
+            "damage categories",
+            figure_of(plotting.draw_history(ds)),
         )
-    )  # fmt: skip
+    )
     if (ds["contact_kind"].values == ds_kind("dpc")).any():
         parts.append(
             drawing(
-                "dpc", "Opening of the damp-proof course along the wall.",
+                "dpc",
+                "Opening of the damp-proof course along the wall.",
                 "Opening of the damp-proof course along the wall at several movements",
                 figure_of(plotting.draw_dpc_opening(ds)),
             )
-        )  # fmt: skip
+        )
     if "footing" in shown_gaps(ds):
         parts.append(
             drawing(
-                "footing-gap", "Opening of the bed between first course and footing along the wall.",
+                "footing-gap",
+                "Opening of the bed between first course and footing along the wall.",
                 "Opening of the bed on the footing along the wall at several movements",
                 figure_of(plotting.draw_footing_opening(ds)),
             )
-        )  # fmt: skip
+        )
     if ds.sizes.get("opening", 0):
         parts.append(
             drawing(
-                "openings", "Change of width of the openings; widening is positive.",
+                "openings",
+                "Change of width of the openings; widening is positive.",
                 "Change of width of each opening against the movement",
                 figure_of(plotting.draw_opening_width_change(ds)),
             )
-        )  # fmt: skip
+        )
     if "section_x" in ds.variables:
         parts.append(
-            drawing("footing", "The footing: its form, moment and curvature along the wall.",
-                    "Form, bending moment and curvature of the footing along its length",
-                    plotting.footing_sheet(ds))
-        )  # fmt: skip
+            drawing(
+                "footing",
+                "The footing: its form, moment and curvature along the wall.",
+                "Form, bending moment and curvature of the footing along its length",
+                plotting.footing_sheet(ds),
+            )
+        )
     return [*parts, _path_table(ds)]
 
 
@@ -223,9 +231,11 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
     where = f"at a deflection of {length(float(ds['central_deflection'].values[-1]))}"
     caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements drawn too large."
     return drawing(
-        name, caption, f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
+        name,
+        caption,
+        f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
         figure_of(draw_wall(ds)),
-    )  # fmt: skip
+    )
 
 
 def ds_kind(word: str) -> int:

@@ -15,8 +15,12 @@ _SCALES: dict[str, tuple[tuple[float, str], ...]] = {
 """Units by size, the largest first: the first that leaves a number of 0.1 or more is taken, or the last."""
 
 _FIXED = {
-    "Pa/m": (1e9, "N/mm³"), "kg/m**3": (1.0, "kg/m³"), "N/m": (1.0, "N/m"), "m/s**2": (1.0, "m/s²"), "1": (1.0, "–"),
-}  # fmt: skip
+    "Pa/m": (1e9, "N/mm³"),
+    "kg/m**3": (1.0, "kg/m³"),
+    "N/m": (1.0, "N/m"),
+    "m/s**2": (1.0, "m/s²"),
+    "1": (1.0, "–"),
+}
 
 
 def number(value: float, digits: int = 4) -> str:

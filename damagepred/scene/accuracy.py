@@ -15,9 +15,13 @@ from typing import Any, NamedTuple
 from damagepred.data_files import data_file
 
 STANDARD: dict[str, Any] = {
-    "blocks": "rigid", "zone_size": None, "quadrature": "lobatto", "contacts_per_interface": 3, "tolerance": None,
+    "blocks": "rigid",
+    "zone_size": None,
+    "quadrature": "lobatto",
+    "contacts_per_interface": 3,
+    "tolerance": None,
     "ramp_cycles": 10_000,
-}  # fmt: skip
+}
 """The defaults of all keys that a preset sets."""
 
 PRESETS: dict[str, dict[str, dict[str, Any]]] = {
@@ -99,8 +103,13 @@ def measured() -> list[Measured]:
     with data_file("accuracy.csv").open(newline="", encoding="utf-8") as file:
         return [
             Measured(
-                row["accuracy"], row["method"], row["wall"], row["dpc"] == "1", row["opening"] == "1",
-                row["quantity"], *(float(row[name] or math.nan) for name in ("error", "floor", "times")),
+                row["accuracy"],
+                row["method"],
+                row["wall"],
+                row["dpc"] == "1",
+                row["opening"] == "1",
+                row["quantity"],
+                *(float(row[name] or math.nan) for name in ("error", "floor", "times")),
             )
             for row in csv.DictReader(file)
-        ]  # fmt: skip
+        ]

@@ -103,10 +103,13 @@ class Scene:
         wall = self.wall
         along, up = SLIVER * wall.block_length / 2, SLIVER * wall.block_height
         for what, size, least in (
-            ("width", hole.width, along), ("strip of wall on its left", hole.x, along),
-            ("strip of wall on its right", wall.length - hole.right, along), ("height", hole.height, up),
-            ("strip of wall below it", hole.y, up), ("strip of wall above it", wall.height - hole.top, up),
-        ):  # fmt: skip
+            ("width", hole.width, along),
+            ("strip of wall on its left", hole.x, along),
+            ("strip of wall on its right", wall.length - hole.right, along),
+            ("height", hole.height, up),
+            ("strip of wall below it", hole.y, up),
+            ("strip of wall above it", wall.height - hole.top, up),
+        ):
             if 1e-9 * wall.length < size <= least:
                 raise ValueError(
                     f"{name}: the {what} is {size:g} m and would vanish as bricks are laid; take more than {least:g} m"

@@ -264,9 +264,14 @@ class Run:
         pumped = None if self.pump is None else self.pump.standing()
         sections = None if self.sections is None else self.sections.memory.copy()
         return Standing(
-            self.motion.displacement.copy(), memory_of(self.joints), self.load_share, self.progress, plastic, pumped,
+            self.motion.displacement.copy(),
+            memory_of(self.joints),
+            self.load_share,
+            self.progress,
+            plastic,
+            pumped,
             sections,
-        )  # fmt: skip
+        )
 
     def cycle(self, count: int) -> None:
         """Run cycles at standing movement and load."""
@@ -304,9 +309,19 @@ class Run:
         if not self.model.ground.proportional:
             move_ground(self.joints, self.model.ground, progress, progress + count * step)
         run_cycles(
-            self.joints, self.special, self.softening, self.zones and self.zones.packed, self.sections,
-            self.pump and self.pump.line, self.motion, self.damping, load_share, progress, step, count,
-        )  # fmt: skip
+            self.joints,
+            self.special,
+            self.softening,
+            self.zones and self.zones.packed,
+            self.sections,
+            self.pump and self.pump.line,
+            self.motion,
+            self.damping,
+            load_share,
+            progress,
+            step,
+            count,
+        )
         self.cycles += count
         if self.zones is not None:
             self.zones.mean_motion(self.motion.displacement)
@@ -533,9 +548,13 @@ class Run:
             Unbalanced ratio at the end.
         """
         search = Vanishing(
-            stood.progress, load, self.progress, self.carried(),
-            enough=NOTHING * float(np.abs(self.model.supports.load).sum()), close=CLOSE,
-        )  # fmt: skip
+            stood.progress,
+            load,
+            self.progress,
+            self.carried(),
+            enough=NOTHING * float(np.abs(self.model.supports.load).sum()),
+            close=CLOSE,
+        )
         for _ in range(MOST_TRIES):
             if search.found:
                 break

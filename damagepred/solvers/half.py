@@ -401,14 +401,19 @@ def fold(blocks: Blocks, interfaces: Interfaces) -> Fold | None:
     order = np.where((other & mirror.turned)[:, None], contacts[::-1], contacts)
     left_block = number[:n] < 0
     return Fold(
-        mirror, kept, own_block[kept], faces, on_axis, halved,
+        mirror,
+        kept,
+        own_block[kept],
+        faces,
+        on_axis,
+        halved,
         blocks=_blocks_of_half(blocks, kept),
         interfaces=_faces_of_half(interfaces, faces, a, b, on_axis, halved),
         block_source=number[np.where(left_block, mirror.block, np.arange(n))],
         block_sign=np.where(left_block[:, None], MIRRORED, 1.0),
         contact_source=place[:, None] * len(contacts) + order,
         shear_sign=np.where(axis_face, 0.0, np.where(other, -1.0, 1.0))[:, None],
-    )  # fmt: skip
+    )
 
 
 def _parted(mirror: Mirror, interfaces: Interfaces, own: BoolArray) -> bool:
@@ -422,10 +427,14 @@ def _blocks_of_half(blocks: Blocks, kept: IntArray) -> Blocks:
     sizes = np.diff(blocks.first_vertex)
     corners = np.isin(np.repeat(np.arange(len(sizes)), sizes), kept)
     return Blocks(
-        x=blocks.x[kept], y=blocks.y[kept], area=blocks.area[kept], polar=blocks.polar[kept],
-        course=blocks.course[kept], vertices=blocks.vertices[corners],
+        x=blocks.x[kept],
+        y=blocks.y[kept],
+        area=blocks.area[kept],
+        polar=blocks.polar[kept],
+        course=blocks.course[kept],
+        vertices=blocks.vertices[corners],
         first_vertex=np.concatenate(([0], np.cumsum(sizes[kept]))),
-    )  # fmt: skip
+    )
 
 
 def _faces_of_half(

@@ -108,9 +108,17 @@ class Pump:
         here = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
         goal = 0.0 if self.jacks.by_load else self.jacks.deflection
         self.line = Line(
-            here, push[here], self.weights[here], np.zeros(2), self.stiffness, 0.0, goal,
-            goal * self.volume_per_deflection, 0.0, 0.0,
-        )  # fmt: skip
+            here,
+            push[here],
+            self.weights[here],
+            np.zeros(2),
+            self.stiffness,
+            0.0,
+            goal,
+            goal * self.volume_per_deflection,
+            0.0,
+            0.0,
+        )
         self._from = (0.0, 0.0)
         """Progress and volume of the last increment."""
 

@@ -106,9 +106,15 @@ def pack(model: Model) -> PackedJoints:
     put(tiles["dof_a"], lane, 3 * face.body_a)
     put(tiles["dof_b"], lane, 3 * face.body_b)
     for name in (
-        "normal_x", "normal_y", "arm_normal_a", "arm_shear_a", "arm_normal_b", "arm_shear_b",
-        "contact_offset", "contact_area",
-    ):  # fmt: skip
+        "normal_x",
+        "normal_y",
+        "arm_normal_a",
+        "arm_shear_a",
+        "arm_normal_b",
+        "arm_shear_b",
+        "contact_offset",
+        "contact_area",
+    ):
         put(tiles[name], lane, getattr(face, name))
     if model.sections is not None:  # these have a law of their own: see ``pack_sections``
         here = model.sections.interface

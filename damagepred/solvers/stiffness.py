@@ -48,20 +48,26 @@ def joint_stiffness(model: Model, apart: bool = False) -> sparse.csc_array:
     # rows of the kinematics: opening and shear at a contact for unit displacements of blocks a and b
     opening = np.stack(
         [
-            -face.normal_x[:, None] * ones, -face.normal_y[:, None] * ones,
+            -face.normal_x[:, None] * ones,
+            -face.normal_y[:, None] * ones,
             -(face.arm_normal_a[:, None] + face.contact_offset),
-            face.normal_x[:, None] * ones, face.normal_y[:, None] * ones,
+            face.normal_x[:, None] * ones,
+            face.normal_y[:, None] * ones,
             face.arm_normal_b[:, None] + face.contact_offset,
         ],
         axis=-1,
-    )  # fmt: skip
+    )
     shear = np.stack(
         [
-            -face.normal_y[:, None] * ones, face.normal_x[:, None] * ones, -face.arm_shear_a[:, None] * ones,
-            face.normal_y[:, None] * ones, -face.normal_x[:, None] * ones, face.arm_shear_b[:, None] * ones,
+            -face.normal_y[:, None] * ones,
+            face.normal_x[:, None] * ones,
+            -face.arm_shear_a[:, None] * ones,
+            face.normal_y[:, None] * ones,
+            -face.normal_x[:, None] * ones,
+            face.arm_shear_b[:, None] * ones,
         ],
         axis=-1,
-    )  # fmt: skip
+    )
     area = face.contact_area * (model.properties.gap == 0.0)[:, None] if apart else face.contact_area
     k_n = model.properties.normal_stiffness[:, None] * area
     k_s = model.properties.shear_stiffness[:, None] * area

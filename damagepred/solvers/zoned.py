@@ -86,9 +86,16 @@ def facets_of(model: Model) -> Facets:
     along_x, along_y = mesh.x[end] - mesh.x[start], mesh.y[end] - mesh.y[start]
     square = along_x**2 + along_y**2
     return Facets(
-        mesh.dof_x[start], mesh.dof_y[start], mesh.dof_x[end], mesh.dof_y[end], 1.0 - mesh.piece_place,
-        mesh.piece_place, -along_y / square, along_x / square, 3 * (model.n_blocks + 1),
-    )  # fmt: skip
+        mesh.dof_x[start],
+        mesh.dof_y[start],
+        mesh.dof_x[end],
+        mesh.dof_y[end],
+        1.0 - mesh.piece_place,
+        mesh.piece_place,
+        -along_y / square,
+        along_x / square,
+        3 * (model.n_blocks + 1),
+    )
 
 
 def pack_zones(model: Model) -> PackedZones:
@@ -312,11 +319,15 @@ def kinematics(model: Model) -> sparse.csr_array:
     own[body[:, None] + np.arange(3)] = 0.0
     entries = [
         (np.arange(size), np.arange(size), own),
-        (body, facets.start_x, facets.start_share), (body, facets.end_x, facets.end_share),
-        (body + 1, facets.start_y, facets.start_share), (body + 1, facets.end_y, facets.end_share),
-        (body + 2, facets.start_x, -facets.turn_x), (body + 2, facets.end_x, facets.turn_x),
-        (body + 2, facets.start_y, -facets.turn_y), (body + 2, facets.end_y, facets.turn_y),
-    ]  # fmt: skip
+        (body, facets.start_x, facets.start_share),
+        (body, facets.end_x, facets.end_share),
+        (body + 1, facets.start_y, facets.start_share),
+        (body + 1, facets.end_y, facets.end_share),
+        (body + 2, facets.start_x, -facets.turn_x),
+        (body + 2, facets.end_x, facets.turn_x),
+        (body + 2, facets.start_y, -facets.turn_y),
+        (body + 2, facets.end_y, facets.turn_y),
+    ]
     rows, columns, values = (np.concatenate(part) for part in zip(*entries))
     return sparse.coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
 

@@ -75,9 +75,19 @@ def asked_of(settings: StudySettings, question: Question) -> StudySettings:
         if a != place and (kept := {b: value for b, value in row.items() if b != place})
     }
     how = replace(
-        settings.study, sampler="random", replicates=1, table=None, table_columns=(), importance={}, nominal_share=0.0,
-        stop_when=None, time_budget=None, stop_at_category=question.category, coarse={}, movement="path",
-    )  # fmt: skip
+        settings.study,
+        sampler="random",
+        replicates=1,
+        table=None,
+        table_columns=(),
+        importance={},
+        nominal_share=0.0,
+        stop_when=None,
+        time_budget=None,
+        stop_at_category=question.category,
+        coarse={},
+        movement="path",
+    )
     return replace(
         settings,
         scene=replace(scene, movement=replace(scene.movement, increments=beyond)),
@@ -136,9 +146,12 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
                 moved = max(abs(step.increment.deflection), before)
             found = step.verdict
             widths = widest_gap(
-                found.crack_width_max, found.crack_band_width_max, found.footing_opening_max, scene.damage,
+                found.crack_width_max,
+                found.crack_band_width_max,
+                found.footing_opening_max,
+                scene.damage,
                 scene.dpc is not None,
-            )  # fmt: skip
+            )
             width = float(widths[scene.damage.measure == "band"])
             if found.damage_category >= question.category:
                 # within the step the widest crack is taken to grow in proportion

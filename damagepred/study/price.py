@@ -191,13 +191,27 @@ def price(
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits)
     mesh = model.mesh
     return Estimate(
-        title, model.n_blocks, model.n_contacts, len(model.joints.kind), count,
-        samples or 1, variables, ready - began, seconds,
-        scene.solver.method if scene.dynamics is None else "dynamic", matrix_bytes(model, scene.solver), status,
-        0 if mesh is None else len(mesh.block), 0 if mesh is None else len(mesh.zones),
-        0 if mesh is None else mesh.x.size, zone_bytes(model, count), peak_bytes(), cautions,
-        () if scene.dynamics is not None else tuple(accuracy_lines(scene)), ground,
-    )  # fmt: skip
+        title,
+        model.n_blocks,
+        model.n_contacts,
+        len(model.joints.kind),
+        count,
+        samples or 1,
+        variables,
+        ready - began,
+        seconds,
+        scene.solver.method if scene.dynamics is None else "dynamic",
+        matrix_bytes(model, scene.solver),
+        status,
+        0 if mesh is None else len(mesh.block),
+        0 if mesh is None else len(mesh.zones),
+        0 if mesh is None else mesh.x.size,
+        zone_bytes(model, count),
+        peak_bytes(),
+        cautions,
+        () if scene.dynamics is not None else tuple(accuracy_lines(scene)),
+        ground,
+    )
 
 
 def _timed(

@@ -175,9 +175,15 @@ def rare_event(
 
         def climb(walls: Walls) -> SubsetEstimate:
             return subset_simulation(
-                walls.margins, size, samples=samples, level_share=level_share, seed=asked.study.seed,
-                confidence=confidence, runs=runs, on_level=on_level,
-            )  # fmt: skip
+                walls.margins,
+                size,
+                samples=samples,
+                level_share=level_share,
+                seed=asked.study.seed,
+                confidence=confidence,
+                runs=runs,
+                on_level=on_level,
+            )
 
         with Crew(folder, asked.scene, workers, executor, timeout) as crew:
             walls = Walls(crew, folder.path / WALLS)

@@ -373,9 +373,14 @@ class StudySettings:
             return read_table(str(how.table), Scene.unit_of, self.scene.number_places())
 
         sampler = Sampler(
-            how.sampler, how.replicates, how.importance, how.nominal_share, how.table_columns,
-            table if how.sampler == "table" else None, how.crossed,
-        )  # fmt: skip
+            how.sampler,
+            how.replicates,
+            how.importance,
+            how.nominal_share,
+            how.table_columns,
+            table if how.sampler == "table" else None,
+            how.crossed,
+        )
         return Design.make(self.variables, units, pairs, sampler, how.seed)
 
     def to_dict(self) -> dict[str, Any]:

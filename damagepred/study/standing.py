@@ -137,7 +137,13 @@ def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
         high = low + float(every[lost].sum()) / (count + failed)
         bounds = f"{low:.3f} - {min(high, 1.0):.3f}" if failed else "-"
         rows.append(
-            [f"{category} {CATEGORIES[category].replace('_', ' ')}", str(int((worst == category).sum())),
-             f"{here.value:.3f}", f"{beyond.value:.3f}", f"{beyond.lower:.3f} - {beyond.upper:.3f}", bounds]
-        )  # fmt: skip
+            [
+                f"{category} {CATEGORIES[category].replace('_', ' ')}",
+                str(int((worst == category).sum())),
+                f"{here.value:.3f}",
+                f"{beyond.value:.3f}",
+                f"{beyond.lower:.3f} - {beyond.upper:.3f}",
+                bounds,
+            ]
+        )
     return rows

@@ -83,9 +83,14 @@ def levels(settings: StudySettings) -> tuple[StudySettings, StudySettings]:
     sobol = settings.study.sampler == "sobol"
     given = settings.study.replicates
     how = replace(
-        settings.study, sampler="sobol" if sobol else "random", stop_when=None, time_budget=None, coarse={},
-        replicates=(given if given >= ENOUGH_REPLICATES else SCRAMBLES) if sobol else 1, movement="path",
-    )  # fmt: skip
+        settings.study,
+        sampler="sobol" if sobol else "random",
+        stop_when=None,
+        time_budget=None,
+        coarse={},
+        replicates=(given if given >= ENOUGH_REPLICATES else SCRAMBLES) if sobol else 1,
+        movement="path",
+    )
     return replace(settings, study=how), replace(
         settings, scene=scene, study=replace(how, fields_from=settings.scene, store_fields=False)
     )

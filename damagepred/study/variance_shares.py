@@ -171,19 +171,24 @@ def study_sensitivity(
     if not inputs:
         raise InputError("the study has no input with one value a wall.")
     weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample[alone]] if "weight" in ds else None
-    how = {"weight": weight, "confidence": confidence, "resamples": resamples, "seed": seed}
-    result = rank_correlation(inputs, found.value[alone], **how).merge(  # type: ignore[arg-type]
-        first_order(inputs, found.value[alone], **how), combine_attrs="override"  # type: ignore[arg-type]
-    )  # fmt: skip
+    values = found.value[alone]
+    correlations = rank_correlation(
+        inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed
+    )
+    indices = first_order(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)
+    result = correlations.merge(indices, combine_attrs="override")
     if crossed:
         tables = _tables(found)
         shares = crossed_shares(tables, confidence=confidence, resamples=resamples, seed=seed)
         renamed = {n: f"group_{n}" for n in shares.data_vars if str(n).startswith(("first_order", "total"))}
         result = result.merge(shares.rename(renamed)).assign_attrs(tables=len(tables))
     return result.assign_attrs(
-        title=f"sensitivity of {ds.attrs.get('title', 'a study')}", output=found.name, share_censored=found.censored,
-        samples_failed=int((ds["status"].values == FAILED).sum()), bootstrap_samples=resamples,
-    )  # fmt: skip
+        title=f"sensitivity of {ds.attrs.get('title', 'a study')}",
+        output=found.name,
+        share_censored=found.censored,
+        samples_failed=int((ds["status"].values == FAILED).sum()),
+        bootstrap_samples=resamples,
+    )
 
 
 def _tables(found: Output) -> FloatArray:

@@ -144,9 +144,14 @@ def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None
             _compare(read_dataset(folder.results_file, folder.study_hash), ds, folder.results_file)
     parts, failures = len(folder.part_files()), len(folder.failed_samples())
     found.damaged = list(dict.fromkeys(found.damaged))
-    found.files = parts + failures + sum(
-        file.is_file() for file in (folder.study_file, folder.manifest_file, folder.design_file, folder.results_file)
-    )  # fmt: skip
+    found.files = (
+        parts
+        + failures
+        + sum(
+            file.is_file()
+            for file in (folder.study_file, folder.manifest_file, folder.design_file, folder.results_file)
+        )
+    )
     found.notes += [f"{word}." for word in mixture(ds)]
     if missing := int((ds["status"].values == MISSING).sum()):
         found.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")

@@ -272,10 +272,13 @@ class LocalPool:
         elif not worker.is_ready:
             self._stillborn += 1
             if self._stillborn >= HOPELESS:
-                self._give_up(StudyError(
-                    f"{self._stillborn} worker processes in a row died before they began (exit code {code}); is there "
-                    "memory for that many? What was finished is kept, and the same command goes on from there."
-                ))  # fmt: skip
+                self._give_up(
+                    StudyError(
+                        f"{self._stillborn} worker processes in a row died before they began (exit code "
+                        f"{code}); is there "
+                        "memory for that many? What was finished is kept, and the same command goes on from there."
+                    )
+                )
                 self._stillborn = 0
 
     def _give_up(self, error: Exception) -> None:

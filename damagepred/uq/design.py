@@ -176,9 +176,18 @@ class Design:
             )
         lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
         return cls(
-            seed, sampler, marginals, wall, joint, wall_factor,
-            joint_factor, lag, innovation_factor(joint_factor, [lag[place] for place in joint]), None, quantiles,
-        )  # fmt: skip
+            seed,
+            sampler,
+            marginals,
+            wall,
+            joint,
+            wall_factor,
+            joint_factor,
+            lag,
+            innovation_factor(joint_factor, [lag[place] for place in joint]),
+            None,
+            quantiles,
+        )
 
     @one_blas_thread()
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
@@ -218,9 +227,13 @@ class Design:
         mixed = bool(how.proposals) and how.nominal_share > 0
         unit = how.unit_points(size + mixed, samples, self.seed)
         return draw(
-            ndtri(unit[:, :size]), self.wall_factor, self.wall, how.proposals, how.nominal_share,
+            ndtri(unit[:, :size]),
+            self.wall_factor,
+            self.wall,
+            how.proposals,
+            how.nominal_share,
             unit[:, size] if mixed else None,
-        )  # fmt: skip
+        )
 
     @one_blas_thread()
     def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:

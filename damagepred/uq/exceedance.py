@@ -287,9 +287,14 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
     good = ~failed[0]
     value = float(fit.probability(grid)[0])
     estimate = Estimate(
-        value, spread, float(band.probability[0][0]), float(band.probability[1][0]), confidence, int(good.sum()),
+        value,
+        spread,
+        float(band.probability[0][0]),
+        float(band.probability[1][0]),
+        confidence,
+        int(good.sum()),
         effective_samples(found.weight[good]),
-    )  # fmt: skip
+    )
     bounds = [value, value]
     if failed.any():
         ends = (fitted(np.where(failed, end, lower), upper), fitted(lower, np.where(failed, end, upper)))

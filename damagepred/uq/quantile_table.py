@@ -28,10 +28,24 @@ SMALLEST_CELL = 2e-4
 
 DEGREE = 7
 
-CLOSED = frozenset({
-    "norm", "lognorm", "uniform", "weibull_min", "weibull_max", "gumbel_r", "gumbel_l", "expon", "logistic", "cauchy",
-    "rayleigh", "pareto", "genextreme", "laplace",
-})  # fmt: skip
+CLOSED = frozenset(
+    {
+        "norm",
+        "lognorm",
+        "uniform",
+        "weibull_min",
+        "weibull_max",
+        "gumbel_r",
+        "gumbel_l",
+        "expon",
+        "logistic",
+        "cauchy",
+        "rayleigh",
+        "pareto",
+        "genextreme",
+        "laplace",
+    }
+)
 """Distributions of scipy.stats whose quantiles are a formula; they need no table."""
 
 

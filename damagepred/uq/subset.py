@@ -173,9 +173,16 @@ def subset_simulation(
 
 
 def _run(
-    margin: _Counted, dimensions: int, samples: int, chains: int, length: int, seed: int, run: int, max_levels: int,
+    margin: _Counted,
+    dimensions: int,
+    samples: int,
+    chains: int,
+    length: int,
+    seed: int,
+    run: int,
+    max_levels: int,
     on_level: Callable[[Level], None] | None,
-) -> tuple[list[Level], FloatArray, FloatArray]:  # fmt: skip
+) -> tuple[list[Level], FloatArray, FloatArray]:
     """Climb once; return the levels, and margins and samples of the last."""
     first = margin.count
     z = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(dimensions) for i in range(samples)])
@@ -213,10 +220,13 @@ def _together(found: list[SubsetEstimate]) -> SubsetEstimate:
     spread = student_factor(last.confidence, count - 1) * np.sqrt(np.log1p(variation**2))
     known = reached and np.isfinite(spread)
     return last._replace(
-        probability=mean, variation=variation, reached=reached, runs=tuple(each.tolist()),
+        probability=mean,
+        variation=variation,
+        reached=reached,
+        runs=tuple(each.tolist()),
         lower=mean * float(np.exp(-spread)) if known else 0.0,
         upper=min(mean * float(np.exp(spread)), 1.0) if known else max(one.upper for one in found),
-    )  # fmt: skip
+    )
 
 
 def check_sizes(samples: int, level_share: float) -> tuple[int, int]:
@@ -312,6 +322,15 @@ def _estimate(levels: list[Level], g: FloatArray, z: FloatArray, margin: _Counte
         spread = factor * np.sqrt(np.log1p(variation**2))
         lower, upper = probability * np.exp(-spread), min(probability * np.exp(spread), 1.0)
     return SubsetEstimate(
-        probability, variation, float(lower), float(upper), confidence, tuple(levels), margin.count, reached, z, g,
+        probability,
+        variation,
+        float(lower),
+        float(upper),
+        confidence,
+        tuple(levels),
+        margin.count,
+        reached,
+        z,
+        g,
         margin.failed,
-    )  # fmt: skip
+    )

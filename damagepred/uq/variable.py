@@ -26,9 +26,18 @@ def _no_bool(value: Any) -> Any:
 
 Number = Annotated[float | str, BeforeValidator(_no_bool)]
 Family = Literal[
-    "lognormal", "normal", "truncated_normal", "uniform", "weibull", "beta", "gamma", "discrete", "empirical", "scipy",
+    "lognormal",
+    "normal",
+    "truncated_normal",
+    "uniform",
+    "weibull",
+    "beta",
+    "gamma",
+    "discrete",
+    "empirical",
+    "scipy",
     "mixture",
-]  # fmt: skip
+]
 
 _OF_THE_UNIT = ("mean", "std", "median", "lower", "upper", "scale")
 _PURE = ("cov", "dispersion", "shape", "alpha", "beta")

@@ -53,11 +53,15 @@ def measured(kept: pd.DataFrame) -> pd.DataFrame:
     for room in ROOMS.values():
         own = kept[kept["room"] == room.name]
         older = "" if notes.whole(kept, room.name) else "; some earlier, " + UNKNOWN if len(own) else UNKNOWN
-        rows.append({
-            "": f"[{room.name}](#{anchor(room)})", "what": CONTENTS[room.name],
-            "version": _cell(own["version"]) + older, "date": _cell(own["date"]) + older,
-            "minutes": f"{own['minutes'].sum():.1f}" if len(own) else UNKNOWN,
-        })  # fmt: skip
+        rows.append(
+            {
+                "": f"[{room.name}](#{anchor(room)})",
+                "what": CONTENTS[room.name],
+                "version": _cell(own["version"]) + older,
+                "date": _cell(own["date"]) + older,
+                "minutes": f"{own['minutes'].sum():.1f}" if len(own) else UNKNOWN,
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -103,12 +107,20 @@ def section(room: Room, folder: Path | None = None) -> str:
 
 def text(kept: pd.DataFrame) -> str:
     """Return the page."""
-    return "\n\n".join((
-        "# What the benchmarks say, on one page",
-        f"Written by `{ALL}` from the data of the benchmarks; `{ALL} --from-data` writes it again. Each heading names "
-        "the command that measures what is under it, and the page that says how.",
-        whence(kept), markdown(measured(kept)), *map(section, ROOMS.values()),
-    )) + "\n"  # fmt: skip
+    return (
+        "\n\n".join(
+            (
+                "# What the benchmarks say, on one page",
+                f"Written by `{ALL}` from the data of the benchmarks; `{ALL} --from-data` writes it again. Each "
+                "heading names "
+                "the command that measures what is under it, and the page that says how.",
+                whence(kept),
+                markdown(measured(kept)),
+                *map(section, ROOMS.values()),
+            )
+        )
+        + "\n"
+    )
 
 
 def write(page: Path = PAGE) -> None:

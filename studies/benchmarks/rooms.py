@@ -52,18 +52,28 @@ ROOMS = {
     room.name: room
     for room in (
         _room("work_precision", "--quick", "data.csv"),
-        _room("probabilities", "--quick --wall window --output {} --into {}",
-              "data.csv floors.csv costs.csv results", "results"),
+        _room(
+            "probabilities",
+            "--quick --wall window --output {} --into {}",
+            "data.csv floors.csv costs.csv results",
+            "results",
+        ),
         _room("stress", "--quick", "cases.csv time_steps.csv cracking.csv machine.txt", "cases.csv"),
         _room("scaling", "--quick --output {}", "data.csv"),
         _room("workers", "--quick --wall window --into {}", "parts.csv runs.csv", ""),
         _room("skips", "--quick --output {}", "data.csv"),
         # its baseline is not moved aside, for its tests read it; each of its figures is measured by every call
-        Room("regressions", ROOT / "tests" / "regressions", RENEW,
-             ["-m", "pytest", "tests/regressions", "-k", "archive"], ("baseline.json",), ""),
+        Room(
+            "regressions",
+            ROOT / "tests" / "regressions",
+            RENEW,
+            ["-m", "pytest", "tests/regressions", "-k", "archive"],
+            ("baseline.json",),
+            "",
+        ),
         _room("beside_others", "--quick --output {}", "runs.csv base.csv moved.csv machine.txt", "runs.csv"),
     )
-}  # fmt: skip
+}
 """All, in the order of the page."""
 SEPARATE = ("regressions",)
 """Whose data are never moved aside."""

@@ -128,8 +128,14 @@ def quick(room: Room) -> int:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Read the command line, measure, write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rooms", nargs="+", choices=list(ROOMS), default=list(ROOMS), metavar="NAME",
-                        help=f"of {', '.join(ROOMS)} (all)")  # fmt: skip
+    parser.add_argument(
+        "--rooms",
+        nargs="+",
+        choices=list(ROOMS),
+        default=list(ROOMS),
+        metavar="NAME",
+        help=f"of {', '.join(ROOMS)} (all)",
+    )
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--anew", action="store_true", help="move what data there are aside first")
     how.add_argument("--quick", action="store_true", help="the small form of each room; leaves all data alone")

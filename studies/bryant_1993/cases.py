@@ -67,9 +67,12 @@ def read_case(name: str) -> Case:
     to = end_of_the_test(name)
     movement = replace(described.movement, central_deflection=to, increments=round(to / STEP))
     return Case(
-        name, replace(described, movement=movement), tuple(settings["shown"]), test[name],
+        name,
+        replace(described, movement=movement),
+        tuple(settings["shown"]),
+        test[name],
         end_of_the_test(counterpart(name)),
-    )  # fmt: skip
+    )
 
 
 def end_of_the_test(name: str) -> float:

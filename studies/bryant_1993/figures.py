@@ -82,9 +82,17 @@ def jack_load(solved: Solved) -> Figure:
     if limit is not None:
         ax.axvline(MM * limit, **TEST)
         who = "jacks" if dishing else "supports"
-        ax.annotate(f"test: {who} carry nothing at {MM * limit:g} mm", (MM * limit, 0.98), (-4, 0), va="top",
-                    xycoords=ax.get_xaxis_transform(), textcoords="offset points", ha="right", fontsize="small",
-                    color="0.35")  # fmt: skip
+        ax.annotate(
+            f"test: {who} carry nothing at {MM * limit:g} mm",
+            (MM * limit, 0.98),
+            (-4, 0),
+            va="top",
+            xycoords=ax.get_xaxis_transform(),
+            textcoords="offset points",
+            ha="right",
+            fontsize="small",
+            color="0.35",
+        )
     return figure
 
 
@@ -117,19 +125,40 @@ def window_width(solved: Solved, whole_wall: xr.Dataset) -> Figure:
     for way, ds in solved.whole.items():
         x, y = MM * ds["dpc_opening_max"].values, MM * ds["opening_width_change"].values[:, 0]
         line = width_against_separation(ds)
-        ax.plot(x, y, color=COLOURS[way], marker=".", markersize=4, linewidth=1.2,
-                label=f"{LABELS[way]}: straight line {line.slope:.2g} mm/mm, r2 = {line.r2:.3f}")  # fmt: skip
+        ax.plot(
+            x,
+            y,
+            color=COLOURS[way],
+            marker=".",
+            markersize=4,
+            linewidth=1.2,
+            label=f"{LABELS[way]}: straight line {line.slope:.2g} mm/mm, r2 = {line.r2:.3f}",
+        )
         ends = np.array([0.0, x.max()])
         ax.plot(ends, MM * line.start + line.slope * ends, color=COLOURS[way], linewidth=0.8, linestyle=":")
     x, y = MM * whole_wall["dpc_opening_max"].values, MM * whole_wall["opening_width_change"].values[:, 0]
-    ax.plot(x, y, color="#cc79a7", marker="x", markersize=4, linewidth=1.2,
-            label="jacks, elastic footing, joints of the wall that do not break")  # fmt: skip
+    ax.plot(
+        x,
+        y,
+        color="#cc79a7",
+        marker="x",
+        markersize=4,
+        linewidth=1.2,
+        label="jacks, elastic footing, joints of the wall that do not break",
+    )
     seen = solved.case.test.get("opening_width_change")
     if seen is not None:
         ax.axhline(MM * seen, **TEST)
-        ax.annotate(f"test: {MM * seen:g} mm at the largest deflection; the dpc's opening there is not reported",
-                    (0.99, MM * seen), (0, 3), xycoords=ax.get_yaxis_transform(), textcoords="offset points",
-                    ha="right", fontsize="small", color="0.35")  # fmt: skip
+        ax.annotate(
+            f"test: {MM * seen:g} mm at the largest deflection; the dpc's opening there is not reported",
+            (0.99, MM * seen),
+            (0, 3),
+            xycoords=ax.get_yaxis_transform(),
+            textcoords="offset points",
+            ha="right",
+            fontsize="small",
+            color="0.35",
+        )
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.set_xlabel("widest opening of the dpc (mm)")
     ax.set_ylabel("change of the window's width at the top (mm)")

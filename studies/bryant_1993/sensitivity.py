@@ -60,9 +60,12 @@ def joint(**factors: float) -> Callable[[Scene], Scene]:
 def bed(factor: float) -> Callable[[Scene], Scene]:
     """Return a change of the stiffness of the bed between footing and first course, by a factor."""
     return lambda s: footing(
-        joint=replace(s.joint, normal_stiffness=factor * s.joint.normal_stiffness,
-                      shear_stiffness=factor * s.joint.shear_stiffness)
-    )(s)  # fmt: skip
+        joint=replace(
+            s.joint,
+            normal_stiffness=factor * s.joint.normal_stiffness,
+            shear_stiffness=factor * s.joint.shear_stiffness,
+        )
+    )(s)
 
 
 def unbreakable(scene: Scene) -> Scene:
@@ -111,9 +114,8 @@ def variants(bent: float) -> list[Variant]:
         *found,
         Variant("bent before, tension stiffening 1", footing(concrete=replace(before, tension_stiffening=1.0))),
         Variant("bent before, sheet on the footing", footing(concrete=before, joint=SHEET)),
-        Variant("bent before, mortar that does not break",
-                lambda s: unbreakable(footing(concrete=before)(s))),
-    ]  # fmt: skip
+        Variant("bent before, mortar that does not break", lambda s: unbreakable(footing(concrete=before)(s))),
+    ]
 
 
 def row(variant: Variant, names: tuple[str, ...] = NAMES) -> list[str]:
@@ -157,9 +159,16 @@ def whole_wall(scene: Scene) -> float:
 
 
 HEAD = [
-    "changed", "dishing: limit", "dpc open there", "doming: limit", "ends open there",
-    "window, dishing: limit", "width there", "window, doming: limit", "width there",
-]  # fmt: skip
+    "changed",
+    "dishing: limit",
+    "dpc open there",
+    "doming: limit",
+    "ends open there",
+    "window, dishing: limit",
+    "width there",
+    "window, doming: limit",
+    "width there",
+]
 
 
 def main() -> None:
@@ -171,8 +180,10 @@ def main() -> None:
     rows: list[list[str]] = []
     for what, load in (("two courses below the dpc", courses_below), ("wall and roof, evenly", whole_wall)):
         for name, concrete in (
-            ("elastic, 7000 MPa", None), (f"new, {MESH}", virgin()), ("bent before", bent_before(bent)),
-        ):  # fmt: skip
+            ("elastic, 7000 MPa", None),
+            (f"new, {MESH}", virgin()),
+            ("bent before", bent_before(bent)),
+        ):
             rows.append([f"{what}; {name}", *alone(load, concrete)])
     lines += ["", "| footing alone, carrying | dishing: limit | doming: limit |", "|---|---|---|"]
     lines += ["| " + " | ".join(r) + " |" for r in rows]

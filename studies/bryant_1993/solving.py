@@ -69,8 +69,10 @@ def solve_case(case: Case) -> Solved:
     """Solve a wall in all ways."""
     moment = earlier_moment(case)
     footings: dict[str, ReinforcedConcrete | None] = {
-        "elastic": None, "cracked": virgin(), "bent": bent_before(moment),
-    }  # fmt: skip
+        "elastic": None,
+        "cracked": virgin(),
+        "bent": bent_before(moment),
+    }
     limit, whole = {}, {"prescribed": solve(case.scene, f"{case.name}, prescribed")}
     for way, concrete in footings.items():
         scene = on_jacks(case.scene, concrete)

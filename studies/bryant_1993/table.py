@@ -52,8 +52,13 @@ def rows(solved: Solved) -> list[Row]:
     paper = test.get("paper_model", {})
     found: list[Row] = []
 
-    def add(quantity: str, of: Callable[[xr.Dataset], str], seen: object = None, theirs: object = None,
-            at_limit: bool = False) -> None:  # fmt: skip
+    def add(
+        quantity: str,
+        of: Callable[[xr.Dataset], str],
+        seen: object = None,
+        theirs: object = None,
+        at_limit: bool = False,
+    ) -> None:
         runs = solved.limit if at_limit else solved.whole
         ours = {way: of(runs[way]) if way in runs else NOT_KNOWN for way in LABELS}
         found.append(Row(solved.case.name, quantity, _said(seen), _said(theirs), ours))
@@ -62,8 +67,13 @@ def rows(solved: Solved) -> list[Row]:
     dishing = "dishing" in solved.case.name
     idle = "jacks" if dishing else "supports"
     limit = MM * test["central_deflection"] if "central_deflection" in test else None
-    add(f"deflection at which {idle} carry nothing, mm",
-        lambda ds: number(MM * ds.attrs.get("limit_deflection", np.nan)), limit, "prescribed", True)  # fmt: skip
+    add(
+        f"deflection at which {idle} carry nothing, mm",
+        lambda ds: number(MM * ds.attrs.get("limit_deflection", np.nan)),
+        limit,
+        "prescribed",
+        True,
+    )
     add("widest opening of the dpc there, mm", lambda ds: number(MM * _dpc(ds).opening.max()), at_limit=True)
     if solved.case.has_window:
         _window(add, end, test, paper, dishing)
@@ -71,12 +81,21 @@ def rows(solved: Solved) -> list[Row]:
         _dishing(add, end, test, paper)
     else:
         _doming(add, end, test, paper)
-    add(f"largest slip on the dpc where it carries, at {end}, mm", lambda ds: number(MM * _dpc(ds).sliding),
-        test.get("sliding"))  # fmt: skip
-    add(f"mortar joints broken above the dpc at {end}", lambda ds: str(cracked_above_dpc(ds, -1)),
-        test.get("cracks_above_dpc"), paper.get("cracks_above_dpc"))  # fmt: skip
-    add(f"load of each jack at {end}, kN",
-        lambda ds: number(KN * float(ds["jack_load"][-1])) if "jack_load" in ds else NOT_KNOWN)  # fmt: skip
+    add(
+        f"largest slip on the dpc where it carries, at {end}, mm",
+        lambda ds: number(MM * _dpc(ds).sliding),
+        test.get("sliding"),
+    )
+    add(
+        f"mortar joints broken above the dpc at {end}",
+        lambda ds: str(cracked_above_dpc(ds, -1)),
+        test.get("cracks_above_dpc"),
+        paper.get("cracks_above_dpc"),
+    )
+    add(
+        f"load of each jack at {end}, kN",
+        lambda ds: number(KN * float(ds["jack_load"][-1])) if "jack_load" in ds else NOT_KNOWN,
+    )
     add(f"largest moment in the footing at {end}, kNm", lambda ds: _moment(ds))
     return found
 
@@ -97,21 +116,33 @@ def _dishing(add: Callable[..., None], end: str, test: dict, paper: dict) -> Non
     for t in THRESHOLDS:
         add(f"dpc open by more than {MM * t:g} mm along, at {end}, m", lambda ds, t=t: number(_dpc(ds).separated(t)))
     for t in THRESHOLDS:
-        add(f"not open by more than {MM * t:g} mm at each end, at {end}, mm",
+        add(
+            f"not open by more than {MM * t:g} mm at each end, at {end}, mm",
             lambda ds, t=t: number(MM * float(np.mean(_dpc(ds).closed_at_ends(t)))),
-            f"{MM * distance:g} (threshold not reported)", f"{MM * paper['dpc_closed_length_at_ends']:g}")  # fmt: skip
-    add(f"opening of the dpc {MM * distance:g} mm from the ends, at {end}, mm",
-        lambda ds: number(MM * _dpc(ds).opening_at(distance)))  # fmt: skip
+            f"{MM * distance:g} (threshold not reported)",
+            f"{MM * paper['dpc_closed_length_at_ends']:g}",
+        )
+    add(
+        f"opening of the dpc {MM * distance:g} mm from the ends, at {end}, mm",
+        lambda ds: number(MM * _dpc(ds).opening_at(distance)),
+    )
 
 
 def _doming(add: Callable[..., None], end: str, test: dict, paper: dict) -> None:
     gaps = " and ".join(f"{MM * g:g}" for g in test["dpc_opening_at_ends"])
     add("opening of the dpc at its ends where supports carry nothing, mm", _end_gaps, at_limit=True)
     add(f"opening of the dpc at its ends, at {end}, mm", _end_gaps, gaps)
-    add("length on which the wall rests where supports carry nothing, m", lambda ds: number(_dpc(ds).bearing),
-        at_limit=True)  # fmt: skip
-    add(f"length on which the wall rests, at {end}, m", lambda ds: number(_dpc(ds).bearing), test.get("rests_on"),
-        paper.get("rests_on"))  # fmt: skip
+    add(
+        "length on which the wall rests where supports carry nothing, m",
+        lambda ds: number(_dpc(ds).bearing),
+        at_limit=True,
+    )
+    add(
+        f"length on which the wall rests, at {end}, m",
+        lambda ds: number(_dpc(ds).bearing),
+        test.get("rests_on"),
+        paper.get("rests_on"),
+    )
 
 
 def _end_gaps(ds: xr.Dataset) -> str:
@@ -126,23 +157,47 @@ def _window(add: Callable[..., None], end: str, test: dict, paper: dict, dishing
 
     strength = MPA * test["tension_below"] if "tension_below" in test else None
     below = f"below {strength:g}" if strength else None
-    add(f"change of the window's width where {'jacks' if dishing else 'supports'} carry nothing, mm", change,
-        at_limit=True)  # fmt: skip
-    add(f"change of the window's width at {end}, mm", change,
-        f"{MM * seen:g} (at the largest deflection)" if seen else test.get("width"))  # fmt: skip
+    add(
+        f"change of the window's width where {'jacks' if dishing else 'supports'} carry nothing, mm",
+        change,
+        at_limit=True,
+    )
+    add(
+        f"change of the window's width at {end}, mm",
+        change,
+        f"{MM * seen:g} (at the largest deflection)" if seen else test.get("width"),
+    )
     if seen:
-        add(f"widest opening of the dpc when it is {MM * seen:g}, mm",
-            lambda ds: number(MM * (separation_at(ds, seen) or np.nan)))  # fmt: skip
-    add("mm of width for each mm of the dpc's opening (straight line)",
-        lambda ds: number(width_against_separation(ds).slope), test.get("proportional"))  # fmt: skip
+        add(
+            f"widest opening of the dpc when it is {MM * seen:g}, mm",
+            lambda ds: number(MM * (separation_at(ds, seen) or np.nan)),
+        )
+    add(
+        "mm of width for each mm of the dpc's opening (straight line)",
+        lambda ds: number(width_against_separation(ds).slope),
+        test.get("proportional"),
+    )
     add("r2 of that line", lambda ds: number(width_against_separation(ds).r2))
     for where, at_limit in (("where they carry nothing", True), (f"at {end}", False)):
-        add(f"largest horizontal tension of a brick by the window {where}, MPa",
-            lambda ds: number(MPA * AroundWindow.of(ds, -1).horizontal), None, below, at_limit)  # fmt: skip
-        add(f"largest principal tension of a brick by the window {where}, MPa",
-            lambda ds: number(MPA * AroundWindow.of(ds, -1).principal), at_limit=at_limit)  # fmt: skip
-        add(f"perpends broken under the sill {where}", lambda ds: str(AroundWindow.of(ds, -1).cracked_under_sill),
-            None, test.get("under_sill"), at_limit)  # fmt: skip
+        add(
+            f"largest horizontal tension of a brick by the window {where}, MPa",
+            lambda ds: number(MPA * AroundWindow.of(ds, -1).horizontal),
+            None,
+            below,
+            at_limit,
+        )
+        add(
+            f"largest principal tension of a brick by the window {where}, MPa",
+            lambda ds: number(MPA * AroundWindow.of(ds, -1).principal),
+            at_limit=at_limit,
+        )
+        add(
+            f"perpends broken under the sill {where}",
+            lambda ds: str(AroundWindow.of(ds, -1).cracked_under_sill),
+            None,
+            test.get("under_sill"),
+            at_limit,
+        )
 
 
 def _said(value: object) -> str:

@@ -31,13 +31,19 @@ def main() -> int:
         or damagepred("study", study, "-n", options.samples, "-j", options.workers, "-o", folder)
         or damagepred("status", folder)
         or damagepred(
-            "fragility", folder, "-o", out / "fragility.nc", "--csv", out / "fragility.csv",
-            "--plot", out / "fragility.png",
+            "fragility",
+            folder,
+            "-o",
+            out / "fragility.nc",
+            "--csv",
+            out / "fragility.csv",
+            "--plot",
+            out / "fragility.png",
         )
         or damagepred("plot", folder, "-o", out / "study")
         or damagepred("report", folder, "-o", out / "report.html")
         or damagepred("replay", folder, 0, "--plot", out / "sample_0")
-    )  # fmt: skip
+    )
 
 
 def damagepred(*arguments: object) -> int:

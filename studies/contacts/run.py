@@ -62,9 +62,11 @@ def rotation_error(solver: Solver, share: float, length: float = 0.24, thickness
 def dry_wall(kind: str, length: float = 2.4, height: float = 0.9, roof: float = 0.0) -> Scene:
     """Return a wall without mortar and dpc whose ground moves by 4 mm."""
     return Scene(
-        wall=Wall(length=length, height=height), joint=DRY, loads=Loads(roof=roof),
+        wall=Wall(length=length, height=height),
+        joint=DRY,
+        loads=Loads(roof=roof),
         movement=Movement(kind=kind, central_deflection=4e-3, increments=20),  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
 
 
 WALLS = {
@@ -126,10 +128,14 @@ def step_rows(walls: dict[str, Scene]) -> Iterable[list[str]]:
             ds, seconds = timed(replace(scene, solver=replace(scene.solver, step_energy_tolerance=control)))
             band, band_fine = (1e3 * float(d["crack_band_width_max"][-1]) for d in (ds, fine))
             yield [
-                name, "on" if control < 1 else "off", f"{seconds:.2f} s",
-                f"{100 * ds.attrs['energy_error_share']:.2g} %", f"{100 * ds.attrs['snap_through_share']:.2g} %",
-                f"{1e3 * farthest(ds, fine):.3f} mm", f"{band:.3f} / {band_fine:.3f} mm",
-            ]  # fmt: skip
+                name,
+                "on" if control < 1 else "off",
+                f"{seconds:.2f} s",
+                f"{100 * ds.attrs['energy_error_share']:.2g} %",
+                f"{100 * ds.attrs['snap_through_share']:.2g} %",
+                f"{1e3 * farthest(ds, fine):.3f} mm",
+                f"{band:.3f} / {band_fine:.3f} mm",
+            ]
 
 
 def main() -> None:

@@ -66,9 +66,10 @@ def _ends(curve: xr.Dataset, median: float, dispersion: float) -> Found:
     """Return the intervals of a curve: at 0.8 of the movement also that of the probability."""
     at = float(curve["intensity"][4])
     truth = {
-        "median": median, "dispersion": dispersion,
+        "median": median,
+        "dispersion": dispersion,
         "probability": float(special.ndtr(np.log(at / median) / dispersion)),
-    }  # fmt: skip
+    }
     found = {}
     for name, value in truth.items():
         one = curve.isel(intensity=4) if name == "probability" else curve
@@ -77,9 +78,16 @@ def _ends(curve: xr.Dataset, median: float, dispersion: float) -> Found:
 
 
 def curve(
-    random: np.random.Generator, damaged: int, share: float, *, median: float = 8e-3, dispersion: float = 0.4,
-    increments: int = 40, band: str = "bca", weighted: bool = False,
-) -> Found:  # fmt: skip
+    random: np.random.Generator,
+    damaged: int,
+    share: float,
+    *,
+    median: float = 8e-3,
+    dispersion: float = 0.4,
+    increments: int = 40,
+    band: str = "bca",
+    weighted: bool = False,
+) -> Found:
     """Give a lognormal curve of walls of which a share is damaged by the end."""
     walls = round(damaged / share)
     end = median * np.exp(dispersion * special.ndtri(min(share, 0.9995)))
@@ -138,9 +146,11 @@ def surface(random: np.random.Generator, walls: int, slope: float = 0.7) -> Foun
     at = float(found["intensity"][4])
     middle = found.isel(second=2)
     truth = {
-        "slope": (found, slope), "dispersion": (found, 0.4), "median": (middle, 8e-3 * z**slope),
+        "slope": (found, slope),
+        "dispersion": (found, 0.4),
+        "median": (middle, 8e-3 * z**slope),
         "probability": (middle.isel(intensity=4), float(special.ndtr(np.log(at / (8e-3 * z**slope)) / 0.4))),
-    }  # fmt: skip
+    }
     return {k: (float(one[f"{k}_lower"]), float(one[f"{k}_upper"]), value) for k, (one, value) in truth.items()}
 
 
@@ -158,9 +168,13 @@ def own_movements(random: np.random.Generator, walls: int) -> Found:
     at = random.uniform(2e-3, 20e-3, walls)
     hit = (at >= 8e-3 * np.exp(0.4 * random.standard_normal(walls))).astype(np.int8)
     ds = xr.Dataset(
-        {"damage_category": ("sample", hit), "central_deflection": ("sample", at),
-         "status": ("sample", np.zeros(walls, dtype=np.int8))}, attrs={"highest_category": 1},
-    )  # fmt: skip
+        {
+            "damage_category": ("sample", hit),
+            "central_deflection": ("sample", at),
+            "status": ("sample", np.zeros(walls, dtype=np.int8)),
+        },
+        attrs={"highest_category": 1},
+    )
     e = exceedance(ds, 1, 6e-3).estimate
     return {"probability": (e.lower, e.upper, float(special.ndtr(np.log(6 / 8) / 0.4)))}
 
@@ -241,9 +255,11 @@ def late_region(z: FloatArray, _: object) -> FloatArray:
 
 
 EXACT = {
-    "one region": special.ndtr(-3.0), "two regions": 2 * special.ndtr(-3.2),
-    "second region": 1 - special.ndtr(3.3) ** 2, "late region": 1 - special.ndtr(3.3) ** 2,
-}  # fmt: skip
+    "one region": special.ndtr(-3.0),
+    "two regions": 2 * special.ndtr(-3.2),
+    "second region": 1 - special.ndtr(3.3) ** 2,
+    "late region": 1 - special.ndtr(3.3) ** 2,
+}
 MARGINS = {"one region": linear, "two regions": two_regions, "second region": second_region, "late region": late_region}
 
 

@@ -50,11 +50,19 @@ def measure(interval: str, samples: str, case: Case, repetitions: int, seed: int
         below, above = (float((given & miss).sum()) / max(count, 1) for miss in (truth < lower, truth > upper))
         coverage = 1.0 - below - above if count else np.nan
         error = np.sqrt(coverage * (1 - coverage) / count) if count else np.nan
-        rows.append({
-            "interval": interval, "samples": samples, "quantity": name, "repetitions": repetitions,
-            "given": count / repetitions, "coverage": coverage, "error": error, "truth_below": below,
-            "truth_above": above,
-        })  # fmt: skip
+        rows.append(
+            {
+                "interval": interval,
+                "samples": samples,
+                "quantity": name,
+                "repetitions": repetitions,
+                "given": count / repetitions,
+                "coverage": coverage,
+                "error": error,
+                "truth_below": below,
+                "truth_above": above,
+            }
+        )
     return rows
 
 
@@ -74,8 +82,10 @@ def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = ()) -> 
         worst = min(
             (float(r["coverage"]) for r in rows if (r["interval"], r["samples"]) == (interval, samples)), default=np.nan
         )  # type: ignore[arg-type]
-        print(f"{number} of {len(wanted)}, {time.monotonic() - began:.0f} s: {interval}, {samples}: {worst:.2f}",
-              flush=True)  # fmt: skip
+        print(
+            f"{number} of {len(wanted)}, {time.monotonic() - began:.0f} s: {interval}, {samples}: {worst:.2f}",
+            flush=True,
+        )
     return pd.DataFrame(rows)
 
 

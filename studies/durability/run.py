@@ -42,8 +42,11 @@ def start(folder: Path, walls: int, *more: str) -> subprocess.Popen[str]:
     """Start a study as the leader of a process group of its own."""
     return subprocess.Popen(
         command(folder, walls, *more),
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def finish(folder: Path, walls: int, *more: str) -> str:
@@ -242,8 +245,13 @@ def interrupt(folder: Path, walls: int, undisturbed: Path) -> str:
 
 
 TREATMENTS: dict[str, Callable[..., str]] = {
-    "kill": kill, "worker": worker, "hang": hang, "dask": dask, "disk": disk, "interrupt": interrupt,
-}  # fmt: skip
+    "kill": kill,
+    "worker": worker,
+    "hang": hang,
+    "dask": dask,
+    "disk": disk,
+    "interrupt": interrupt,
+}
 
 
 def mistreat(names: list[str], walls: int, kills: int, place: Path) -> dict[str, str]:

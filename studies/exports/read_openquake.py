@@ -21,11 +21,15 @@ def main() -> None:
     ((intensity, name),) = model
     functions = model[intensity, name].build(model.limitStates)
     at = np.array(levels, dtype=float)
-    print(json.dumps({
-        "intensity": intensity,
-        "limit_states": model.limitStates,
-        "probability": [function(at.copy()).tolist() for function in functions],
-    }))  # fmt: skip
+    print(
+        json.dumps(
+            {
+                "intensity": intensity,
+                "limit_states": model.limitStates,
+                "probability": [function(at.copy()).tolist() for function in functions],
+            }
+        )
+    )
 
 
 main()

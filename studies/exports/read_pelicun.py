@@ -47,11 +47,15 @@ def main() -> None:
         ]
         for number in range(1, len(states) + 1)
     ]
-    print(json.dumps({
-        "median": [float(loaded[s, "Theta_0"]) for s in states],
-        "dispersion": [float(loaded[s, "Theta_1"]) for s in states],
-        "probability": worse,
-    }))  # fmt: skip
+    print(
+        json.dumps(
+            {
+                "median": [float(loaded[s, "Theta_0"]) for s in states],
+                "dispersion": [float(loaded[s, "Theta_1"]) for s in states],
+                "probability": worse,
+            }
+        )
+    )
 
 
 main()

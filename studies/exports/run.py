@@ -28,10 +28,26 @@ NEEDED = {
     "pelicun": ["pelicun==3.10.0", "pandas<3"],
     # of the engine's own list what its reader imports: the rest is for maps and servers
     "openquake": [
-        "numpy", "scipy", "pandas<3", "h5py", "psutil", "decorator", "toml", "numba", "requests", "docutils", "shapely",
-        "pyproj", "h3", "alpha_shapes", "pyzmq", "django<5", "fiona", "geopandas",
+        "numpy",
+        "scipy",
+        "pandas<3",
+        "h5py",
+        "psutil",
+        "decorator",
+        "toml",
+        "numba",
+        "requests",
+        "docutils",
+        "shapely",
+        "pyproj",
+        "h3",
+        "alpha_shapes",
+        "pyzmq",
+        "django<5",
+        "fiona",
+        "geopandas",
     ],
-}  # fmt: skip
+}
 WITHOUT_DEPENDENCIES = {"openquake": ["openquake.engine==3.26.2"]}
 
 CASES = {
@@ -108,8 +124,10 @@ def compare(program: str, python: Path, folder: Path) -> float:
                 allowed = np.full_like(ours, 2e-6 if kind == "openquake" else 5e-3)
             difference = np.abs(np.array(found["probability"]) - ours)
             worst = max(worst, float((difference / allowed).max()), parameters / 1e-12)
-            print(f"{kind:19} {measure:19} largest difference of a probability {difference.max():.1e}, "
-                  f"at most {(difference / allowed).max():.2f} of what is allowed")  # fmt: skip
+            print(
+                f"{kind:19} {measure:19} largest difference of a probability {difference.max():.1e}, "
+                f"at most {(difference / allowed).max():.2f} of what is allowed"
+            )
     return worst
 
 

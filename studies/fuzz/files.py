@@ -103,13 +103,15 @@ SCENES: dict[str, dict[str, Any]] = {
         "control_joint": [{"x": 0.72, "width": "10 mm"}],
     },
     "deformable": {
-        "wall": {"length": 0.96, "height": 0.3}, "solver": {"blocks": "deformable", "zone_size": 0.075},
+        "wall": {"length": 0.96, "height": 0.3},
+        "solver": {"blocks": "deformable", "zone_size": 0.075},
         "block": {"cohesion": "1 MPa", "elastic_modulus": "9000 MPa", "density": 2000.0},
     },
     "mound": {
         "movement": {"shape": "mound", "kind": "doming", "increments": 3},
         "mound": {"shape": "walsh", "surface_movement": "20 mm", "suction_depth": 2.3},
-        "soil": {"swelling_stiffness": "4000 kPa/m", "friction": 0.5}, "footing": {"width": 0.4, "depth": 0.5},
+        "soil": {"swelling_stiffness": "4000 kPa/m", "friction": 0.5},
+        "footing": {"width": 0.4, "depth": 0.5},
     },
     "table mound": {
         "movement": {"shape": "mound", "increments": 3},
@@ -121,45 +123,75 @@ SCENES: dict[str, dict[str, Any]] = {
         "rig": {"supports": [0.0, 1.44], "jacks": [0.4, 0.72, 1.0], "support": "lift_off"},
     },
     "table": {
-        "movement": {"shape": "table", "central_deflection": "3 mm", "increments": 2,
-                     "table": [[0, 0], [0.3, 0.8], [0.6, 1.0], [1, 0]]},
+        "movement": {
+            "shape": "table",
+            "central_deflection": "3 mm",
+            "increments": 2,
+            "table": [[0, 0], [0.3, 0.8], [0.6, 1.0], [1, 0]],
+        },
         "damage": {"table": "bre251", "measure": "band", "band_gauge": 0.5},
     },
     "in time": {
-        "dynamics": {"duration": 0.05, "outputs": 3, "damping": "viscous", "contact_damping": 0.3,
-                     "base": [{"kind": "half_sine", "acceleration": 3.0, "duration": "20 ms"}]},
+        "dynamics": {
+            "duration": 0.05,
+            "outputs": 3,
+            "damping": "viscous",
+            "contact_damping": 0.3,
+            "base": [{"kind": "half_sine", "acceleration": 3.0, "duration": "20 ms"}],
+        },
         "joint": {"tensile_strength": 0.0, "cohesion": 0.0},
     },
     "record": {"dynamics": {"duration": 0.05, "outputs": 2, "base": [{"file": "record.csv", "scale": 2.0}]}},
-}  # fmt: skip
+}
 VARIABLES: dict[str, dict[str, Any]] = {
-    "joint.tensile_strength": {"distribution": "lognormal", "mean": "0.1 MPa", "cov": 0.3,
-                               "field": {"course_correlation": 0.4}},
-    "joint.cohesion": {"distribution": "gamma", "mean": "0.1 MPa", "std": "0.03 MPa",
-                       "field": {"correlation_length": 0.4, "over": "wall"}},
+    "joint.tensile_strength": {
+        "distribution": "lognormal",
+        "mean": "0.1 MPa",
+        "cov": 0.3,
+        "field": {"course_correlation": 0.4},
+    },
+    "joint.cohesion": {
+        "distribution": "gamma",
+        "mean": "0.1 MPa",
+        "std": "0.03 MPa",
+        "field": {"correlation_length": 0.4, "over": "wall"},
+    },
     "joint.friction": {"distribution": "truncated_normal", "mean": 0.75, "cov": 0.2, "lower": 0.3, "upper": 1.2},
     "block.density": {"distribution": "uniform", "lower": 1800, "upper": 2200},
     "block.elastic_modulus": {"distribution": "discrete", "values": ["5 GPa", "9 GPa"], "weights": [1, 2]},
     "movement.central_deflection": {"distribution": "beta", "lower": 0.0, "upper": "8 mm", "alpha": 2, "beta": 3},
     "joint.normal_stiffness": {"distribution": "scipy", "name": "weibull_min", "parameters": {"c": 3, "scale": 8e10}},
     "joint.shear_stiffness": {"distribution": "empirical", "file": "column.csv", "column": "k", "unit": "N/mm3"},
-    "loads.roof": {"distribution": "mixture", "components": [
-        {"weight": 1, "distribution": "normal", "mean": 2000, "cov": 0.1},
-        {"weight": 2, "distribution": "lognormal", "median": 3000, "dispersion": 0.2}]},
-}  # fmt: skip
+    "loads.roof": {
+        "distribution": "mixture",
+        "components": [
+            {"weight": 1, "distribution": "normal", "mean": 2000, "cov": 0.1},
+            {"weight": 2, "distribution": "lognormal", "median": 3000, "dispersion": 0.2},
+        ],
+    },
+}
 STUDIES: dict[str, dict[str, Any]] = {
-    "fields": {"study": {"samples": 4, "seed": 3, "replicates": 2},
-               "of": ["joint.tensile_strength", "joint.friction", "movement.central_deflection"],
-               "correlation": {"joint.friction": {"movement.central_deflection": 0.3}}},
+    "fields": {
+        "study": {"samples": 4, "seed": 3, "replicates": 2},
+        "of": ["joint.tensile_strength", "joint.friction", "movement.central_deflection"],
+        "correlation": {"joint.friction": {"movement.central_deflection": 0.3}},
+    },
     "by distance": {"study": {"sampler": "random", "movement": "both"}, "of": ["joint.cohesion", "block.density"]},
-    "families": {"study": {"sampler": "lhs", "stop_at_category": 3},
-                 "of": ["block.elastic_modulus", "joint.normal_stiffness", "joint.shear_stiffness", "loads.roof"]},
-    "weighted": {"study": {"importance": {"joint.friction": {"mean": 0.6}}, "nominal_share": 0.2,
-                           "epistemic": {"less sure": {"joint.friction": {"cov": 0.3}}},
-                           "stop_when": {"category": 1, "at": "4 mm", "width": 0.2, "first": 32}},
-                 "of": ["joint.friction", "block.density"]},
+    "families": {
+        "study": {"sampler": "lhs", "stop_at_category": 3},
+        "of": ["block.elastic_modulus", "joint.normal_stiffness", "joint.shear_stiffness", "loads.roof"],
+    },
+    "weighted": {
+        "study": {
+            "importance": {"joint.friction": {"mean": 0.6}},
+            "nominal_share": 0.2,
+            "epistemic": {"less sure": {"joint.friction": {"cov": 0.3}}},
+            "stop_when": {"category": 1, "at": "4 mm", "width": 0.2, "first": 32},
+        },
+        "of": ["joint.friction", "block.density"],
+    },
     "samples": {"study": {"sampler": "table", "table": "samples.csv"}, "of": []},
-}  # fmt: skip
+}
 CSV = {
     "record.csv": "time,acceleration\n0,0\n0.01,1.5\n0.02,-1.5\n0.03,0\n",
     "column.csv": "name,k\na,30\nb,36\nc,41\n",
@@ -169,15 +201,55 @@ CSV = {
 # -- mutations --------------------------------------------------------------------------------------------------------
 
 NUMBERS = (
-    0, -1, 1, 2, 1e308, -1e308, 5e-324, 1e-300, 1e-9, 1e9, 1e15, 2**62, -(2**63), math.nan, math.inf, -math.inf, 0.5,
-    1e5, 1e-3, 1000, 7,
-)  # fmt: skip
+    0,
+    -1,
+    1,
+    2,
+    1e308,
+    -1e308,
+    5e-324,
+    1e-300,
+    1e-9,
+    1e9,
+    1e15,
+    2**62,
+    -(2**63),
+    math.nan,
+    math.inf,
+    -math.inf,
+    0.5,
+    1e5,
+    1e-3,
+    1000,
+    7,
+)
 UNITS = ("mm", "m", "km", "kg", "MPa", "N/mm3", "%", "furlong", "K", "N", "s", "degree", "µm", "1/m", "")
 WORDS = (
-    "", " ", "nan", "inf", "1e400", "9" * 400, "x" * 3000, "a\0b", "\x1b[31m", "[/]", "$x_{$", "Löwe",
-    "../x", "/dev/zero",
-    "none", "true", "8,5 mm", "1 mm 2", "__class__", "\u202e", "=1+1", "quasi_static", "deformable", "mound",
-)  # fmt: skip
+    "",
+    " ",
+    "nan",
+    "inf",
+    "1e400",
+    "9" * 400,
+    "x" * 3000,
+    "a\0b",
+    "\x1b[31m",
+    "[/]",
+    "$x_{$",
+    "Löwe",
+    "../x",
+    "/dev/zero",
+    "none",
+    "true",
+    "8,5 mm",
+    "1 mm 2",
+    "__class__",
+    "\u202e",
+    "=1+1",
+    "quasi_static",
+    "deformable",
+    "mound",
+)
 OTHERS: tuple[Any, ...] = (True, [], {}, [[]], [1, "a", {}], {"a": {"b": 1}}, "text", 3, 2.5, [[0, 0], [1, 1]])
 
 
@@ -298,10 +370,11 @@ def study_of(name: str, scene: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of one of the studies."""
     how = copy.deepcopy(STUDIES[name])
     return {
-        "study": how["study"] | {"samples": how["study"].get("samples", 4)}, "scene": scene,
+        "study": how["study"] | {"samples": how["study"].get("samples", 4)},
+        "scene": scene,
         "variables": {place: copy.deepcopy(VARIABLES[place]) for place in how["of"]},
         "correlation": how.get("correlation", {}),
-    }  # fmt: skip
+    }
 
 
 def written(folder: Path, number: int, seed: int, options: Options) -> tuple[str, Path, str]:
@@ -368,10 +441,19 @@ def patience(seconds: float) -> Iterator[None]:
 
 
 FINITE = (
-    "block_displacement_x", "block_displacement_y", "block_rotation", "contact_opening", "contact_slip",
-    "contact_normal_stress", "contact_shear_stress", "crack_width_max", "crack_band_width_max", "base_reaction",
-    "deflection_ratio", "central_deflection",
-)  # fmt: skip
+    "block_displacement_x",
+    "block_displacement_y",
+    "block_rotation",
+    "contact_opening",
+    "contact_slip",
+    "contact_normal_stress",
+    "contact_shear_stress",
+    "crack_width_max",
+    "crack_band_width_max",
+    "base_reaction",
+    "deflection_ratio",
+    "central_deflection",
+)
 
 
 def not_finite(values: Any) -> list[str]:

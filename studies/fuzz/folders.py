@@ -166,8 +166,17 @@ def attribute(file: Path, luck: random.Random, other: Path) -> None:
 
 
 DAMAGE: dict[Callable[[Path, random.Random, Path], None], int] = {
-    flip: 40, cut: 8, empty: 6, remove: 8, noise: 8, exchange: 12, rename: 6, pipe: 3, folder_instead: 3, attribute: 6,
-}  # fmt: skip
+    flip: 40,
+    cut: 8,
+    empty: 6,
+    remove: 8,
+    noise: 8,
+    exchange: 12,
+    rename: 6,
+    pipe: 3,
+    folder_instead: 3,
+    attribute: 6,
+}
 
 
 # -- running ----------------------------------------------------------------------------------------------------------

@@ -54,14 +54,19 @@ def rows_of_curves(fitted: Sequence[tuple[Case, xr.Dataset]], limits: Mapping[st
                 }
                 rows.append(
                     {
-                        "variant": case.variant, "movement": case.kind, "limit of": limit.about,
-                        "limit": f"L/{1.0 / ratio:.0f}", "category": category, **at,
+                        "variant": case.variant,
+                        "movement": case.kind,
+                        "limit of": limit.about,
+                        "limit": f"L/{1.0 / ratio:.0f}",
+                        "category": category,
+                        **at,
                         "median (mm)": 1e3 * float(own["median"]),
                         "median lower (mm)": 1e3 * float(own["median_lower"]),
                         "median upper (mm)": 1e3 * float(own["median_upper"]),
-                        "dispersion": float(own["dispersion"]), "fit": str(own["fit_status"].values),
+                        "dispersion": float(own["dispersion"]),
+                        "fit": str(own["fit_status"].values),
                     }
-                )  # fmt: skip
+                )
     return pd.DataFrame(rows)
 
 
@@ -119,8 +124,12 @@ def draw_curves(title: str, fitted: Sequence[tuple[Case, xr.Dataset]], path: Pat
     handles = [Line2D([], [], color=PALETTE[i % len(PALETTE)], linewidth=1.6) for i in range(len(labels))]
     walls = max(case.walls.sizes["sample"] for case, _ in fitted)
     figure.legend(
-        handles, labels, loc="outside lower center", ncols=2, frameon=False,
+        handles,
+        labels,
+        loc="outside lower center",
+        ncols=2,
+        frameon=False,
         title=f"up to {walls} walls a curve; bands: 90 % confidence; dotted: shares as counted, where no curve fits",
-    )  # fmt: skip
+    )
     figure.suptitle(title)
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))

@@ -25,9 +25,13 @@ def draw(title: str, rows: pd.DataFrame, path: Path) -> None:
             at = [variants.index(v) + 0.24 * (category - 2) for v in own["variant"]]
             ax.barh(at, own["share"], height=0.22, color=COLOURS[category], label=NAMES[category])
             ax.errorbar(
-                own["share"], at, xerr=[(own["share"] - own["lower"]).clip(0), (own["upper"] - own["share"]).clip(0)],
-                fmt="none", ecolor="black", elinewidth=0.8,
-            )  # fmt: skip
+                own["share"],
+                at,
+                xerr=[(own["share"] - own["lower"]).clip(0), (own["upper"] - own["share"]).clip(0)],
+                fmt="none",
+                ecolor="black",
+                elinewidth=0.8,
+            )
         where = part["limit"].iloc[0]
         set_title(ax, f"{kind} to {where}", f"limit of {limit}")
         ax.set_xlim(0, 1)
@@ -38,8 +42,12 @@ def draw(title: str, rows: pd.DataFrame, path: Path) -> None:
     handles, labels = panels[0][0].get_legend_handles_labels()
     walls = int(rows["walls"].max())
     figure.legend(
-        handles, labels, loc="outside lower center", ncols=3, frameon=False,
+        handles,
+        labels,
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
         title=f"damage category (AS 2870 Table C1); up to {walls} walls a bar, lines: 90 % confidence",
-    )  # fmt: skip
+    )
     figure.suptitle(title)
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))

@@ -50,9 +50,12 @@ def rows_of(cases: Sequence[Case], limits: Mapping[str, MovementLimit]) -> pd.Da
             if ds["central_deflection"].values[0, at] > deflection * (1 + 1e-6):
                 at -= 1
             here = {
-                "variant": case.variant, "movement": case.kind, "limit of": limit.about,
-                "limit": f"L/{1.0 / ratio:.0f}", "deflection (mm)": 1e3 * deflection,
-            }  # fmt: skip
+                "variant": case.variant,
+                "movement": case.kind,
+                "limit of": limit.about,
+                "limit": f"L/{1.0 / ratio:.0f}",
+                "deflection (mm)": 1e3 * deflection,
+            }
             rows += [
                 here | counts(ds, at, category) | capacity(ds, category) | medians(ds, at) for category in CATEGORIES
             ]
@@ -66,11 +69,14 @@ def counts(ds: xr.Dataset, at: int, category: int) -> dict[str, Any]:
     unknown = (ds["status"].values == FAILED) & ~reached & (ds["damage_category"].values[:, at] < 0)
     walls, count, lost = len(reached), int(reached.sum()), int(unknown.sum())
     return {
-        "category": category, "walls": walls, "failed": lost, "reached": count,
+        "category": category,
+        "walls": walls,
+        "failed": lost,
+        "reached": count,
         "share": count / max(walls - lost, 1),
         "lower": wilson(count / walls, walls, ONE_SIDED_95)[0],
         "upper": wilson((count + lost) / walls, walls, ONE_SIDED_95)[1],
-    }  # fmt: skip
+    }
 
 
 def capacity(ds: xr.Dataset, category: int) -> dict[str, float]:

@@ -51,9 +51,14 @@ def cohesion_table() -> str:
 
 
 HEADS = (
-    "widest joint, mm", "crack band, mm", "widest joint over band", "cracked joints of the wall", "category by joint",
-    "category by band", "path",
-)  # fmt: skip
+    "widest joint, mm",
+    "crack band, mm",
+    "widest joint over band",
+    "cracked joints of the wall",
+    "category by joint",
+    "category by band",
+    "path",
+)
 
 
 def widths(case: Case, solver: Solver) -> tuple[str, ...]:

@@ -44,21 +44,37 @@ def path_of(case: Case, solver: Solver) -> Result:
             inc, verdict = step.increment, step.verdict
             rows.append(
                 (
-                    inc.progress * model.central_deflection, inc.base_reaction, verdict.crack_width_max,
-                    max(verdict.crack_width_max, verdict.base_crack_width_max), verdict.dpc_opening_max,
-                    verdict.damage_category, (inc.state == 1).sum(), inc.unbalanced_force_ratio, inc.cycles,
-                    verdict.crack_band_width_max, verdict.damage_category_band,
+                    inc.progress * model.central_deflection,
+                    inc.base_reaction,
+                    verdict.crack_width_max,
+                    max(verdict.crack_width_max, verdict.base_crack_width_max),
+                    verdict.dpc_opening_max,
+                    verdict.damage_category,
+                    (inc.state == 1).sum(),
+                    inc.unbalanced_force_ratio,
+                    inc.cycles,
+                    verdict.crack_band_width_max,
+                    verdict.damage_category_band,
                 )
-            )  # fmt: skip
+            )
             if inc.collapsed:
                 end = "collapsed"
     except SolverError as error:
         end = f"{type(error).__name__}: {error}"
     result: Result = {"end": end, "seconds": time.perf_counter() - began}
     names = (
-        "deflection", "base_reaction", "crack_width", "crack_width_anywhere", "dpc_opening", "category", "cracked",
-        "unbalanced", "cycles", "crack_band", "category_band",
-    )  # fmt: skip
+        "deflection",
+        "base_reaction",
+        "crack_width",
+        "crack_width_anywhere",
+        "dpc_opening",
+        "category",
+        "cracked",
+        "unbalanced",
+        "cycles",
+        "crack_band",
+        "category_band",
+    )
     result.update(zip(names, np.array(rows, dtype=np.float64).reshape(-1, len(names)).T, strict=True))
     if step is not None:
         last = step.increment

@@ -89,18 +89,26 @@ def unique_part(count: int, options: argparse.Namespace) -> str:
     """Compare walls with one answer; return the table."""
     cases = unique_cases(count)
     kept = explicit_results(
-        cases, EVER_SLOWER, options.output / "explicit",
-        fresh=options.fresh, processes=options.processes, limit=options.limit,
-    )  # fmt: skip
+        cases,
+        EVER_SLOWER,
+        options.output / "explicit",
+        fresh=options.fresh,
+        processes=options.processes,
+        limit=options.limit,
+    )
     rows = []
     for case in cases:
         quasi = path_of(case, QUASI_STATIC)
         row: Row = {
-            "wall": case.name, "blocks": case.model().n_blocks, "dpc": case.scene.dpc is not None,
-            "openings": len(case.scene.opening), "kind": case.scene.movement.kind,
-            "mm": 1e3 * case.scene.movement.central_deflection, "quasi_static": quasi["end"],
+            "wall": case.name,
+            "blocks": case.model().n_blocks,
+            "dpc": case.scene.dpc is not None,
+            "openings": len(case.scene.opening),
+            "kind": case.scene.movement.kind,
+            "mm": 1e3 * case.scene.movement.central_deflection,
+            "quasi_static": quasi["end"],
             "quasi_static_s": quasi["seconds"],
-        }  # fmt: skip
+        }
         for pace in EVER_SLOWER:
             explicit = kept[case.name, pace]
             row |= {f"{pace}": explicit["end"], f"{pace}_s": explicit["seconds"]}
@@ -126,9 +134,16 @@ def kind_of(row: Row, contacts: int) -> str:
 
 def unique_table(rows: list[Row], contacts: dict[str, int]) -> str:
     head = [
-        "wall", "blocks", "dpc", "openings", "movement", *MEASURES.values(), "mortar contacts broken", "path unique",
+        "wall",
+        "blocks",
+        "dpc",
+        "openings",
+        "movement",
+        *MEASURES.values(),
+        "mortar contacts broken",
+        "path unique",
         "within 1 %",
-    ]  # fmt: skip
+    ]
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for row in rows:
         start = f"| {row['wall']} | {row['blocks']} | {'yes' if row['dpc'] else 'no'} | {row['openings']} "
@@ -189,9 +204,15 @@ def draw_unique(rows: list[Row], file: Path) -> None:
             unique = row.get("broken_slow", 0) == 0 and row.get("broken_explicit_slow", 0) == 0
             values = [max(row.get(f"{measure}_{pace}", np.nan), 1e-7) for pace in EVER_SLOWER]
             axis.semilogy(
-                range(len(EVER_SLOWER)), values, marker="o", ms=4, lw=1.0, alpha=0.8,
-                color="tab:blue" if unique else "tab:red", ls="-" if unique else "--",
-            )  # fmt: skip
+                range(len(EVER_SLOWER)),
+                values,
+                marker="o",
+                ms=4,
+                lw=1.0,
+                alpha=0.8,
+                color="tab:blue" if unique else "tab:red",
+                ls="-" if unique else "--",
+            )
         axis.axhline(WITHIN, color="0.3", lw=0.8, ls=":")
         axis.text(len(EVER_SLOWER) - 0.62, WITHIN * 1.1, "1 %", fontsize=8, color="0.3")
         axis.set(title=title, xlim=(-0.4, len(EVER_SLOWER) - 0.4), xlabel="pace and tolerance of the explicit solver")
@@ -216,9 +237,13 @@ def dry_part(count: int, options: argparse.Namespace) -> str:
     found = numbers(count)
     cases = {finer: [dry_case(number, finer) for number in found] for finer in FINER}
     kept = explicit_results(
-        cases[1] + cases[4], ["slow"], options.output / "explicit",
-        fresh=options.fresh, processes=options.processes, limit=options.limit,
-    )  # fmt: skip
+        cases[1] + cases[4],
+        ["slow"],
+        options.output / "explicit",
+        fresh=options.fresh,
+        processes=options.processes,
+        limit=options.limit,
+    )
     head = ["wall", "blocks", "bond", "dpc", "openings", "movement"]
     head += [f"quasi-static, {INCREMENTS * finer} increments" for finer in FINER]
     head += [f"explicit, {INCREMENTS} increments"]
@@ -230,10 +255,15 @@ def dry_part(count: int, options: argparse.Namespace) -> str:
         results = {f"quasi-static x{finer}": path_of(cases[finer][k], QUASI_STATIC) for finer in FINER}
         results["explicit x1"] = kept[case.name, "slow"]
         row: Row = {
-            "wall": number, "blocks": case.model().n_blocks, "bond": scene.wall.bond, "dpc": scene.dpc is not None,
-            "openings": len(scene.opening), "kind": scene.movement.kind,
-            "mm": 1e3 * scene.movement.central_deflection, "explicit": expected["end"],
-        }  # fmt: skip
+            "wall": number,
+            "blocks": case.model().n_blocks,
+            "bond": scene.wall.bond,
+            "dpc": scene.dpc is not None,
+            "openings": len(scene.opening),
+            "kind": scene.movement.kind,
+            "mm": 1e3 * scene.movement.central_deflection,
+            "explicit": expected["end"],
+        }
         texts = []
         for name, result in results.items():
             row |= {f"{name}: end": result["end"], f"{name}: s": result["seconds"]}
@@ -279,9 +309,13 @@ def brittle_part(count: int, options: argparse.Namespace) -> str:
     cases = [brittle_case(number) for number in range(count)]
     paces = ["slow", "slower", "damped"]
     kept = explicit_results(
-        cases, paces, options.output / "explicit",
-        fresh=options.fresh, processes=options.processes, limit=options.limit,
-    )  # fmt: skip
+        cases,
+        paces,
+        options.output / "explicit",
+        fresh=options.fresh,
+        processes=options.processes,
+        limit=options.limit,
+    )
     results: dict[str, list[Result]] = {f"explicit, {pace}": [kept[c.name, pace] for c in cases] for pace in paces}
     results["quasi-static"] = []
     for number, case in enumerate(cases, start=1):
@@ -291,10 +325,13 @@ def brittle_part(count: int, options: argparse.Namespace) -> str:
     rows = []
     for number, case in enumerate(cases):
         row: Row = {
-            "wall": number, "blocks": case.model().n_blocks, "dpc": case.scene.dpc is not None,
-            "openings": len(case.scene.opening), "kind": case.scene.movement.kind,
+            "wall": number,
+            "blocks": case.model().n_blocks,
+            "dpc": case.scene.dpc is not None,
+            "openings": len(case.scene.opening),
+            "kind": case.scene.movement.kind,
             "mm": 1e3 * case.scene.movement.central_deflection,
-        }  # fmt: skip
+        }
         for name, found in results.items():
             row |= {f"{name}: end": found[number]["end"], f"{name}: s": round(found[number]["seconds"], 3)}
             row |= {f"{name}: {key}": last(found[number], key) * END[key][2] for key in END}
@@ -336,18 +373,30 @@ def tests(found: FloatArray, expected: FloatArray) -> dict[str, Any]:
     draws = np.random.default_rng(1).integers(0, len(difference), (10_000, len(difference)))
     low, high = np.quantile(difference[draws].mean(axis=1), (0.025, 0.975))
     return {
-        "n": len(found), "medians": (np.median(expected), np.median(found)), "ks": (ks.statistic, ks.pvalue),
-        "wilcoxon": signed, "mean": (difference.mean(), low, high), "size": np.median(np.abs(difference)),
-        "largest": np.abs(difference).max(), "same": float((difference == 0).mean()),
-    }  # fmt: skip
+        "n": len(found),
+        "medians": (np.median(expected), np.median(found)),
+        "ks": (ks.statistic, ks.pvalue),
+        "wilcoxon": signed,
+        "mean": (difference.mean(), low, high),
+        "size": np.median(np.abs(difference)),
+        "largest": np.abs(difference).max(),
+        "same": float((difference == 0).mean()),
+    }
 
 
 def comparison(rows: list[Row], first: str, second: str) -> list[str]:
     """Return a table of two solvers' samples."""
     head = [
-        "quantity", "walls", f"median ({second})", f"median ({first})", "Kolmogorov-Smirnov D (p)", "Wilcoxon p",
-        "mean difference (95 %)", "half differ by up to", "all by up to",
-    ]  # fmt: skip
+        "quantity",
+        "walls",
+        f"median ({second})",
+        f"median ({first})",
+        "Kolmogorov-Smirnov D (p)",
+        "Wilcoxon p",
+        "mean difference (95 %)",
+        "half differ by up to",
+        "all by up to",
+    ]
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     keys = {key: f"{name}{'' if unit == '1' else ', ' + unit}" for key, (name, unit, _) in END.items()}
     keys |= {f"mm at category {k}": f"movement at category {k}, mm" for k in REACHED}
@@ -418,8 +467,15 @@ def draw_brittle(rows: list[Row], names: list[str], file: Path) -> None:
             values = np.sort([r[f"{name}: {key}"] for r in with_dpc])
             values = values[np.isfinite(values)]
             share = np.arange(len(values) + 1) / max(len(values), 1)
-            axis.step(np.concatenate((values[:1], values)), share, where="post", color=colour, ls=style, lw=width,
-                      label=f"{name} ({len(values)} walls)")  # fmt: skip
+            axis.step(
+                np.concatenate((values[:1], values)),
+                share,
+                where="post",
+                color=colour,
+                ls=style,
+                lw=width,
+                label=f"{name} ({len(values)} walls)",
+            )
         axis.set(xlabel=title[0].upper() + title[1:] + ("" if unit == "1" else f", {unit}"), ylabel="share of walls")
         axis.set_ylim(0, 1.02)
         axis.grid(alpha=0.25)

@@ -41,11 +41,20 @@ def fingerprint(model: Model) -> str:
     face = model.interfaces
     digest = hashlib.sha256()
     for values in (
-        model.blocks.x, model.blocks.y, face.contact_area, face.contact_offset, face.kind, model.ground.full.normal,
-        model.ground.full.shear, model.supports.load, model.properties.normal_stiffness,
+        model.blocks.x,
+        model.blocks.y,
+        face.contact_area,
+        face.contact_offset,
+        face.kind,
+        model.ground.full.normal,
+        model.ground.full.shear,
+        model.supports.load,
+        model.properties.normal_stiffness,
         model.properties.shear_stiffness,
-        model.properties.tensile_strength, model.properties.cohesion, model.properties.friction,
-    ):  # fmt: skip
+        model.properties.tensile_strength,
+        model.properties.cohesion,
+        model.properties.friction,
+    ):
         digest.update(",".join(f"{v:.5e}" for v in np.asarray(values, dtype=np.float64).ravel() + 0.0).encode())
     return digest.hexdigest()[:12]
 

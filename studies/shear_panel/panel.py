@@ -19,9 +19,7 @@ PRELOAD = 0.30e6
 PEAK_OF_TEST = 50e3
 """About what the test carried (N)."""
 
-BRITTLE = Joint(
-    normal_stiffness=82e9, shear_stiffness=36e9, tensile_strength=0.25e6, cohesion=0.35e6, friction=0.75
-)  # fmt: skip
+BRITTLE = Joint(normal_stiffness=82e9, shear_stiffness=36e9, tensile_strength=0.25e6, cohesion=0.35e6, friction=0.75)
 SOFT = replace(BRITTLE, fracture_energy=18.0)
 """Its tension falls with the opening: 0.018 N/mm."""
 SOFT_IN_SHEAR = replace(SOFT, shear_fracture_energy=125.0)
@@ -29,9 +27,7 @@ SOFT_IN_SHEAR = replace(SOFT, shear_fracture_energy=125.0)
 BRICK = BlockMaterial(elastic_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
 STEEL = BlockMaterial(elastic_modulus=2e13, poisson_ratio=0.3, density=0.0)
 """What clamps the panel: as good as rigid, and its weight is part of the preload."""
-BRICK_CRACK = Joint(
-    normal_stiffness=1e15, shear_stiffness=1e15, tensile_strength=2.0e6, cohesion=2.8e6, friction=1.0
-)  # fmt: skip
+BRICK_CRACK = Joint(normal_stiffness=1e15, shear_stiffness=1e15, tensile_strength=2.0e6, cohesion=2.8e6, friction=1.0)
 """The upright joint in mid-brick in which a brick may crack; it hardly gives before. Its shear is a guess that never
 acts before its tension does."""
 

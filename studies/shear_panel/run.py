@@ -91,11 +91,14 @@ class Curve:
         """Return its row of the table."""
         first, most = self.first_peak(), int(self.force.argmax())
         cells = (
-            self.case.name, "crack" if self.case.bricks_crack else "whole", "yes" if self.case.cap else "no",
+            self.case.name,
+            "crack" if self.case.bricks_crack else "whole",
+            "yes" if self.case.cap else "no",
             self.case.method.replace("_", "-"),
             *(f"{self.force[i] / 1e3:.1f} kN at {self.moved[i] * 1e3:.2f} mm" for i in (first, most)),
-            f"{self.force[-1] / 1e3:.1f} kN", f"{self.seconds:.1f} s",
-        )  # fmt: skip
+            f"{self.force[-1] / 1e3:.1f} kN",
+            f"{self.seconds:.1f} s",
+        )
         return "| " + " | ".join(cells) + " |"
 
 
@@ -123,10 +126,13 @@ def draw_curves(curves: list[Curve], file: Path) -> None:
             explicit = curve.case.method == "explicit"
             cap = curve.case.cap
             ax.plot(
-                curve.moved * 1e3, curve.force / 1e3, color=f"C{names.index(curve.case.name)}",
-                linestyle=":" if explicit else "-" if cap else "--", linewidth=1.6 if cap else 1.0,
+                curve.moved * 1e3,
+                curve.force / 1e3,
+                color=f"C{names.index(curve.case.name)}",
+                linestyle=":" if explicit else "-" if cap else "--",
+                linewidth=1.6 if cap else 1.0,
                 label=curve.case.name + (", cap" if cap else "") + (", explicit" if explicit else ""),
-            )  # fmt: skip
+            )
         ax.axhline(PEAK_OF_TEST / 1e3, color="0.4", linestyle="-.", linewidth=1.0, label="peak of the test, about")
         ax.set_title("bricks may crack in the middle" if split else "bricks stay whole")
         ax.set_xlabel("displacement of the top, mm")

@@ -52,10 +52,14 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
     limits = load_strain_table().limits
     handles = [
         Line2D(
-            [], [], color=COLOURS[k], linewidth=2.4 if k == category else 1.0,
+            [],
+            [],
+            color=COLOURS[k],
+            linewidth=2.4 if k == category else 1.0,
             label=f"deep beam, category {k} beyond {100 * limits[k - 1]:g} %",
-        ) for k in range(1, HIGHEST + 1)
-    ]  # fmt: skip
+        )
+        for k in range(1, HIGHEST + 1)
+    ]
 
     dot = {"linestyle": "none", "color": "black"}
     handles += [Line2D([], [], marker=MARKERS[n][0], label=n, **dot) for n in ("window", "door")]
@@ -68,8 +72,10 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     figure.suptitle(
         f"Where walls of bricks and joints crack as wide as category {category} (1 mm), and where the deep beam does",
-        x=0.01, ha="left", fontsize=11,
-    )  # fmt: skip
+        x=0.01,
+        ha="left",
+        fontsize=11,
+    )
     return figure
 
 
@@ -101,9 +107,15 @@ def _walls(ax: Axes, own: pd.DataFrame) -> None:
             if np.isnan(reached) and (column == "model" or not followed):
                 continue
             ax.plot(
-                wall.length / wall.height + aside + (0.025 if weak else -0.025), y, marker, markersize=5.5,
-                color=colour, markerfacecolor="white" if weak else colour, markeredgewidth=0.9, zorder=order,
-            )  # fmt: skip
+                wall.length / wall.height + aside + (0.025 if weak else -0.025),
+                y,
+                marker,
+                markersize=5.5,
+                color=colour,
+                markerfacecolor="white" if weak else colour,
+                markeredgewidth=0.9,
+                zorder=order,
+            )
 
 
 def draw_matrices(levels: pd.DataFrame) -> Figure:

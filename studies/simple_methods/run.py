@@ -65,8 +65,11 @@ def path_of(case: Case, settings: dict[str, Any]) -> pd.DataFrame:
         wall = solve(scene, store_zones=False, on_failure="return")
     failed = wall.attrs["status"] == "failed"
     if failed:
-        print(f"{scene.title}: not followed beyond increment {wall.sizes['increment'] - 1}, the model FAILED: "
-              f"{wall.attrs['status_message']}", flush=True)  # fmt: skip
+        print(
+            f"{scene.title}: not followed beyond increment {wall.sizes['increment'] - 1}, the model FAILED: "
+            f"{wall.attrs['status_message']}",
+            flush=True,
+        )
     count = settings["increments"] + 1
     ratio = np.linspace(0.0, 1.0, count) / settings["largest_one_in"]
     perpends = (wall["contact_kind"].values == HEAD_JOINT) & (wall["contact_y"].values > above_dpc(scene))

@@ -50,13 +50,16 @@ def scene_of(case: Case, settings: dict[str, Any]) -> Scene:
         f"{case.movement}, bond x {case.bond:.2g}",
         "wall": {"length": case.length, "height": case.height},
         "joint": {
-            "tensile_strength": case.bond * joint.tensile_strength, "cohesion": case.bond * joint.cohesion,
+            "tensile_strength": case.bond * joint.tensile_strength,
+            "cohesion": case.bond * joint.cohesion,
         },
         "movement": {
-            "kind": case.movement, "shape": settings["shape"], "increments": settings["increments"],
+            "kind": case.movement,
+            "shape": settings["shape"],
+            "increments": settings["increments"],
             "central_deflection": case.length / settings["largest_one_in"],
         },
-    }  # fmt: skip
+    }
     if case.dpc:
         tables["dpc"] = {}
     if case.opening != "none":

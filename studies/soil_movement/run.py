@@ -130,9 +130,12 @@ def report(output: Path) -> bool:
     save_table(pd.DataFrame(thirds), output / "by_soil_stiffness.csv")
     save_table(pd.concat(fits), output / "curves.csv")
     medians = [
-        found[[n for n in found.data_vars if found[n].dims == ("category",)]].to_dataframe().reset_index()
-        .assign(footing=footing, movement=kind) for (footing, kind), found in curves.items()
-    ]  # fmt: skip
+        found[[n for n in found.data_vars if found[n].dims == ("category",)]]
+        .to_dataframe()
+        .reset_index()
+        .assign(footing=footing, movement=kind)
+        for (footing, kind), found in curves.items()
+    ]
     save_table(pd.concat(medians), output / "medians.csv")
     draw(curves, shared, output / "fragility.png")
     draw_one(output, *PICTURE)
@@ -161,14 +164,22 @@ def draw(curves: dict[tuple[str, str], object], shared: pd.DataFrame, path: Path
             part = part.assign(upper=part["upper"].where(part["reached"] > 0, part["share"]))
             x, share = part["y_s (mm)"] + 0.6 * (category - 2.5), part["share"]
             ax.errorbar(
-                x, share, yerr=[share - part["lower"], part["upper"] - share], fmt="o", markersize=3.5, linewidth=1.0,
-                color=COLOURS[int(category)], zorder=5, clip_on=False,
-            )  # fmt: skip
+                x,
+                share,
+                yerr=[share - part["lower"], part["upper"] - share],
+                fmt="o",
+                markersize=3.5,
+                linewidth=1.0,
+                color=COLOURS[int(category)],
+                zorder=5,
+                clip_on=False,
+            )
         title = str(found.attrs["title"])
         set_title(
-            ax, title[:1].upper() + title[1:],
+            ax,
+            title[:1].upper() + title[1:],
             f"{found.attrs['samples']} walls; dots: shares; bars and bands: 90 % confidence",
-        )  # fmt: skip
+        )
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 
 

@@ -48,9 +48,16 @@ def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list
         walls, reached = int(known.sum()), int((worst[known] >= category).sum())
         low, high = binomtest(reached, walls).proportion_ci(confidence, "wilson") if walls else (0.0, 1.0)
         rows.append(
-            {"category": category, "walls": walls, "reached": reached, "share": reached / walls if walls else np.nan,
-             "lower": float(low), "upper": float(high), "failed": int(lost.sum())}
-        )  # fmt: skip
+            {
+                "category": category,
+                "walls": walls,
+                "reached": reached,
+                "share": reached / walls if walls else np.nan,
+                "lower": float(low),
+                "upper": float(high),
+                "failed": int(lost.sum()),
+            }
+        )
     return rows
 
 

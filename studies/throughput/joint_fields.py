@@ -25,7 +25,11 @@ FAMILIES: dict[str, dict[str, Any]] = {
     "lognormal": LOGNORMAL,
     "normal": {"distribution": "normal", "mean": 453e3, "cov": 0.1},
     "truncated_normal": {
-        "distribution": "truncated_normal", "mean": 453e3, "cov": 0.3, "lower": 1e5, "upper": 1e6,
+        "distribution": "truncated_normal",
+        "mean": 453e3,
+        "cov": 0.3,
+        "lower": 1e5,
+        "upper": 1e6,
     },
     "uniform": {"distribution": "uniform", "lower": 2e5, "upper": 7e5},
     "weibull": {"distribution": "weibull", "mean": 453e3, "cov": 0.3},
@@ -35,7 +39,9 @@ FAMILIES: dict[str, dict[str, Any]] = {
     "empirical": {"distribution": "empirical", "values": [float(v) for v in range(200_000, 700_000, 10_000)]},
     "scipy: gumbel_r": {"distribution": "scipy", "name": "gumbel_r", "parameters": {"loc": 4e5, "scale": 5e4}},
     "scipy: skewnorm": {
-        "distribution": "scipy", "name": "skewnorm", "parameters": {"a": 2.0, "loc": 4e5, "scale": 5e4},
+        "distribution": "scipy",
+        "name": "skewnorm",
+        "parameters": {"a": 2.0, "loc": 4e5, "scale": 5e4},
     },
     "mixture": {
         "distribution": "mixture",
@@ -45,7 +51,7 @@ FAMILIES: dict[str, dict[str, Any]] = {
         "distribution": "mixture",
         "components": [{"weight": 95, **LOGNORMAL}, {"weight": 5, "distribution": "discrete", "values": [1e3]}],
     },
-}  # fmt: skip
+}
 FIELDS: dict[str, dict[str, Any]] = {
     "along courses": {"course_correlation": 0.4},
     "over the wall": {"correlation_length": 0.5},
@@ -56,10 +62,14 @@ def study(family: dict[str, Any], field: dict[str, Any]) -> StudySettings:
     """Return a study in which tensile strength and cohesion vary from joint to joint, correlated with each other."""
     scene = tomllib.loads((DATA / "bryant_dishing.toml").read_text(encoding="utf-8"))
     places = ("joint.tensile_strength", "joint.cohesion")
-    return StudySettings.from_dict({
-        "scene": scene, "study": {"samples": 8}, "variables": {p: {**family, "field": field} for p in places},
-        "correlation": {places[0]: {places[1]: 0.7}},
-    })  # fmt: skip
+    return StudySettings.from_dict(
+        {
+            "scene": scene,
+            "study": {"samples": 8},
+            "variables": {p: {**family, "field": field} for p in places},
+            "correlation": {places[0]: {places[1]: 0.7}},
+        }
+    )
 
 
 def measure(settings: StudySettings, repeats: int) -> tuple[float, float]:

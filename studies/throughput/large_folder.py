@@ -57,8 +57,10 @@ def main() -> None:
         timed("status, all consolidated", lambda: standing(folder.path))
         timed("reading all", folder.results)
         size = sum(f.stat().st_size for f in folder.parts.iterdir())
-        print(f"parts {size / options.walls:.0f}, results.nc {folder.results_file.stat().st_size / options.walls:.0f} "
-              f"bytes a wall")  # fmt: skip
+        print(
+            f"parts {size / options.walls:.0f}, results.nc {folder.results_file.stat().st_size / options.walls:.0f} "
+            f"bytes a wall"
+        )
 
 
 if __name__ == "__main__":

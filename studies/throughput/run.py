@@ -85,17 +85,29 @@ def measure(walls: int, workers: int, folder: Path) -> dict[str, Any]:
     count, clock, processor = (last - first for first, last in zip(steady[0], steady[-1]))
     solving = float(np.nansum(open_study(folder)["run_time"].values))
     parts = list((folder / "parts").iterdir())
-    size = {name: sum(f.stat().st_size for f in files) for name, files in (
-        ("parts", parts), ("results", [folder / "results.nc"]), ("design", [folder / "design.nc"]),
-    )}  # fmt: skip
+    size = {
+        name: sum(f.stat().st_size for f in files)
+        for name, files in (
+            ("parts", parts),
+            ("results", [folder / "results.nc"]),
+            ("design", [folder / "design.nc"]),
+        )
+    }
     return {
-        "walls": walls, "workers": workers, "total_s": total, "walls_solved_in_s": solving,
-        "worker_processor_s": sum(watch.seconds.values()), "parent_processor_s": parent,
-        "processor_ms_a_wall": 1e3 * processor / max(count, 1), "walls_a_second": count / max(clock, 1e-9),
-        "busy": solving / (workers * total), "peak_MB_a_worker": max(watch.memory.values(), default=float("nan")),
-        "parts": len(parts), "bytes_a_wall": {name: value / walls for name, value in size.items()},
+        "walls": walls,
+        "workers": workers,
+        "total_s": total,
+        "walls_solved_in_s": solving,
+        "worker_processor_s": sum(watch.seconds.values()),
+        "parent_processor_s": parent,
+        "processor_ms_a_wall": 1e3 * processor / max(count, 1),
+        "walls_a_second": count / max(clock, 1e-9),
+        "busy": solving / (workers * total),
+        "peak_MB_a_worker": max(watch.memory.values(), default=float("nan")),
+        "parts": len(parts),
+        "bytes_a_wall": {name: value / walls for name, value in size.items()},
         "load_average": os.getloadavg()[0],
-    }  # fmt: skip
+    }
 
 
 def overhead(walls: int, folder: Path) -> dict[str, float]:
@@ -105,8 +117,10 @@ def overhead(walls: int, folder: Path) -> dict[str, float]:
     study._prepare(StudyFolder(folder), walls)
     warm_up(study.settings.scene)
     values = study.design.wall_values(walls)
-    batches = [[(i, {k: float(v[i]) for k, v in values.items()}) for i in range(a, min(a + 4, walls))]
-               for a in range(1, walls, 4)]  # fmt: skip
+    batches = [
+        [(i, {k: float(v[i]) for k, v in values.items()}) for i in range(a, min(a + 4, walls))]
+        for a in range(1, walls, 4)
+    ]
     run_batch(str(folder), batches[0])
     clock, cpu, solving, count = 0.0, 0.0, 0.0, 0
     for batch in batches[1:]:

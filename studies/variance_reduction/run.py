@@ -210,9 +210,7 @@ def split(settings: StudySettings, wall: str, folder: Path, pairs: int, workers:
         drawn.loc[drawn.index.repeat(2)].to_csv(table, index=False, float_format="%.17g")
     fields = {place: v for place, v in settings.variables.items() if place in design.joint}
     among = {a: {b: c for b, c in row.items() if b in fields} for a, row in settings.correlation.items() if a in fields}
-    how = replace(
-        settings.study, sampler="table", table=str(table), table_columns=tuple(drawn.columns), replicates=1
-    )  # fmt: skip
+    how = replace(settings.study, sampler="table", table=str(table), table_columns=tuple(drawn.columns), replicates=1)
     study = Study(replace(settings, variables=fields, correlation=among, study=how))
     ds = run(study, folder / "pairs.dp", 2 * pairs, workers)
     rows = []
@@ -238,9 +236,13 @@ def common_share(first: FloatArray, second: FloatArray) -> dict[str, float]:
     low, high = np.quantile(again, (0.05, 0.95))
     most = [1 / max(1 - s, 1e-3) for s in (share, low, high)]
     return {
-        "share": share, "lower": low, "upper": high, "gain at most": most[0], "most lower": most[1],
+        "share": share,
+        "lower": low,
+        "upper": high,
+        "gain at most": most[0],
+        "most lower": most[1],
         "most upper": most[2],
-    }  # fmt: skip
+    }
 
 
 # -- coarse walls -----------------------------------------------------------------------------------------------------
@@ -263,11 +265,19 @@ def coarse_walls(settings: StudySettings, wall: str, folder: Path, pilot: int, w
             values, other = (values_of(ds, quantity) for ds in found)
             known = ~np.isnan(values) & ~np.isnan(other)
             report = read_pilot(values[known], other[known], *cost)
-            rows.append({
-                "coarse wall": name, "quantity": name_of(quantity), "correlation": report.correlation,
-                "lower": report.correlation_lower, "upper": report.correlation_upper, "cost ratio": report.cost_ratio,
-                "relative cost": report.relative_cost, "at worst": report.relative_cost_worst, "pays": report.pays,
-            })  # fmt: skip
+            rows.append(
+                {
+                    "coarse wall": name,
+                    "quantity": name_of(quantity),
+                    "correlation": report.correlation,
+                    "lower": report.correlation_lower,
+                    "upper": report.correlation_upper,
+                    "cost ratio": report.cost_ratio,
+                    "relative cost": report.relative_cost,
+                    "at worst": report.relative_cost_worst,
+                    "pays": report.pays,
+                }
+            )
     return pd.DataFrame(rows)
 
 

@@ -31,8 +31,12 @@ def test_names_of_parts_and_failures(tmp_path: Path) -> None:
     assert set(folder.part_files().values()) == {range(1), range(3, 6), range(7, 8)}
     assert folder.finished() == {0, 3, 4, 5, 7}
     assert [folder.part_of(i) for i in (2, 3, 5, 6, 7)] == [
-        None, folder.part_file(3, 5), folder.part_file(3, 5), None, folder.part_file(7),
-    ]  # fmt: skip
+        None,
+        folder.part_file(3, 5),
+        folder.part_file(3, 5),
+        None,
+        folder.part_file(7),
+    ]
     assert folder.failed_samples() == set(folder.failed()) == {7, 23}
     folder.forget_failures(set())
     assert folder.results_file.exists()
@@ -104,10 +108,16 @@ def test_encoding_of_variables(tmp_path: Path) -> None:
     """From 1001 values on they are compressed; whole numbers take four bytes where these do."""
     size = np.arange(1001)
     ds = xr.Dataset(
-        {"short": ("a", 0.5 * size[:1000]), "long": ("b", 0.5 * size), "flag": ("b", (size % 3).astype(np.int8)),
-         "whole": ("b", size), "most": ("c", [2**31 - 1]), "large": ("c", [2**31])},
+        {
+            "short": ("a", 0.5 * size[:1000]),
+            "long": ("b", 0.5 * size),
+            "flag": ("b", (size % 3).astype(np.int8)),
+            "whole": ("b", size),
+            "most": ("c", [2**31 - 1]),
+            "large": ("c", [2**31]),
+        },
         {"b": 0.1 * size, "d": ("c", np.array([1], dtype=np.int8))},
-    )  # fmt: skip
+    )
     write_dataset(ds, tmp_path / "a.nc")
     with netCDF4.Dataset(tmp_path / "a.nc") as file:
         variables = file.variables
@@ -120,14 +130,23 @@ def test_encoding_of_variables(tmp_path: Path) -> None:
 
 
 def test_coordinates_and_attributes_of_a_dataset() -> None:
-    values = {"increment": np.arange(2), "central_deflection": [0.0, 1e-3], "deflection_ratio": [0.0, 1e-4],
-              "surface_movement": [0.0, 2e-3], "unbalanced_force_ratio": [1e-9, 1e-8],
-              "base_reaction": [1.0, 2.0]}  # fmt: skip
+    values = {
+        "increment": np.arange(2),
+        "central_deflection": [0.0, 1e-3],
+        "deflection_ratio": [0.0, 1e-4],
+        "surface_movement": [0.0, 2e-3],
+        "unbalanced_force_ratio": [1e-9, 1e-8],
+        "base_reaction": [1.0, 2.0],
+    }
     ds = dataset(values, {"one": True, "none": None, "zero": np.False_, "text": "a"})
     assert set(ds.coords) == {"increment", "central_deflection", "deflection_ratio", "surface_movement"}
     assert {key: ds.attrs.get(key, "left out") for key in ("one", "none", "zero", "text", "Conventions")} == {
-        "one": 1, "none": "left out", "zero": 0, "text": "a", "Conventions": "CF-1.11",
-    }  # fmt: skip
+        "one": 1,
+        "none": "left out",
+        "zero": 0,
+        "text": "a",
+        "Conventions": "CF-1.11",
+    }
 
 
 def test_one_wall_is_no_study(tmp_path: Path) -> None:
@@ -209,8 +228,10 @@ def test_damaged_files_are_set_aside_under_names_of_their_own(tmp_path: Path) ->
         (folder.parts / "x.nc").write_text(text)
         found.append(folder.set_aside(folder.parts / "x.nc"))
     assert [file.relative_to(folder.path).as_posix() for file in found] == [
-        "damaged/x.nc", "damaged/x.nc.1", "damaged/x.nc.2",
-    ]  # fmt: skip
+        "damaged/x.nc",
+        "damaged/x.nc.1",
+        "damaged/x.nc.2",
+    ]
     assert [file.read_text() for file in found] == ["a", "b", "c"]
     told, kept = folder.manifest_of_design(), folder.manifest()
     assert (told["samples"], told["schema_version"], told["created"]) == (4, 0, "unknown")

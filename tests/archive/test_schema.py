@@ -123,9 +123,20 @@ def test_dimensions():
     assert VARIABLES["zone_stress_xx"].dims == ("increment", "zone")
     assert VARIABLES["zone_gridpoint"].dims == ("zone", "zone_corner")
     allowed = {
-        "increment", "block", "contact", "opening", "vertex", "sample", "zone", "gridpoint", "zone_corner", "section",
-        "support", "jack", "group_count",
-    }  # fmt: skip
+        "increment",
+        "block",
+        "contact",
+        "opening",
+        "vertex",
+        "sample",
+        "zone",
+        "gridpoint",
+        "zone_corner",
+        "section",
+        "support",
+        "jack",
+        "group_count",
+    }
     assert {d for v in VARIABLES.values() for d in v.dims} <= allowed
 
 

@@ -144,9 +144,9 @@ def test_a_study_stores_counts_alone(tmp_path: Path) -> None:
     table = SCENE.to_toml().replace("\n[", "\n[scene.")
     title, rest = table.split("\n", 1)
     file.write_text(
-        f"[study]\nsamples = 1\nstop_at_category = \"none\"\n[scene]\n{title}\n{rest}\n"
-        "[variables.\"dpc.friction\"]\ndistribution = \"uniform\"\nlower = 0.4\nupper = 0.6\n"
-    )  # fmt: skip
+        f'[study]\nsamples = 1\nstop_at_category = "none"\n[scene]\n{title}\n{rest}\n'
+        '[variables."dpc.friction"]\ndistribution = "uniform"\nlower = 0.4\nupper = 0.6\n'
+    )
     damagepred.Study.from_toml(file).run(tmp_path / "s.dp", samples=1, workers=1)
     ds = damagepred.open_study(tmp_path / "s.dp")
     assert not {"zone", "gridpoint"} & set(ds.dims)

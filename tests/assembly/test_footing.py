@@ -69,8 +69,9 @@ def test_segments_as_long_as_bricks_are_not_cut_by_rounding(length: float, brick
     step = length / bricks
     scene = Scene(
         wall=Wall(length=length, height=0.075, block_length=step, bond="stack"),
-        footing=Footing(segment_length=step), movement=GROUND,
-    )  # fmt: skip
+        footing=Footing(segment_length=step),
+        movement=GROUND,
+    )
     assert len(segments(footing_alone(scene))) == bricks
 
 

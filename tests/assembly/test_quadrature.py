@@ -117,7 +117,8 @@ def kinds_cut(scene: Scene) -> set[Kind]:
         "dpc": ({"dpc": Dpc()}, {Kind.DPC}),
         "dry": ({"joint": DRY}, {Kind.BED_JOINT, Kind.HEAD_JOINT, Kind.FOOTING_INTERFACE}),
         "no strength at the apex": (
-            {"joint": Joint(cohesion=0.0)}, {Kind.BED_JOINT, Kind.HEAD_JOINT, Kind.FOOTING_INTERFACE}
+            {"joint": Joint(cohesion=0.0)},
+            {Kind.BED_JOINT, Kind.HEAD_JOINT, Kind.FOOTING_INTERFACE},
         ),
         "dpc with a bond in shear that breaks": ({"dpc": Dpc(cohesion=1e5)}, set()),
         "soil": ({"movement": Movement(shape="mound")}, {Kind.SOIL}),
@@ -126,7 +127,7 @@ def kinds_cut(scene: Scene) -> set[Kind]:
         "asked for": ({"dpc": Dpc(), "solver": Solver(quadrature="midpoint", no_tension_subdivisions=2)}, {Kind.DPC}),
         "refused": ({"dpc": Dpc(), "solver": Solver(no_tension_subdivisions=1)}, set()),
     }.values(),
-)  # fmt: skip
+)
 def test_interfaces_without_a_bond_are_cut_and_no_others(parts: dict, expected: set[Kind]):
     given = {"wall": SMALL, "movement": Movement(central_deflection=1e-4), **parts}
     assert kinds_cut(Scene(**given)) == expected

@@ -34,9 +34,11 @@ UNBALANCED, SNAP_BACK = "more than energy_tolerance", "(snap-back)"
 
 def test_the_share_is_of_the_largest_work() -> None:
     values = {
-        "energy_error": np.array([0.0, 0.1, -0.3, np.nan]), "external_work": np.array([1.0, 2.0, 3.0, np.nan]),
-        "friction_work": np.array([0.0, 4.0, 1.0, np.nan]), "kinetic_energy": np.array([0.0, 6.0, 0.0, 0.0]),
-    }  # fmt: skip
+        "energy_error": np.array([0.0, 0.1, -0.3, np.nan]),
+        "external_work": np.array([1.0, 2.0, 3.0, np.nan]),
+        "friction_work": np.array([0.0, 4.0, 1.0, np.nan]),
+        "kinetic_energy": np.array([0.0, 6.0, 0.0, 0.0]),
+    }
     assert energy_error_share(values) == pytest.approx(0.3 / 6.0)
     assert snap_through_share({**values, "snap_through_energy": np.array([0.0, 0.2, 0.6, 0.5])}) == pytest.approx(0.1)
     assert np.isnan(energy_error_share({"energy_error": np.full(3, np.nan), "external_work": np.ones(3)}))
@@ -44,8 +46,15 @@ def test_the_share_is_of_the_largest_work() -> None:
 
 def test_every_number_of_a_caution() -> None:
     """Of a wall, and counted over those of a study; what is not beyond its limit is not said."""
-    wall = xr.Dataset(attrs={"energy_error_share": 0.03, "energy_tolerance": 0.02, "snap_through_share": 0.07,
-                             "snap_through_tolerance": 0.05, "snap_back_limited_joints": 9})  # fmt: skip
+    wall = xr.Dataset(
+        attrs={
+            "energy_error_share": 0.03,
+            "energy_tolerance": 0.02,
+            "snap_through_share": 0.07,
+            "snap_through_tolerance": 0.05,
+            "snap_back_limited_joints": 9,
+        }
+    )
     energy, snap_through, bonds = wall_cautions(wall)
     assert energy.startswith("Energy that does not balance is 0.03 of the largest work done, more than energy_toleran")
     assert "energy_tolerance = 0.02: the steps" in energy
@@ -53,11 +62,13 @@ def test_every_number_of_a_caution() -> None:
     assert bonds.startswith("In 9 joints the bond breaks at once: fracture_energy")
     assert wall_cautions(wall.assign_attrs(energy_tolerance=0.03, snap_back_limited_joints=0)) == [snap_through]
     assert wall_cautions(wall.assign_attrs(snap_through_tolerance=0.07)) == [energy, bonds]
-    study = xr.Dataset({
-        "energy_error_share": ("sample", [0.01, 0.03, 0.04, np.nan, 0.02], {"tolerance": 0.02}),
-        "snap_through_share": ("sample", [0.09, 0.01, 0.02, np.nan, 0.03], {"tolerance": 0.05}),
-        "snap_back_limited": ("sample", [-1.0, 0.0, 4.0, 7.0, 5.0]),
-    })  # fmt: skip
+    study = xr.Dataset(
+        {
+            "energy_error_share": ("sample", [0.01, 0.03, 0.04, np.nan, 0.02], {"tolerance": 0.02}),
+            "snap_through_share": ("sample", [0.09, 0.01, 0.02, np.nan, 0.03], {"tolerance": 0.05}),
+            "snap_back_limited": ("sample", [-1.0, 0.0, 4.0, 7.0, 5.0]),
+        }
+    )
     energy, snap_through, bonds = study_cautions(study)
     assert energy.startswith("In 2 walls energy that does not balance is more than energy_tolerance = 0.02 of")
     assert ", 0.04 at most: the steps" in energy

@@ -158,9 +158,17 @@ def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, 
     status = command("status", folder)
     assert "6 of 6 walls done, 0 failed, 0 remaining" in status.out
     result = command(
-        "fragility", folder, "-o", tmp_path / "c.nc", "--plot", tmp_path / "c.png", "--csv", tmp_path / "c.csv",
-        "--bootstrap", 20,
-    )  # fmt: skip
+        "fragility",
+        folder,
+        "-o",
+        tmp_path / "c.nc",
+        "--plot",
+        tmp_path / "c.png",
+        "--csv",
+        tmp_path / "c.csv",
+        "--bootstrap",
+        20,
+    )
     assert result.code == 0, result.err
     curves = read_dataset(tmp_path / "c.nc")
     assert curves["probability"].dims == ("category", "intensity")

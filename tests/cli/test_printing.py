@@ -39,9 +39,12 @@ def scene(tmp_path: Path) -> Path:
 def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     program = f"{sys.executable} -m damagepred"
     return subprocess.run(
-        ["bash", "-c", command.replace("damagepred", program, 1)], cwd=folder, capture_output=True, text=True,
+        ["bash", "-c", command.replace("damagepred", program, 1)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
         check=False,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("ending", ["true", "head -c 1"])

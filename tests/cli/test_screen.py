@@ -20,12 +20,16 @@ def every_column() -> xr.Dataset:
     """A wall with every column that there is, and numbers as long as walls have them."""
     ds = damagepred.solve(
         Scene(
-            wall=Wall(length=2.4, height=0.9), dpc=Dpc(course=2), damage=Damage(table="bre251", footing_threshold=5e-4),
-            opening=(Opening(kind="window", x=0.48, y=0.45, width=0.48, height=0.3),
-                     Opening(kind="door", x=1.44, width=0.48, height=0.6)),
+            wall=Wall(length=2.4, height=0.9),
+            dpc=Dpc(course=2),
+            damage=Damage(table="bre251", footing_threshold=5e-4),
+            opening=(
+                Opening(kind="window", x=0.48, y=0.45, width=0.48, height=0.3),
+                Opening(kind="door", x=1.44, width=0.48, height=0.6),
+            ),
             movement=Movement(central_deflection=4e-3, increments=5),
         )
-    )  # fmt: skip
+    )
     mm = np.arange(6) * 10.7e-3
     ds["surface_movement"] = ("increment", np.arange(6) * 25e-3)
     for name in ("central_deflection", "crack_width_max", "crack_band_width_max", "footing_opening_max"):

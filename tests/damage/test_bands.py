@@ -157,9 +157,11 @@ def test_any_quadrature_reads_the_same(quadrature: str, contacts: int):
 
 def test_an_archive_tells_the_same_as_the_model():
     scene = Scene(
-        wall=Wall(length=2.4, height=0.9), dpc=Dpc(course=2), movement=Movement(central_deflection=8e-3, increments=2),
+        wall=Wall(length=2.4, height=0.9),
+        dpc=Dpc(course=2),
+        movement=Movement(central_deflection=8e-3, increments=2),
         opening=(Opening(x=0.6, y=0.45, width=0.48, height=0.3), Opening(kind="door", x=1.56, width=0.36, height=0.6)),
-    )  # fmt: skip
+    )
     ours = gauges(wall_model(scene)).joints.blocks
     archived = solve(scene)
     theirs = JointMap.from_dataset(archived, with_blocks=True).blocks

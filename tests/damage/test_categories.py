@@ -325,9 +325,10 @@ def test_of_joints_as_wide_as_each_other_the_place_decides_where_a_crack_is():
 def test_the_opening_is_carried_to_the_ends_of_joints(rule: tuple[Any, int], where: float, kind: str):
     """A wall tilts as one block: its joint opens by theta (x - x_0), beyond w from x_0 + w/theta on, all the way."""
     scene = Scene(
-        wall=Wall(length=1.2, height=0.3), dpc=Dpc(course=1) if kind == "dpc" else None,
+        wall=Wall(length=1.2, height=0.3),
+        dpc=Dpc(course=1) if kind == "dpc" else None,
         solver=Solver(quadrature=rule[0], contacts_per_interface=rule[1]),
-    )  # fmt: skip
+    )
     model = wall_model(scene)
     joints, tilt = joint_map(model), 2e-3
     number = getattr(joints, kind)
@@ -346,8 +347,11 @@ def test_the_opening_is_carried_to_the_ends_of_joints(rule: tuple[Any, int], whe
 @pytest.mark.parametrize("count", [3, 5, 7])
 def test_each_end_goes_on_as_the_contacts_beside_it(count: int):
     """A joint that gapes at both ends, theta |x - m| about its middle, is open by more than w but for 2 w / theta."""
-    scene = Scene(wall=Wall(length=1.2, height=0.3), dpc=Dpc(course=1),
-                  solver=Solver(quadrature="midpoint", contacts_per_interface=count))  # fmt: skip
+    scene = Scene(
+        wall=Wall(length=1.2, height=0.3),
+        dpc=Dpc(course=1),
+        solver=Solver(quadrature="midpoint", contacts_per_interface=count),
+    )
     joints = joint_map(wall_model(scene))
     piece = joints.dpc[2]
     length = float(np.linalg.norm(joints.end[piece] - joints.start[piece]))
@@ -360,8 +364,11 @@ def test_each_end_goes_on_as_the_contacts_beside_it(count: int):
 
 def test_one_contact_tells_nothing_of_a_tilt():
     """With a single midpoint the joint counts as open all along, or not at all."""
-    scene = Scene(wall=Wall(length=1.2, height=0.3), dpc=Dpc(course=1),
-                  solver=Solver(quadrature="midpoint", contacts_per_interface=1))  # fmt: skip
+    scene = Scene(
+        wall=Wall(length=1.2, height=0.3),
+        dpc=Dpc(course=1),
+        solver=Solver(quadrature="midpoint", contacts_per_interface=1),
+    )
     joints = joint_map(wall_model(scene))
     opening = np.full_like(joints.contact_x, -1.0)
     opening[joints.dpc[:3]] = 2 * MM

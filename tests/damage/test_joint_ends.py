@@ -29,13 +29,17 @@ RULES = [
     {"blocks": "deformable", "quadrature": "midpoint", "contacts_per_interface": 2},
     {"blocks": "deformable", "quadrature": "midpoint", "contacts_per_interface": 1, "zone_size": 0.03},
     {"blocks": "deformable"},
-]  # fmt: skip
+]
 
 
 def turned_brick(course: int, dpc: int | None, rule: dict[str, Any]) -> tuple[JointMap, Any, float, float]:
     """Joints and openings of a wall of which one brick turns about its lower left corner; its length and height."""
-    scene = Scene(wall=Wall(length=1.2, height=0.45), dpc=None if dpc is None else Dpc(course=dpc),
-                  joint=DRY, solver=Solver(**rule))  # fmt: skip
+    scene = Scene(
+        wall=Wall(length=1.2, height=0.45),
+        dpc=None if dpc is None else Dpc(course=dpc),
+        joint=DRY,
+        solver=Solver(**rule),
+    )
     model = wall_model(scene)
     joints, blocks, face = joint_map(model), model.blocks, model.interfaces
     in_course = np.flatnonzero(blocks.course == course)
@@ -58,9 +62,11 @@ def test_a_brick_that_turns_opens_its_bed_by_its_length(rule: dict[str, Any], co
     found = judge(joints, opening, np.zeros_like(opening), cracked, Damage(band_gauge=0.01))
     bed, side = pytest.approx(TURN * length, rel=1e-9), pytest.approx(TURN * height, rel=1e-9)
     wall, base, on_dpc, footing = {
-        (3, None): (bed, 0.0, 0.0, 0.0), (0, None): (side, 0.0, 0.0, bed), (2, 2): (side, 0.0, bed, 0.0),
+        (3, None): (bed, 0.0, 0.0, 0.0),
+        (0, None): (side, 0.0, 0.0, bed),
+        (2, 2): (side, 0.0, bed, 0.0),
         (1, 3): (0.0, bed, 0.0, 0.0),
-    }[course, dpc]  # fmt: skip
+    }[course, dpc]
     assert found.crack_width_max == found.crack_band_width_max == wall
     assert (found.base_crack_width_max, found.dpc_opening_max, found.footing_opening_max) == (base, on_dpc, footing)
     cracks = Growth(joints).step(0, opening, np.zeros_like(opening), cracked)
@@ -90,11 +96,13 @@ def test_archives_pictures_and_cracks_read_the_same_widest_opening(rule: tuple[A
     """The archive, the archive judged again, the pictures and the cracks as objects agree on an opened dpc."""
     ds = damagepred.solve(
         Scene(
-            wall=Wall(length=1.44, height=0.45), dpc=Dpc(course=2), joint=DRY,
+            wall=Wall(length=1.44, height=0.45),
+            dpc=Dpc(course=2),
+            joint=DRY,
             movement=Movement(kind="doming", central_deflection=6e-3, increments=4),
             solver=Solver(quadrature=rule[0], contacts_per_interface=rule[1], no_tension_subdivisions=rule[2]),
         )
-    )  # fmt: skip
+    )
     widest = ds["dpc_opening_max"].values
     assert (widest[1:] > 1.001 * ds["contact_opening"].values[1:, ds["contact_kind"].values == DPC].max(axis=1)).all()
     again = damagepred.judge_again(ds)

@@ -375,8 +375,12 @@ def test_orientation_of_a_slope_through_bricks_is_diagonal():
     from damagepred.damage.tracing import _orientation
 
     assert [_orientation(a, t) for a, t in ((15, False), (15.1, False), (15.1, True), (74.9, True), (75, True))] == [
-        HORIZONTAL, STEPPED, DIAGONAL, DIAGONAL, VERTICAL,
-    ]  # fmt: skip
+        HORIZONTAL,
+        STEPPED,
+        DIAGONAL,
+        DIAGONAL,
+        VERTICAL,
+    ]
 
 
 @pytest.mark.parametrize("kind", [HEAD_JOINT, CONTROL_JOINT])

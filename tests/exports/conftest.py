@@ -15,13 +15,22 @@ def curves_of(median: list[float], dispersion: list[float], measure: str = "defl
     status = np.where(np.isfinite(m), "fitted", "never reached")
     each, both = ("category",), ("category", "intensity")
     return xr.Dataset(
-        {"probability": (both, probability), "probability_lower": (both, probability * 0.9),
-         "probability_upper": (both, np.minimum(probability * 1.1, 1.0)), "empirical": (both, np.round(probability, 1)),
-         "median": (each, m), "dispersion": (each, b), "fit_status": (each, status)},
-        coords={"category": np.arange(1, count + 1), "category_name": (each, np.array(NAMES[:count])),
-                "intensity": ("intensity", grid, {"units": "1" if measure == "deflection_ratio" else "m"})},
+        {
+            "probability": (both, probability),
+            "probability_lower": (both, probability * 0.9),
+            "probability_upper": (both, np.minimum(probability * 1.1, 1.0)),
+            "empirical": (both, np.round(probability, 1)),
+            "median": (each, m),
+            "dispersion": (each, b),
+            "fit_status": (each, status),
+        },
+        coords={
+            "category": np.arange(1, count + 1),
+            "category_name": (each, np.array(NAMES[:count])),
+            "intensity": ("intensity", grid, {"units": "1" if measure == "deflection_ratio" else "m"}),
+        },
         attrs={"title": "fragility of a wall", "intensity_measure": measure},
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture

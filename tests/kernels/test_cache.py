@@ -41,9 +41,13 @@ def test_arrays_that_a_law_is_handed_are_not_counted(monkeypatch: pytest.MonkeyP
     for compiler in (jit.kernel, jit.kernel_making_arrays):
         stresses = compiler(contact_stresses.py_func)
         stresses(
-            model.interfaces, model.properties, model.ground.at(0.0), at_rest.memory, at_rest.displacement,
+            model.interfaces,
+            model.properties,
+            model.ground.at(0.0),
+            at_rest.memory,
+            at_rest.displacement,
             *(np.empty(shape) for _ in range(3)),
-        )  # fmt: skip
+        )
         (code,) = stresses.inspect_llvm().values()
         counts[compiler.__name__] = code.count("@NRT_incref(")
     assert counts["kernel"] == 0 < counts["kernel_making_arrays"]

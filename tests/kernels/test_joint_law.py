@@ -179,9 +179,7 @@ def capped_contact(opening, shear, memory):
     """Return (sigma, tau) and the new memory of a joint with a cap."""
     limits = [(*s, 1.0 / K_S) for s in ((F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION))]
     cap = (F_C, F_C / K_N, 1.0 / C_SS)
-    sigma, tau, *new, _ = joint_law(
-        opening, shear, *memory, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap
-    )  # fmt: skip
+    sigma, tau, *new, _ = joint_law(opening, shear, *memory, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap)
     return (sigma, tau), tuple(new)
 
 

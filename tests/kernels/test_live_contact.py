@@ -118,9 +118,21 @@ def cycle(joints, i, u_n, u_s, slip, dilated, cracked, opened):
     strongest = joints.compressive_strength[i]
     cap = (strongest, strongest / k_n, 1.0 / joints.cap_shear[i])
     return joint_law(
-        u_n, u_s, slip, dilated, cracked, opened, (k_n, k_s, 1.0 / k_s), intact, weakened, softening, psi,
-        joints.brittle_shear[i], cap, wear_of(joints, i),
-    )  # fmt: skip
+        u_n,
+        u_s,
+        slip,
+        dilated,
+        cracked,
+        opened,
+        (k_n, k_s, 1.0 / k_s),
+        intact,
+        weakened,
+        softening,
+        psi,
+        joints.brittle_shear[i],
+        cap,
+        wear_of(joints, i),
+    )
 
 
 @numba.njit
@@ -455,16 +467,22 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     model, memory, displacement = random_wall(feature, 8)
     everything, shape = np.arange(len(model.interfaces.x)), model.interfaces.contact_area.shape
     frozen = (np.full(shape, NO_LIMIT), memory.dilated.copy(), memory.opened.copy())
-    freeze(
-        everything, model.interfaces, model.properties, model.ground.at(0.0), memory, displacement, frozen, 1.0
-    )  # fmt: skip
+    freeze(everything, model.interfaces, model.properties, model.ground.at(0.0), memory, displacement, frozen, 1.0)
 
     def forces(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
         joint_forces(
-            everything, model.interfaces, model.properties, model.ground.at(0.0), memory, frozen, live, at, force,
+            everything,
+            model.interfaces,
+            model.properties,
+            model.ground.at(0.0),
+            memory,
+            frozen,
+            live,
+            at,
+            force,
             stiffness,
-        )  # fmt: skip
+        )
         return force, stiffness
 
     force, stiffness = forces(displacement)

@@ -91,9 +91,16 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         start = 1e-4 * rng.normal(size=len(model.supports.prescribed))
         displacement[model.supports.prescribed] = start + progress * model.supports.prescribed_displacement
         motion = explicit.Motion(
-            load, live, np.zeros(size), np.zeros(size), displacement.copy(), np.zeros(size),
-            model.supports.prescribed, model.supports.prescribed_displacement, start,
-        )  # fmt: skip
+            load,
+            live,
+            np.zeros(size),
+            np.zeros(size),
+            displacement.copy(),
+            np.zeros(size),
+            model.supports.prescribed,
+            model.supports.prescribed_displacement,
+            start,
+        )
         run_cycles(joints, special, softening, None, None, None, motion, 0.8, 0.25, progress, 0.0, 1)
         expected = 0.25 * load + progress * live + forces_by_contacts(model, memory, displacement, progress)
         assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()

@@ -60,11 +60,20 @@ def test_every_number_of_the_sheet(cracked: xr.Dataset):
             if head in names:
                 assert cells[row, column].get_text().get_text() == f"{1e3 * one[names[head]]:.2f}"
     made_up = {
-        "crack": 7, "crack_part": "below_dpc", "crack_width": 1.23e-3, "crack_width_normal": 0.98e-3,
-        "crack_displacement": 1.57e-3, "crack_length": 0.64, "crack_orientation": "stepped", "crack_inclination": 32.4,
-        "crack_branches": 2, "crack_length_through_blocks": 0.1, "crack_x": 2.25, "crack_y": 0.75,
+        "crack": 7,
+        "crack_part": "below_dpc",
+        "crack_width": 1.23e-3,
+        "crack_width_normal": 0.98e-3,
+        "crack_displacement": 1.57e-3,
+        "crack_length": 0.64,
+        "crack_orientation": "stepped",
+        "crack_inclination": 32.4,
+        "crack_branches": 2,
+        "crack_length_through_blocks": 0.1,
+        "crack_x": 2.25,
+        "crack_y": 0.75,
         "first_central_deflection": 4.5e-3,
-    }  # fmt: skip
+    }
     told = ["7", "below dpc", "1.23", "0.98", "1.57", "0.64", "stepped, 32°, 2 branches, bricks", "2.25, 0.75", "4.50"]
     assert _row(made_up) == told
     level = made_up | {"crack_orientation": "horizontal", "crack_branches": 1, "crack_length_through_blocks": 0.0}

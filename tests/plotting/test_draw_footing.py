@@ -142,10 +142,12 @@ def test_a_limit_that_was_passed_is_found_between_increments():
 
 def test_a_rig_is_idle_where_its_first_support_or_its_jacks_carry_nothing():
     ds = xr.Dataset(
-        {"jack_load": ("increment", [5.0, 4.0, 2.0, -2.0]),
-         "support_load": (("increment", "support"), [[3.0, 4.0], [1.0, 3.0], [-1.0, 2.0], [-2.0, -1.0]])},
+        {
+            "jack_load": ("increment", [5.0, 4.0, 2.0, -2.0]),
+            "support_load": (("increment", "support"), [[3.0, 4.0], [1.0, 3.0], [-1.0, 2.0], [-2.0, -1.0]]),
+        },
         {"central_deflection": ("increment", [0.0, 1.0, 2.0, 3.0])},
-    )  # fmt: skip
+    )
     assert idle_at(ds) == pytest.approx(1.5)  # jacks at 2.5, the other support at 2.67
     assert idle_at(ds.assign(support_load=9.0 + ds["support_load"])) == pytest.approx(2.5)
 

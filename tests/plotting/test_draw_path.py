@@ -128,17 +128,22 @@ def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
 
 
 WIDTHS = {
-    "widest crack above the dpc": "crack_width_max", "widest dpc opening": "dpc_opening_max",
-    "widest crack band": "crack_band_width_max", "widest gap on the footing": "footing_opening_max",
+    "widest crack above the dpc": "crack_width_max",
+    "widest dpc opening": "dpc_opening_max",
+    "widest crack band": "crack_band_width_max",
+    "widest gap on the footing": "footing_opening_max",
     "widest crack below the dpc": "base_crack_width_max",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
     ("measure", "head", "scale"),
-    [("central_deflection", "central deflection (mm)", 1e3), ("surface_movement", "surface movement $y_s$ (mm)", 1e3),
-     ("time", "time (s)", 1.0)],
-)  # fmt: skip
+    [
+        ("central_deflection", "central deflection (mm)", 1e3),
+        ("surface_movement", "surface movement $y_s$ (mm)", 1e3),
+        ("time", "time (s)", 1.0),
+    ],
+)
 def test_every_line_of_a_history_is_its_variable(on_dpc, measure, head, scale):
     ds = on_dpc.copy()
     for factor, name in enumerate(WIDTHS.values(), start=3):  # no two alike, and none largest at the end

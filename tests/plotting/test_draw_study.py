@@ -78,9 +78,12 @@ def test_every_line_of_a_study_is_its_quantile(study):
     study["damage_category"] = study["damage_category"].copy(data=np.tile(np.array([0, 0, 1, 1, 2], np.int8), (8, 1)))
     ax = draw_crack_widths(study)
     expected = {
-        "90% of the walls below": (names[0], 0.9), "median": (names[0], 0.5), "10% of the walls below": (names[0], 0.1),
-        "median, widest crack band": (names[1], 0.5), "median, gap on the footing": (names[2], 0.5),
-    }  # fmt: skip
+        "90% of the walls below": (names[0], 0.9),
+        "median": (names[0], 0.5),
+        "10% of the walls below": (names[0], 0.1),
+        "median, widest crack band": (names[1], 0.5),
+        "median, gap on the footing": (names[2], 0.5),
+    }
     assert [line.get_label() for line in ax.lines if line.get_label() in expected] == list(expected)
     for line in ax.lines:
         if line.get_label() in expected:
@@ -194,15 +197,31 @@ def test_convergence_draws_the_running_probability_of_each_category(study):
 def test_a_surface_is_drawn_with_its_units(units, factor, shown):
     second, x = np.array([2.0, 3.5, 7.0]), np.array([1e-3, 4e-3, 9e-3, 20e-3])
     surface = xr.Dataset(
-        {"probability": (("second", "intensity"), np.linspace(0.0, 0.95, 12).reshape(3, 4)),
-         "median": ("second", 1e-3 * second), "median_lower": ("second", 0.8e-3 * second),
-         "median_upper": ("second", 1.3e-3 * second), "slope": 1.25, "slope_lower": 0.75, "slope_upper": 1.5,
-         "dispersion": 0.35, "dispersion_alone": 0.45, "fit_status": "fitted"},
+        {
+            "probability": (("second", "intensity"), np.linspace(0.0, 0.95, 12).reshape(3, 4)),
+            "median": ("second", 1e-3 * second),
+            "median_lower": ("second", 0.8e-3 * second),
+            "median_upper": ("second", 1.3e-3 * second),
+            "slope": 1.25,
+            "slope_lower": 0.75,
+            "slope_upper": 1.5,
+            "dispersion": 0.35,
+            "dispersion_alone": 0.45,
+            "fit_status": "fitted",
+        },
         {"second": ("second", second, {"units": units}), "intensity": ("intensity", x, {"units": "m"})},
-        {"category": 2, "category_name": "very_slight", "second_variable": "joint.normal_stiffness", "samples": 60,
-         "samples_failed": 4, "confidence": 0.8, "scale": "log", "intensity_measure": "central_deflection",
-         "title": "soft mortar"},
-    )  # fmt: skip
+        {
+            "category": 2,
+            "category_name": "very_slight",
+            "second_variable": "joint.normal_stiffness",
+            "samples": 60,
+            "samples_failed": 4,
+            "confidence": 0.8,
+            "scale": "log",
+            "intensity_measure": "central_deflection",
+            "title": "soft mortar",
+        },
+    )
     ax = draw_fragility_surface(surface)
     lower, upper = ax.lines
     assert lower.get_xdata() == pytest.approx(0.8 * second)

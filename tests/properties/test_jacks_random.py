@@ -32,9 +32,13 @@ def wall_on_jacks(seed: int) -> Scene:
         "shape": "jacks",
     }
     wall = {
-        "length": float(draw.uniform(1.0, 2.0)), "height": float(draw.uniform(0.4, 0.9)), "block_length": 0.2,
-        "block_height": 0.15, "thickness": 0.11, "bond": str(draw.choice(["running", "stack"])),
-    }  # fmt: skip
+        "length": float(draw.uniform(1.0, 2.0)),
+        "height": float(draw.uniform(0.4, 0.9)),
+        "block_length": 0.2,
+        "block_height": 0.15,
+        "thickness": 0.11,
+        "bond": str(draw.choice(["running", "stack"])),
+    }
     scene: dict[str, object] = {
         "wall": wall,
         "block": {"elastic_modulus": float(10 ** draw.uniform(9.0, 10.0)), "density": 2000.0},
@@ -79,13 +83,21 @@ def test_a_wall_that_lifts_off_its_footing_as_that_bends_does_not_collapse() -> 
     tables: dict[str, object] = {
         "wall": {"length": 1.05, "height": 0.56, "thickness": 0.1176, "block_length": 0.15, "block_height": 0.14},
         "block": {"elastic_modulus": 4.905e9, "density": 1944.0},
-        "joint": {"normal_stiffness": 311e9, "shear_stiffness": 121.6e9, "tensile_strength": 3e5, "cohesion": 0.0,
-                  "friction": 0.3448, "brittle_shear": True, "compressive_strength": 3.29e6, "cap_shear": 7.61},
+        "joint": {
+            "normal_stiffness": 311e9,
+            "shear_stiffness": 121.6e9,
+            "tensile_strength": 3e5,
+            "cohesion": 0.0,
+            "friction": 0.3448,
+            "brittle_shear": True,
+            "compressive_strength": 3.29e6,
+            "cap_shear": 7.61,
+        },
         "dpc": {"course": 2, "friction": 0.862},
         "footing": {"width": 0.3921, "depth": 0.2616, "elastic_modulus": 1.452e9, "density": 2312.0},
         "movement": {"shape": "jacks", "central_deflection": 4.708e-3, "increments": 7},
         "solver": {"lump_block_elasticity": False, "symmetric_half": False},
-    }  # fmt: skip
+    }
     assert on_supports_that_only_push(tables) == pytest.approx(0.0589e-3, rel=0.3)
 
 
@@ -94,16 +106,25 @@ def test_a_footing_that_overhangs_its_supports_is_level_where_jacks_pull() -> No
     tables: dict[str, object] = {
         "wall": {"length": 1.75, "height": 0.3, "thickness": 0.1316, "block_length": 0.25, "block_height": 0.15},
         "block": {"elastic_modulus": 4.119e9, "density": 1966.0},
-        "joint": {"normal_stiffness": 238.8e9, "shear_stiffness": 132.8e9, "tensile_strength": 26.38e3,
-                  "cohesion": 47.5e3, "friction": 1.0156, "residual_cohesion": 47.5e3, "residual_friction": 0.759,
-                  "fracture_energy": 1.1357, "shear_fracture_energy": 40.8, "compressive_strength": 1.765e6},
+        "joint": {
+            "normal_stiffness": 238.8e9,
+            "shear_stiffness": 132.8e9,
+            "tensile_strength": 26.38e3,
+            "cohesion": 47.5e3,
+            "friction": 1.0156,
+            "residual_cohesion": 47.5e3,
+            "residual_friction": 0.759,
+            "fracture_energy": 1.1357,
+            "shear_fracture_energy": 40.8,
+            "compressive_strength": 1.765e6,
+        },
         "dpc": {"course": 1, "friction": 0.4724, "cohesion": 630.2},
         "footing": {"width": 0.2737, "depth": 0.4774, "elastic_modulus": 5.253e9, "density": 2161.2},
         "movement": {"shape": "jacks", "central_deflection": 1.853e-4, "increments": 10},
         "rig": {"supports": [0.875, 1.75], "jacks": [0.9625, 1.4, 1.4875]},
         "loads": {"roof": 3394.3},
         "solver": {"quadrature": "midpoint"},
-    }  # fmt: skip
+    }
     assert on_supports_that_only_push(tables) == pytest.approx(0.0, abs=1e-8)
 
 
@@ -115,21 +136,30 @@ def test_a_footing_that_yields_on_its_jacks_does_not_collapse() -> None:
     """
     strength = {"tensile_strength": 0.0, "cohesion": 1521.13, "residual_cohesion": 1404.64, "friction": 0.50885}
     joint = {
-        **strength, "normal_stiffness": 1.8109e11, "shear_stiffness": 5.9335e10, "residual_friction": 0.21872,
-        "brittle_shear": True, "compressive_strength": 982191.0,
-    }  # fmt: skip
+        **strength,
+        "normal_stiffness": 1.8109e11,
+        "shear_stiffness": 5.9335e10,
+        "residual_friction": 0.21872,
+        "brittle_shear": True,
+        "compressive_strength": 982191.0,
+    }
     tables: dict[str, object] = {
         "wall": {"length": 0.48, "height": 0.34, "thickness": 0.15465, "block_length": 0.24, "block_height": 0.17},
         "block": {"elastic_modulus": 2.8642e9, "density": 1124.87},
         "joint": joint,
         "dpc": {"course": 1, "friction": 0.45936},
         "control_joint": [{"x": 0.239186}],
-        "footing": {"width": 0.46856, "depth": 0.26911, "elastic_modulus": 1.1971e10, "density": 2184.05,
-                    "joint": joint | {"friction": 0.67978},
-                    "concrete": {"grade": "N20", "bottom": "3-L8TM", "top": "none"}},
+        "footing": {
+            "width": 0.46856,
+            "depth": 0.26911,
+            "elastic_modulus": 1.1971e10,
+            "density": 2184.05,
+            "joint": joint | {"friction": 0.67978},
+            "concrete": {"grade": "N20", "bottom": "3-L8TM", "top": "none"},
+        },
         "movement": {"kind": "dishing", "shape": "jacks", "central_deflection": 1.36e-4, "increments": 1},
         "rig": {"stop_at_zero": False},
-    }  # fmt: skip
+    }
     solvers: list[dict[str, object]] = [{"method": "quasi_static"}, {"method": "explicit", "ramp_cycles": 1000}]
     quasi_static, explicit = (solve(Scene.from_dict(tables | {"solver": solver})) for solver in solvers)
     assert quasi_static.attrs["status"] == "complete"
@@ -143,13 +173,18 @@ def test_a_stiff_wall_lifts_off_its_supports_where_supports_that_hold_would_begi
 ) -> None:
     """Its jacks carry all of its weight by then: at a larger deflection there is no equilibrium."""
     tables: dict[str, object] = {
-        "wall": {"length": length, "height": courses * 0.14, "block_length": length / 2.0, "block_height": 0.14,
-                 "thickness": 0.13},
+        "wall": {
+            "length": length,
+            "height": courses * 0.14,
+            "block_length": length / 2.0,
+            "block_height": 0.14,
+            "thickness": 0.13,
+        },
         "block": {"elastic_modulus": 6e9, "density": 2000.0},
         "joint": {"normal_stiffness": 4e10, "shear_stiffness": 1e10, "tensile_strength": 5e6, "cohesion": 9e6},
         "footing": {"width": 0.4, "depth": depth, "elastic_modulus": 8e9, "density": 2200.0},
         "movement": {"kind": "doming", "shape": "jacks", "central_deflection": 0.4e-3, "increments": 20},
-    }  # fmt: skip
+    }
     rig = {"support_stiffness": 1e10, "stop_at_zero": False}
     held, free = (
         solve(Scene.from_dict(tables | {"rig": rig | {"support": way}}), on_failure="return")

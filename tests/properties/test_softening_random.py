@@ -26,9 +26,19 @@ def normal_stress(joint: Joint, opening: float, cracked: bool, opened: float) ->
     limits = (*(4 * f_t, 0.7), slip_compliance(k_n, 0.4 * k_n, 0.7, 0.0))
     w_c = 2 * energy / f_t
     sigma, _, _, _, cracked, opened = joint_law(
-        opening, 0.0, 0.0, 0.0, cracked, opened, (k_n, 0.4 * k_n, 2.5 / k_n), (f_t, *limits), (0.0, *limits),
-        (w_c, bond_slope(k_n, f_t, w_c)), 0.0, False,
-    )  # fmt: skip
+        opening,
+        0.0,
+        0.0,
+        0.0,
+        cracked,
+        opened,
+        (k_n, 0.4 * k_n, 2.5 / k_n),
+        (f_t, *limits),
+        (0.0, *limits),
+        (w_c, bond_slope(k_n, f_t, w_c)),
+        0.0,
+        False,
+    )
     return sigma, cracked, opened
 
 

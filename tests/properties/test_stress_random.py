@@ -36,17 +36,30 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     length, height = draw(number(0.05, 0.6)), draw(number(0.03, 0.3))
     friction, stiffness = draw(st.sampled_from([0.0, 0.3, 0.75, 2.0])), draw(number(8, 13))
     tables: dict[str, Any] = {
-        "wall": {"length": units * length, "height": courses * height, "block_length": length, "block_height": height,
-                 "bond": draw(st.sampled_from(["running", "stack"]))},
+        "wall": {
+            "length": units * length,
+            "height": courses * height,
+            "block_length": length,
+            "block_height": height,
+            "bond": draw(st.sampled_from(["running", "stack"])),
+        },
         "block": {"density": draw(size(1e2, 1e4)), "elastic_modulus": 10.0 ** draw(number(7, 11))},
-        "joint": {"normal_stiffness": 10.0**stiffness, "shear_stiffness": 10.0 ** (stiffness - draw(number(0, 1))),
-                  "tensile_strength": draw(size(1.0, 1e8)), "cohesion": draw(size(1.0, 1e8)), "friction": friction,
-                  "dilation": friction * draw(st.sampled_from([0.0, 0.0, 0.5])),
-                  "brittle_shear": draw(st.booleans())},
-        "movement": {"kind": draw(st.sampled_from(["dishing", "doming"])), "increments": draw(st.sampled_from([1, 3])),
-                     "central_deflection": draw(size(1e-9, 0.1 * units * length))},
+        "joint": {
+            "normal_stiffness": 10.0**stiffness,
+            "shear_stiffness": 10.0 ** (stiffness - draw(number(0, 1))),
+            "tensile_strength": draw(size(1.0, 1e8)),
+            "cohesion": draw(size(1.0, 1e8)),
+            "friction": friction,
+            "dilation": friction * draw(st.sampled_from([0.0, 0.0, 0.5])),
+            "brittle_shear": draw(st.booleans()),
+        },
+        "movement": {
+            "kind": draw(st.sampled_from(["dishing", "doming"])),
+            "increments": draw(st.sampled_from([1, 3])),
+            "central_deflection": draw(size(1e-9, 0.1 * units * length)),
+        },
         "loads": {"roof": draw(size(1.0, 1e5))},
-    }  # fmt: skip
+    }
     if courses > 1 and draw(st.booleans()):
         tables["dpc"] = {"course": 1, "friction": draw(number(0, 1))}
     return tables

@@ -276,5 +276,5 @@ LONG = (
     Case("sample, window", "ms", sample(window), WALL, rounds=4),
     Case("compile quasi-static", "s", compile_all("quasi_static"), {"compiler": 30}, rounds=2),
     Case("compile explicit", "s", compile_all("explicit"), {"compiler": 20}, rounds=2),
-)  # fmt: skip
+)
 """Run with ``-m benchmark``."""

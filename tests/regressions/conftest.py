@@ -82,11 +82,16 @@ class Record:
             known = self.baseline.get(case.name, {}).get("ratio", float("nan"))
             rows.append(
                 {
-                    "case": case.name, "time": min(rounds.case) / count, "unit": case.unit, "ratio": rounds.ratio,
-                    "baseline": known, "over baseline": rounds.ratio / known, "bound": case.bound * self.factor,
+                    "case": case.name,
+                    "time": min(rounds.case) / count,
+                    "unit": case.unit,
+                    "ratio": rounds.ratio,
+                    "baseline": known,
+                    "over baseline": rounds.ratio / known,
+                    "bound": case.bound * self.factor,
                     "rounds": len(rounds.case),
                 }
-            )  # fmt: skip
+            )
         return pd.DataFrame(rows)
 
     def save(self) -> None:

@@ -38,12 +38,21 @@ def table(section: object, begins: str) -> Table:
 @pytest.mark.parametrize(
     ("value", "unit", "shown"),
     [
-        (0.453e6, "Pa", ("0.453", "MPa")), (9.0e9, "Pa", ("9", "GPa")), (82.0e9, "Pa/m", ("82", "N/mm³")),
-        (81999999999.99998, "Pa/m", ("82", "N/mm³")), (0.008, "m", ("8", "mm")), (2.4, "m", ("2.4", "m")),
-        (0.11, "m", ("0.11", "m")), (6000.0, "N", ("6", "kN")), (0.0, "Pa", ("0", "Pa")), (0.75, "1", ("0.75", "–")),
-        (2000.0, "kg/m**3", ("2000", "kg/m³")), (-0.002, "m", ("−2", "mm")), (0.0, "m", ("0", "mm")),
+        (0.453e6, "Pa", ("0.453", "MPa")),
+        (9.0e9, "Pa", ("9", "GPa")),
+        (82.0e9, "Pa/m", ("82", "N/mm³")),
+        (81999999999.99998, "Pa/m", ("82", "N/mm³")),
+        (0.008, "m", ("8", "mm")),
+        (2.4, "m", ("2.4", "m")),
+        (0.11, "m", ("0.11", "m")),
+        (6000.0, "N", ("6", "kN")),
+        (0.0, "Pa", ("0", "Pa")),
+        (0.75, "1", ("0.75", "–")),
+        (2000.0, "kg/m**3", ("2000", "kg/m³")),
+        (-0.002, "m", ("−2", "mm")),
+        (0.0, "m", ("0", "mm")),
     ],
-)  # fmt: skip
+)
 def test_quantities_as_engineers_write_them(value: float, unit: str, shown: tuple[str, str]) -> None:
     assert quantity(value, unit) == shown
 
@@ -116,8 +125,10 @@ def test_inputs_show_values_with_units_and_what_varies(data_folder: Path) -> Non
     assert ("Solver", "damping") not in rows
     uncertain = {row[0]: row[1:] for row in table(section, "What is uncertain").rows}
     assert uncertain["mortar joints: tensile strength"][:3] == [
-        "lognormal: mean 0.453, COV 0.3", "joint to joint, correlation 0.4 to the next of a course", "MPa",
-    ]  # fmt: skip
+        "lognormal: mean 0.453, COV 0.3",
+        "joint to joint, correlation 0.4 to the next of a course",
+        "MPa",
+    ]
     assert uncertain["movement: central deflection"][:3] == ["uniform: lower 40, upper 60", "wall to wall", "mm"]
     assert "Heffler" in uncertain["mortar joints: tensile strength"][3]
     assert table(section, "Correlation").rows[0][2] == "0.7"
@@ -150,10 +161,15 @@ def test_code_limits_are_the_lesser_of_two() -> None:
     source, limits = code_limits(6.0)
     assert "AS 2870-2011" in source
     told = {limit.construction: limit.deflection for limit in limits}
-    assert told == pytest.approx({
-        "full masonry": 3e-3, "articulated full masonry": 7.5e-3, "masonry veneer": 10e-3,
-        "articulated masonry veneer": 15e-3, "clad frame": 20e-3,
-    })  # fmt: skip
+    assert told == pytest.approx(
+        {
+            "full masonry": 3e-3,
+            "articulated full masonry": 7.5e-3,
+            "masonry veneer": 10e-3,
+            "articulated masonry veneer": 15e-3,
+            "clad frame": 20e-3,
+        }
+    )
     assert {limit.construction: limit.deflection for limit in code_limits(24.0)[1]}["full masonry"] == 10e-3
     assert [limit.deflection for limit in limits] == sorted(limit.deflection for limit in limits)
 
@@ -248,8 +264,12 @@ def test_energy_that_does_not_balance_is_a_share_of_the_work(wall: xr.Dataset) -
 
 
 def test_gaps_below_the_wall_are_each_under_their_own_name(wall: xr.Dataset) -> None:
-    ends = {"dpc_opening_max": 2e-3, "dpc_separation_length": 0.5, "footing_opening_max": 7e-3,
-            "footing_separation_length": 1.25}  # fmt: skip
+    ends = {
+        "dpc_opening_max": 2e-3,
+        "dpc_separation_length": 0.5,
+        "footing_opening_max": 7e-3,
+        "footing_separation_length": 1.25,
+    }
     gaps = {name: wall[name].copy(data=np.full(wall[name].shape, value)) for name, value in ends.items()}
     facts = dict(wall_page(wall.assign(gaps), "wall.nc", "today").facts)
     for head, most, over in (("Damp-proof course", "2 mm", "0.5 m"), ("Bed on the footing", "7 mm", "1.25 m")):
@@ -295,19 +315,28 @@ def caveats(scene: dict) -> str:
     [
         ("Displacements are small and there is no time", {}, {"dynamics": {}}),
         ("Bricks neither crack nor crush", {}, {"solver": {"method": "explicit", "blocks": "deformable"}}),
-        ("Bricks neither crack nor crush", {},
-         {"dpc": {}, "solver": {"method": "explicit", "above_dpc": "deformable"}}),
+        (
+            "Bricks neither crack nor crush",
+            {},
+            {"dpc": {}, "solver": {"method": "explicit", "above_dpc": "deformable"}},
+        ),
         ("Bonds break at once", {}, {"joint": {"fracture_energy": 5.0, "shear_fracture_energy": 50.0}}),
         ("follows a given form", {}, {"movement": {"shape": "jacks"}}),
         ("The footing is linear elastic", {"movement": {"shape": "jacks"}}, {}),
-        ("The footing is linear elastic", {"movement": {"shape": "jacks"}},
-         {"movement": {"shape": "jacks"}, "footing": {"concrete": {}}}),
+        (
+            "The footing is linear elastic",
+            {"movement": {"shape": "jacks"}},
+            {"movement": {"shape": "jacks"}, "footing": {"concrete": {}}},
+        ),
         ("that of the wall above the damp-proof course", {"dpc": {}}, {}),
         ("compliance of the joints counts twice", {}, {"block": {"elastic_modulus": 12e9}}),
-        ("compliance of the joints counts twice", {"joint": {"normal_stiffness": 0.99e11}},
-         {"joint": {"normal_stiffness": 1e11}}),
+        (
+            "compliance of the joints counts twice",
+            {"joint": {"normal_stiffness": 0.99e11}},
+            {"joint": {"normal_stiffness": 1e11}},
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_a_model_leaves_out_is_said_where_it_does(words: str, said: dict, not_said: dict) -> None:
     assert words in caveats(said)
     assert words not in caveats(not_said)
@@ -335,10 +364,15 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     ds["limit_deflection"] = "sample", np.array([1e-3, np.nan, 2e-3, np.nan, np.nan])
     settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
     curves = xr.Dataset(
-        {"reached": ("category", [11, 4, 0]), "not_reached": ("category", [3, 9, 14]),
-         "p_value": ("category", [0.5, 0.04, np.nan]), "median": ("category", [2e-3, 7.5e-3, np.nan])},
-        {"category": [1, 2, 3]}, {"samples_failed": 6, "curves_cross": 1, "intensity_measure": "central_deflection"},
-    )  # fmt: skip
+        {
+            "reached": ("category", [11, 4, 0]),
+            "not_reached": ("category", [3, 9, 14]),
+            "p_value": ("category", [0.5, 0.04, np.nan]),
+            "median": ("category", [2e-3, 7.5e-3, np.nan]),
+        },
+        {"category": [1, 2, 3]},
+        {"samples_failed": 6, "curves_cross": 1, "intensity_measure": "central_deflection"},
+    )
 
     def said(curves: xr.Dataset) -> list[str]:
         (text,) = study_caveats(ds, curves, settings, 6e-3).parts
@@ -365,10 +399,18 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
 
 def test_every_cell_of_a_crack() -> None:
     one = {
-        "crack": 7, "crack_part": "below_dpc", "crack_width": 1.23e-3, "crack_displacement": 1.57e-3,
-        "crack_length": 0.64, "crack_orientation": "stepped", "crack_inclination": 31.6,
-        "crack_length_through_blocks": 0.1, "crack_x": 2.25, "crack_y": 0.75, "first_central_deflection": 4.5e-3,
-    }  # fmt: skip
+        "crack": 7,
+        "crack_part": "below_dpc",
+        "crack_width": 1.23e-3,
+        "crack_displacement": 1.57e-3,
+        "crack_length": 0.64,
+        "crack_orientation": "stepped",
+        "crack_inclination": 31.6,
+        "crack_length_through_blocks": 0.1,
+        "crack_x": 2.25,
+        "crack_y": 0.75,
+        "first_central_deflection": 4.5e-3,
+    }
     told = ["7", "below dpc", "1.23 mm", "1.57 mm", "0.64", "stepped, 32°, through bricks", "2.25, 0.75", "4.5 mm"]
     assert crack_row(one, in_time=False) == told
     assert crack_row(one | {"crack_length_through_blocks": 0.0}, in_time=True) == [*told[:5], "stepped, 32°", told[6]]

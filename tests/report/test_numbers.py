@@ -32,10 +32,27 @@ from tests.made_up import FAILED, made_up_study
 from tests.report.test_page import HTML, check_page
 
 UNITS = {
-    "m": 1.0, "mm": 1e-3, "%": 1e-2, "°": 1.0, "s": 1.0, "ms": 1e-3, "N": 1.0, "kN": 1e3, "J": 1.0, "Pa": 1.0,
-    "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm³": 1e9, "kg/m³": 1.0, "N/m": 1.0, "m/s²": 1.0, "–": 1.0, "": 1.0,
+    "m": 1.0,
+    "mm": 1e-3,
+    "%": 1e-2,
+    "°": 1.0,
+    "s": 1.0,
+    "ms": 1e-3,
+    "N": 1.0,
+    "kN": 1e3,
+    "J": 1.0,
+    "Pa": 1.0,
+    "kPa": 1e3,
+    "MPa": 1e6,
+    "GPa": 1e9,
+    "N/mm³": 1e9,
+    "kg/m³": 1.0,
+    "N/m": 1.0,
+    "m/s²": 1.0,
+    "–": 1.0,
+    "": 1.0,
     "mean block weights": 1.0,
-}  # fmt: skip
+}
 ONE = re.compile(r"(?<![\w.])([−+-]?\d[\d.]*(?:e[−+-]?\d+)?)[\s\u00a0]*(mm|m|%|°)?(?![\w³/])")
 WORK = ("external_work", "elastic_energy", "friction_work", "fracture_work", "released_energy")
 BOOTSTRAP = 20
@@ -77,8 +94,10 @@ def compare_band(cell: str, unit: str, expected: Sequence[float], where: str) ->
 
 def compare_chance(cell: str, expected: Sequence[float], where: str) -> None:
     """Compare a probability and the ends of its interval; those all but 0 or 1 are shown as beyond 0.001 or 0.999."""
-    shown = [(sign, text, float(text), 0.5 * 10.0 ** -len(text.partition(".")[2])) for sign, text in
-             PROBABILITY.findall(cell)]  # fmt: skip
+    shown = [
+        (sign, text, float(text), 0.5 * 10.0 ** -len(text.partition(".")[2]))
+        for sign, text in PROBABILITY.findall(cell)
+    ]
 
     def agree(one: tuple[str, str, float, float], value: float) -> bool:
         sign, text, number, half = one
@@ -180,9 +199,10 @@ def limits_of(span: float) -> list[tuple[float, float, float]]:
 def limit_columns(span: float) -> dict[str, Column]:
     found = limits_of(span)
     return {
-        "construction": None, "limit, the lesser of": [[n, d] for n, d, _ in found],
+        "construction": None,
+        "limit, the lesser of": [[n, d] for n, d, _ in found],
         "for this length": each([least for *_, least in found]),
-    }  # fmt: skip
+    }
 
 
 # -- a wall ----------------------------------------------------------------------------------------------------------
@@ -196,8 +216,11 @@ def check_wall(ds: xr.Dataset, root: Element) -> None:
             check_inputs(rows, groups, Scene.from_dict(tomllib.loads(ds.attrs["scene"])).to_dict())
         elif caption == "Program and run":
             told = dict(rows)
-            for name, size in (("blocks", ds.sizes["block"]), ("contacts", ds.sizes["contact"]),
-                               ("increments", ds.sizes["increment"] - 1)):  # fmt: skip
+            for name, size in (
+                ("blocks", ds.sizes["block"]),
+                ("contacts", ds.sizes["contact"]),
+                ("increments", ds.sizes["increment"] - 1),
+            ):
                 assert told.pop(name) == str(size)
             assert set(told) == {"file", "program", "report written", "solver", "how the path ended"}
         elif caption.startswith("How well the path is solved"):
@@ -206,33 +229,52 @@ def check_wall(ds: xr.Dataset, root: Element) -> None:
                 "largest unbalanced force": ds["unbalanced_force_ratio"].max(),
                 "stress by which a joint exceeds its law, at most": ds["joint_law_violation"].max(),
                 "energy that does not balance, of all work done": last["energy_error"] / max(work),
-                "times at which bonds broke": ds["events"].sum(), "Newton steps spent": ds["cycles"].sum(),
-            }  # fmt: skip
+                "times at which bonds broke": ds["events"].sum(),
+                "Newton steps spent": ds["cycles"].sum(),
+            }
             assert list(expected) == [row[0] for row in rows]
             for what, value, unit in rows:
                 compare(value, unit, [float(expected[what])], what)
         elif caption.startswith("Where the energy has gone"):
-            words = {"work of dead load and movement": "external_work", "stored in joints and blocks": "elastic_energy",
-                     "taken by friction": "friction_work", "set free where bonds broke": "released_energy",
-                     "not balanced": "energy_error"}  # fmt: skip
+            words = {
+                "work of dead load and movement": "external_work",
+                "stored in joints and blocks": "elastic_energy",
+                "taken by friction": "friction_work",
+                "set free where bonds broke": "released_energy",
+                "not balanced": "energy_error",
+            }
             for what, value in rows:
                 compare(value, heads[1], [last[words[what]]], what)
         elif caption.startswith("Cracks at the end"):
             frame = crack_frame(cracks(ds)).head(len(rows))
-            slope = [[] if o in ("horizontal", "vertical") else [np.round(i)]
-                     for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])]  # fmt: skip
-            check_columns(caption, heads, rows, {
-                "crack": each(frame["crack"]), "part": None, "width": each(frame["crack_width"]),
-                "opening and slip": each(frame["crack_displacement"]), "length": each(frame["crack_length"]),
-                "how it runs": slope, "widest at x, y": [list(p) for p in zip(frame["crack_x"], frame["crack_y"])],
-                "began at a deflection of": each(frame["first_central_deflection"]),
-            })  # fmt: skip
+            slope = [
+                [] if o in ("horizontal", "vertical") else [np.round(i)]
+                for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])
+            ]
+            check_columns(
+                caption,
+                heads,
+                rows,
+                {
+                    "crack": each(frame["crack"]),
+                    "part": None,
+                    "width": each(frame["crack_width"]),
+                    "opening and slip": each(frame["crack_displacement"]),
+                    "length": each(frame["crack_length"]),
+                    "how it runs": slope,
+                    "widest at x, y": [list(p) for p in zip(frame["crack_x"], frame["crack_y"])],
+                    "began at a deflection of": each(frame["first_central_deflection"]),
+                },
+            )
         elif caption == "The wall's path":
             expected = {
-                "deflection": each(ds["central_deflection"]), "widest crack": each(ds["crack_width_max"]),
-                "cracks": each(ds["crack_count"]), "category": each(ds["damage_category"]),
-                "crack band": each(ds["crack_band_width_max"]), "category by band": each(ds["damage_category_band"]),
-            }  # fmt: skip
+                "deflection": each(ds["central_deflection"]),
+                "widest crack": each(ds["crack_width_max"]),
+                "cracks": each(ds["crack_count"]),
+                "category": each(ds["damage_category"]),
+                "crack band": each(ds["crack_band_width_max"]),
+                "category by band": each(ds["damage_category_band"]),
+            }
             for part, what in (("dpc", "dpc"), ("footing", "bed on footing")):
                 over = 1e3 * ds[f"{part}_separation_length"].attrs["opening_threshold"]
                 expected[f"{what} opening"] = each(ds[f"{part}_opening_max"])
@@ -267,12 +309,19 @@ def test_every_number_of_a_wall_s_tables(wall: xr.Dataset, wall_report: str) -> 
 @pytest.mark.parametrize(
     ("shown", "wrong"),
     [
-        ("widest crack (mm)", "widest crack (m)"), ("dpc opening (mm)", "dpc opening (m)"),
-        ("crack band (mm)", "crack band (m)"), ("deflection (mm)", "deflection (m)"),
-        ("mm (m)", "mm (mm)"), ("length (m)", "length (mm)"), (">%<", "><"), (">MPa<", ">kPa<"), (">J<", ">kN<"),
-        ("1 wider by (mm)", "1 wider by (m)"), ("bed on footing opening (mm)", "bed on footing opening (m)"),
+        ("widest crack (mm)", "widest crack (m)"),
+        ("dpc opening (mm)", "dpc opening (m)"),
+        ("crack band (mm)", "crack band (m)"),
+        ("deflection (mm)", "deflection (m)"),
+        ("mm (m)", "mm (mm)"),
+        ("length (m)", "length (mm)"),
+        (">%<", "><"),
+        (">MPa<", ">kPa<"),
+        (">J<", ">kN<"),
+        ("1 wider by (mm)", "1 wider by (m)"),
+        ("bed on footing opening (mm)", "bed on footing opening (m)"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_unit_is_noticed(wall: xr.Dataset, wall_report: str, shown: str, wrong: str) -> None:
     text = wall_report.replace("\u00a0", " ")
     assert shown in text
@@ -327,9 +376,10 @@ def check_study(folder: StudyFolder, root: Element) -> None:
             counts = ("complete", "collapsed", "failed", "not run yet")
             for name, value in (
                 *((f"walls {word}", int((status == k).sum())) for k, word in enumerate(counts)),
-                ("walls asked for", len(status)), ("seed", settings.study.seed),
+                ("walls asked for", len(status)),
+                ("seed", settings.study.seed),
                 ("increments", settings.scene.movement.increments),
-            ):  # fmt: skip
+            ):
                 assert told.pop(name) == str(value), name
             seconds = ds["run_time"].values
             time = told.pop("time of a wall")
@@ -413,8 +463,10 @@ def check_study(folder: StudyFolder, root: Element) -> None:
                         continue
                     median, dispersion = float(one["median"]), float(one["dispersion"])
                     grid = one["intensity"].values
-                    band = [float(np.interp(least, grid, one[f"probability_{end}"].values, right=np.nan))
-                            for end in ("lower", "upper")]  # fmt: skip
+                    band = [
+                        float(np.interp(least, grid, one[f"probability_{end}"].values, right=np.nan))
+                        for end in ("lower", "upper")
+                    ]
                     compare_chance(cell, [norm.cdf(np.log(least / median) / dispersion), *band], caption)
         else:
             pytest.fail(f"the table '{caption}' is not compared")
@@ -434,10 +486,16 @@ def test_every_number_of_a_study_s_tables(study_report: tuple[Path, str]) -> Non
 
 @pytest.mark.parametrize(
     ("shown", "wrong"),
-    [("widest joint (%)", "widest joint"), ("widest crack band (%)", "widest crack band (mm)"),
-     ("work done (%)", "work done"), (">mm<", ">m<"), ("(Pa)", "(kPa)"),
-     (r">(\d+\.\d) mm\b", lambda m: f">{m[1]} m"), (r">(\d+\.\d)</td>", lambda m: f">{float(m[1]) / 100:.4f}</td>")],
-)  # fmt: skip
+    [
+        ("widest joint (%)", "widest joint"),
+        ("widest crack band (%)", "widest crack band (mm)"),
+        ("work done (%)", "work done"),
+        (">mm<", ">m<"),
+        ("(Pa)", "(kPa)"),
+        (r">(\d+\.\d) mm\b", lambda m: f">{m[1]} m"),
+        (r">(\d+\.\d)</td>", lambda m: f">{float(m[1]) / 100:.4f}</td>"),
+    ],
+)
 def test_a_wrong_unit_or_factor_of_a_study_is_noticed(study_report: tuple[Path, str], shown: str, wrong: Any) -> None:
     folder, text = study_report
     plain = text.replace("\u00a0", " ")
@@ -467,8 +525,11 @@ def spoilt(root: Element) -> Iterator[tuple[str, Element]]:
                 continue
             for nth in range(3):
                 page = deepcopy(root)
-                changed = [_scale(row[column], nth) for name, row in _rows(page, which)
-                           if column < len(row) and name not in NAMES]  # fmt: skip
+                changed = [
+                    _scale(row[column], nth)
+                    for name, row in _rows(page, which)
+                    if column < len(row) and name not in NAMES
+                ]
                 if any(changed):
                     yield f"table {which}, column {column} ({head}), number {nth + 1}", page
 

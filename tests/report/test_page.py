@@ -87,12 +87,24 @@ def test_checks_of_a_page_can_fail() -> None:
 
 def test_what_users_write_cannot_break_the_page() -> None:
     bad = '<script>alert("1")</script> & `</code><b>`'
-    page = Page(bad, bad, [bad], [(bad, bad)], [
-        Section("a", bad, [
-            Text([bad], [bad]), Table(bad, [bad], [[bad]], note=bad), Listing(bad, f"</pre>{bad}"),
-            Drawing("d", bad, bad, '<svg role="img" aria-label="d"></svg>'),
-        ])
-    ])  # fmt: skip
+    page = Page(
+        bad,
+        bad,
+        [bad],
+        [(bad, bad)],
+        [
+            Section(
+                "a",
+                bad,
+                [
+                    Text([bad], [bad]),
+                    Table(bad, [bad], [[bad]], note=bad),
+                    Listing(bad, f"</pre>{bad}"),
+                    Drawing("d", bad, bad, '<svg role="img" aria-label="d"></svg>'),
+                ],
+            )
+        ],
+    )
     root = check_page(page_html(page))
     assert not list(root.iter(f"{HTML}b"))
     assert bad in "".join(root.find(f".//{HTML}pre").itertext())

@@ -64,9 +64,13 @@ def compare_line(line: str, expected: Mapping[str, float]) -> None:
 
 
 WORDS_OF_WORK = {
-    "movement {}:": "external_work", ": {} stored": "elastic_energy", "{} friction": "friction_work",
-    "{} fracture": "fracture_work", "{} released": "released_energy", "add up to {}": "energy_error",
-}  # fmt: skip
+    "movement {}:": "external_work",
+    ": {} stored": "elastic_energy",
+    "{} friction": "friction_work",
+    "{} fracture": "fracture_work",
+    "{} released": "released_energy",
+    "add up to {}": "energy_error",
+}
 
 
 def last(ds: xr.Dataset, names: Mapping[str, str]) -> dict[str, float]:
@@ -87,7 +91,7 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
         f"widest\ncrack\n{UNIT}": each(ds["crack_width_max"]),
         rf"band, {UNIT}\nand its\ncategory": None,
         "damage\ncategory": each(ds["damage_category"]),
-    }  # fmt: skip
+    }
     for part, what in (("dpc", "dpc"), ("footing", "bed")):
         over = 1e3 * ds[f"{part}_separation_length"].attrs["opening_threshold"]
         expected[f"{what}\nopening\n{UNIT}"] = each(ds[f"{part}_opening_max"])
@@ -107,11 +111,14 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
             assert head.endswith(", m")
             compare(both[head], "m", [float(ds[f"{part}_separation_length"][row])], head)
     quality, counts, work = shown.lines[:3]
-    compare_line(quality, {
-        "at most {};": float(ds["unbalanced_force_ratio"].max()),
-        "by at most {};": float(ds["joint_law_violation"].max()),
-        "reaction {}": float(ds["base_reaction"][-1]),
-    })  # fmt: skip
+    compare_line(
+        quality,
+        {
+            "at most {};": float(ds["unbalanced_force_ratio"].max()),
+            "by at most {};": float(ds["joint_law_violation"].max()),
+            "reaction {}": float(ds["base_reaction"][-1]),
+        },
+    )
     compare(counts, "", [float(ds[name].sum()) for name in ("cycles", "factorisations", "events")], "counts")
     compare_line(work, last(ds, WORDS_OF_WORK))
 
@@ -120,17 +127,22 @@ def test_every_number_of_a_run_in_time() -> None:
     names = (*WORDS_OF_WORK.values(), "kinetic_energy", "damping_work", "base_reaction")
     ds = xr.Dataset(
         {name: ("increment", [0.0, 1.5 + 10 * k]) for k, name in enumerate(names)}
-        | {"cycles": ("increment", [0, 400]), "searches": ("increment", [1, 7]),
-           "unbalanced_force_ratio": ("increment", [0.0, 0.0])},
+        | {
+            "cycles": ("increment", [0, 400]),
+            "searches": ("increment", [1, 7]),
+            "unbalanced_force_ratio": ("increment", [0.0, 0.0]),
+        },
         attrs={"time_step": 2.5e-5, "contact_points": 96, "solver_method": "dynamic"},
-    )  # fmt: skip
+    )
     steps, work = screen.wall_quality(ds)
     compare_line(steps, {"steps of {},": 2.5e-5, "reaction {}": float(ds["base_reaction"][-1])})
     assert steps.startswith("400 steps")
     assert "96 contact points, neighbours looked for 7 times" in steps
     words = dict(WORDS_OF_WORK) | {"{} in motion": "kinetic_energy", "{} damping": "damping_work"}
-    words = {{"movement {}:": "base {}:", ": {} stored": "{} stored", "add up to {}": "; {} do not"}.get(w, w): name
-             for w, name in words.items()}  # fmt: skip
+    words = {
+        {"movement {}:": "base {}:", ": {} stored": "{} stored", "add up to {}": "; {} do not"}.get(w, w): name
+        for w, name in words.items()
+    }
     compare_line(work, last(ds, words))
     assert screen.wall_quality(ds.assign_attrs(impacts="two"))[2:] == ["impacts: two"]
 
@@ -139,13 +151,22 @@ def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
     found = cracks(wall)
     frame = crack_frame(found)
     screen.crack_table(found, frame)
-    slope = [[] if o in ("horizontal", "vertical") else [np.round(i)]
-             for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])]  # fmt: skip
-    shown.check({
-        "no": each(frame["crack"]), "part": None, f"width\n{UNIT}": each(frame["crack_width"]),
-        "with\nslip": [[1e3 * v] for v in frame["crack_displacement"]], f"length\n{UNIT}": each(frame["crack_length"]),
-        "how it\nruns": slope, f"widest\nat {UNIT}": None, f"began\nat {UNIT}": each(frame["first_central_deflection"]),
-    })  # fmt: skip
+    slope = [
+        [] if o in ("horizontal", "vertical") else [np.round(i)]
+        for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])
+    ]
+    shown.check(
+        {
+            "no": each(frame["crack"]),
+            "part": None,
+            f"width\n{UNIT}": each(frame["crack_width"]),
+            "with\nslip": [[1e3 * v] for v in frame["crack_displacement"]],
+            f"length\n{UNIT}": each(frame["crack_length"]),
+            "how it\nruns": slope,
+            f"widest\nat {UNIT}": None,
+            f"began\nat {UNIT}": each(frame["first_central_deflection"]),
+        }
+    )
     ((title, _, rows),) = shown.tables
     assert title.endswith(f"of {1e3 * float(wall['central_deflection'][-1]):.3g} mm")
     for cells, one in zip(rows, frame.to_dict("records"), strict=True):
@@ -197,13 +218,16 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
     after["damage_category"].values[:] = np.arange(after.sizes["increment"]) % 3  # another than before
     assert (after["damage_category"].values != wall["damage_category"].values).any()
     screen.judged_again(wall, after)
-    shown.check({
-        f"deflection\n{UNIT}": each(wall["central_deflection"]),
-        f"widest\ncrack\n{UNIT}": each(after["crack_width_max"]),
-        f"crack\nband\n{UNIT}": each(after["crack_band_width_max"]),
-        f"bed on\nfooting\nopening\n{UNIT}": each(after["footing_opening_max"]),
-        "category\nbefore": each(wall["damage_category"]), "category\nafter": each(after["damage_category"]),
-    })  # fmt: skip
+    shown.check(
+        {
+            f"deflection\n{UNIT}": each(wall["central_deflection"]),
+            f"widest\ncrack\n{UNIT}": each(after["crack_width_max"]),
+            f"crack\nband\n{UNIT}": each(after["crack_band_width_max"]),
+            f"bed on\nfooting\nopening\n{UNIT}": each(after["footing_opening_max"]),
+            "category\nbefore": each(wall["damage_category"]),
+            "category\nafter": each(after["damage_category"]),
+        }
+    )
     shown.tables.clear()
     study = StudyFolder(made_up_study(tmp_path / "house.dp", 40)).results()
     after = judge_again(study, measure="band")
@@ -248,10 +272,18 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
     values |= {name: ("group", v) for name, v in bands(("group_first_order", "group_total"), (2,), 0.2).items()}
     values |= {name: ((), v) for name, v in bands(("interaction",), (), 0.35).items()}
     found = xr.Dataset(
-        values, {"variable": ["joint.friction", "dpc.friction"], "group": ["wall", "joints"]},
-        {"title": "house", "output": "capacity", "walls": 96, "tables": 24, "confidence": 0.8, "share_censored": 0.13,
-         "samples_failed": 5},
-    )  # fmt: skip
+        values,
+        {"variable": ["joint.friction", "dpc.friction"], "group": ["wall", "joints"]},
+        {
+            "title": "house",
+            "output": "capacity",
+            "walls": 96,
+            "tables": 24,
+            "confidence": 0.8,
+            "share_censored": 0.13,
+            "samples_failed": 5,
+        },
+    )
     screen.sensitivity_tables(found)
     (title, heads, rows), (beyond, group_heads, groups) = shown.tables
     assert title == "house: capacity, 96 walls"
@@ -279,9 +311,15 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
 def test_every_number_of_a_surface(scale: str, words: str) -> None:
     surface = xr.Dataset(
         {**bands(("slope", "dispersion"), (), 0.4), "dispersion_alone": 0.91, "fit_status": "fitted"},
-        attrs={"category": 2, "intensity_measure": "surface_movement", "second_variable": "joint.cohesion",
-               "scale": scale, "aic_with": 211.4, "aic_without": 219.7},
-    )  # fmt: skip
+        attrs={
+            "category": 2,
+            "intensity_measure": "surface_movement",
+            "second_variable": "joint.cohesion",
+            "scale": scale,
+            "aic_with": 211.4,
+            "aic_without": 219.7,
+        },
+    )
     assert screen.surface_lines(surface) == [
         "category 2 against the surface movement and joint.cohesion: the median goes with "
         f"{words} 0.5 (0.47-0.57); dispersion 0.60 (0.54-0.74), without it 0.91",
@@ -294,10 +332,14 @@ def test_every_number_of_a_surface(scale: str, words: str) -> None:
 
 def test_how_well_curves_fit_is_said_of_each() -> None:
     curves = xr.Dataset(
-        {"fit_note": ("category", ["", "few", ""]), "p_value": ("category", [0.2, 0.03, 0.05]),
-         "distance": ("category", [0.11, 0.23, 0.37])},
-        {"category": [1, 2, 3]}, {"aic_separate": 80.25, "aic_common": 79.5, "curves_cross": 0},
-    )  # fmt: skip
+        {
+            "fit_note": ("category", ["", "few", ""]),
+            "p_value": ("category", [0.2, 0.03, 0.05]),
+            "distance": ("category", [0.11, 0.23, 0.37]),
+        },
+        {"category": [1, 2, 3]},
+        {"aic_separate": 80.25, "aic_common": 79.5, "curves_cross": 0},
+    )
     akaike = "Akaike's criterion: {} with a dispersion for each category, {} with one for all; it speaks for {}"
     assert screen._fit_lines(curves) == [
         "category 2: a lognormal fits badly; only 3% of true ones do so by chance (distance from the empirical curve "
@@ -316,12 +358,17 @@ def test_how_well_curves_fit_is_said_of_each() -> None:
 def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
     steps = "increment"
     ds = xr.Dataset(
-        {"zones_in_shear": (steps, [1, 9, 3]), "zones_in_tension": (steps, [2, 0, 5]),
-         "zones_yielded_before": (steps, [0, 4, 7]), "unbalanced_force_ratio": (steps, [1e-6, 3e-5, 2e-6]),
-         "base_reaction": (steps, [7e3, 8e3, 9.25e3]), "cycles": (steps, [10, 200, 3000]),
-         "block_x": ("block", np.zeros(18))},
+        {
+            "zones_in_shear": (steps, [1, 9, 3]),
+            "zones_in_tension": (steps, [2, 0, 5]),
+            "zones_yielded_before": (steps, [0, 4, 7]),
+            "unbalanced_force_ratio": (steps, [1e-6, 3e-5, 2e-6]),
+            "base_reaction": (steps, [7e3, 8e3, 9.25e3]),
+            "cycles": (steps, [10, 200, 3000]),
+            "block_x": ("block", np.zeros(18)),
+        },
         attrs={"deformable_blocks": 11, "zones": 128, "plane": "stress", "solver_method": "explicit"},
-    )  # fmt: skip
+    )
     blocks = "11 of 18 blocks deformable, 128 zones in plane stress; "
     assert screen.zones_in_words(ds) == [blocks + "at the end 3 yield in shear, 5 in tension, 7 have yielded before"]
     for name in ("shear", "tension"):  # each of the three kinds is enough to be told
@@ -365,10 +412,14 @@ def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
     assert (title, heads) == ("house: walls by the worst category of their path", ["category", "before", "after"])
     nothing = "0 (0.0%)"
     assert rows == [
-        ["0 negligible", "1 (40.0%)", "1 (40.0%)"], ["1 very slight", nothing, "1 (10.0%)"],
-        ["2 slight", "1 (20.0%)", "1 (20.0%)"], ["3 moderate", nothing, nothing], ["4 severe", nothing, nothing],
-        ["5 old very severe", "1 (10.0%)", nothing], ["not known", "1 (30.0%)", "1 (30.0%)"],
-    ]  # fmt: skip
+        ["0 negligible", "1 (40.0%)", "1 (40.0%)"],
+        ["1 very slight", nothing, "1 (10.0%)"],
+        ["2 slight", "1 (20.0%)", "1 (20.0%)"],
+        ["3 moderate", nothing, nothing],
+        ["4 severe", nothing, nothing],
+        ["5 old very severe", "1 (10.0%)", nothing],
+        ["not known", "1 (30.0%)", "1 (30.0%)"],
+    ]
     assert shown.lines == ["by joints", "by bands"]
 
 
@@ -384,15 +435,27 @@ def test_time_stands_for_the_deflection_and_cautions_follow(wall: xr.Dataset, sh
 
 
 def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(shown: Screen) -> None:
-    names = ("crack", "crack_part", "crack_orientation", "crack_inclination", "crack_width", "crack_displacement",
-             "crack_length", "crack_length_through_blocks", "crack_x", "crack_y",
-             "first_central_deflection")  # fmt: skip
+    names = (
+        "crack",
+        "crack_part",
+        "crack_orientation",
+        "crack_inclination",
+        "crack_width",
+        "crack_displacement",
+        "crack_length",
+        "crack_length_through_blocks",
+        "crack_x",
+        "crack_y",
+        "first_central_deflection",
+    )
     frame = pd.DataFrame(
-        [(4, "wall", "stepped", 41.6, 3.1e-3, 4.2e-3, 1.25, 0.0, 2.4, 0.75, 5e-3),
-         (1, "dpc_opening", "horizontal", 2.0, 1.1e-3, 1.2e-3, 0.5, 0.07, 1.2, 0.15, 2e-3),
-         (2, "below_dpc", "diagonal", 60.4, 0.9e-3, 1.0e-3, 0.25, 0.0, 0.2, 0.1, 3e-3)],
+        [
+            (4, "wall", "stepped", 41.6, 3.1e-3, 4.2e-3, 1.25, 0.0, 2.4, 0.75, 5e-3),
+            (1, "dpc_opening", "horizontal", 2.0, 1.1e-3, 1.2e-3, 0.5, 0.07, 1.2, 0.15, 2e-3),
+            (2, "below_dpc", "diagonal", 60.4, 0.9e-3, 1.0e-3, 0.25, 0.0, 0.2, 0.1, 3e-3),
+        ],
         columns=names,
-    )  # fmt: skip
+    )
     found = xr.Dataset({"central_deflection": ("increment", [0.0, 7e-3])}, attrs={"title": "house", "hairline": 1e-4})
     rows = [
         ["4", "wall", "3.10", "4.20", "1.25", "stepped 42°", "2.40,0.75", "5.00"],
@@ -415,13 +478,25 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a terminal a line at once, one every ten seconds and one at the end; with one, a bar and no lines."""
     clock = [100.0]
     monkeypatch.setattr(screen, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    steps = [(105.0, 20, 1, ""), (112.0, 24, 2, "sample 3 failed"), (115.5, 26, 2, ""), (120.0, 27, 3, ""),
-             (121.0, 50, 3, "")]  # fmt: skip
+    steps = [
+        (105.0, 20, 1, ""),
+        (112.0, 24, 2, "sample 3 failed"),
+        (115.5, 26, 2, ""),
+        (120.0, 27, 3, ""),
+        (121.0, 50, 3, ""),
+    ]
     for terminal, lines in (
-        (False, ["20 of 50 walls, 1 failed", "damagepred: sample 3 failed", "26 of 50 walls, 2 failed, about 42 s left",
-                 "50 of 50 walls, 3 failed"]),
+        (
+            False,
+            [
+                "20 of 50 walls, 1 failed",
+                "damagepred: sample 3 failed",
+                "26 of 50 walls, 2 failed, about 42 s left",
+                "50 of 50 walls, 3 failed",
+            ],
+        ),
         (True, None),
-    ):  # fmt: skip
+    ):
         told = io.StringIO()
         console = Console(file=told, soft_wrap=True, highlight=False, force_terminal=terminal, width=90)
         monkeypatch.setattr(screen, "_err", console)
@@ -478,8 +553,12 @@ def test_output_that_cannot_be_written_is_lost_once_and_told(monkeypatch: pytest
 def test_columns_that_belong_together_stay_together() -> None:
     """Heads of 2, 2, 2 and 4 letters take 5, 5, 5 and 7 columns, and the frame one more."""
     columns, row = ["no", "aa\nx", "aa\ny", "b"], [["1", "2", "3", "four"]]
-    for width, parts in ((23, [[0, 1, 2, 3]]), (22, [[0, 1, 2], [0, 3]]), (16, [[0, 1, 2], [0, 3]]),
-                         (15, [[0, 1], [0, 2], [0, 3]])):  # fmt: skip
+    for width, parts in (
+        (23, [[0, 1, 2, 3]]),
+        (22, [[0, 1, 2], [0, 3]]),
+        (16, [[0, 1, 2], [0, 3]]),
+        (15, [[0, 1], [0, 2], [0, 3]]),
+    ):
         assert screen._parts_that_fit(columns, row, width) == parts
     assert screen._parts_that_fit(["no", "b", "c" * 20], [], 12) == [[0, 1], [0, 2]]  # wider than any screen
     assert screen._parts_that_fit(["no", "bbbb", "aa\nx", "aa\ny"], [], 22) == [[0, 1], [0, 2, 3]]
@@ -492,5 +571,9 @@ def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypat
     lines = told.getvalue().splitlines()
     assert [line.strip() for line in lines if "house" in line] == ["house [1]", "house [1],"]
     assert "continued" in told.getvalue()
-    assert [line for line in lines if line[:1] == "│"] == ["│  1 │    2 │", "│ 10 │   20 │", "│  1 │     3 │",
-                                                           "│ 10 │    30 │"]  # fmt: skip
+    assert [line for line in lines if line[:1] == "│"] == [
+        "│  1 │    2 │",
+        "│ 10 │   20 │",
+        "│  1 │     3 │",
+        "│ 10 │    30 │",
+    ]

@@ -40,47 +40,92 @@ EDGES = {
     "left": (window(x=0.00601), window(x=0.00599), "the strip of wall on its left is 0.00599 m and would vanish"),
     "right": (window(x=4.99399), window(x=4.99401), "the strip of wall on its right is 0.00599 m and would vanish"),
     "below": (window(y=0.00376), window(y=0.00374), "the strip of wall below it is 0.00374 m and would vanish"),
-    "above": (window(y=1.39624), window(y=1.39626), "above it is 0.00374 m and would vanish as bricks are laid; take "
-              "more than 0.00375 m"),
+    "above": (
+        window(y=1.39624),
+        window(y=1.39626),
+        "above it is 0.00374 m and would vanish as bricks are laid; take more than 0.00375 m",
+    ),
     "at the left": (window(x=5e-9), window(x=7e-9), "left is 7e-09 m and would vanish as bricks are laid; take more t"),
     "at the bottom": (window(y=5e-9), window(y=7e-9), "the strip of wall below it is 7e-09 m and would vanish"),
-    "beside each other": ({"opening": [WINDOW, WINDOW | {"x": 3 + 2e-9}]},
-                          {"opening": [WINDOW, WINDOW | {"x": 3 + 5e-10}]}, "overlap or touch: x 2-3 m and 3-4 m"),
-    "window on the dpc": (on_dpc(y=0.113), on_dpc(y=0.112), "dpc.course = 2: the dpc would lie 0.15 m up, in opening 2 "
-                          "(window), which reaches from 0.112 to 1.112 m"),
+    "beside each other": (
+        {"opening": [WINDOW, WINDOW | {"x": 3 + 2e-9}]},
+        {"opening": [WINDOW, WINDOW | {"x": 3 + 5e-10}]},
+        "overlap or touch: x 2-3 m and 3-4 m",
+    ),
+    "window on the dpc": (
+        on_dpc(y=0.113),
+        on_dpc(y=0.112),
+        "dpc.course = 2: the dpc would lie 0.15 m up, in opening 2 (window), which reaches from 0.112 to 1.112 m",
+    ),
     "window below the dpc": (on_dpc(y=0.05, height=0.0999), on_dpc(y=0.05, height=0.101), "in opening 2 (window), "),
-    "dpc of three courses": ({"wall": {"height": 0.26}, "dpc": {}}, {"wall": {"height": 0.26}, "dpc": {"course": 3}},
-                             "the wall has 3 courses, so the dpc can lie on top of 1 to 2 of them"),
-    "dpc of half a course": ({"wall": {"height": 0.2625}, "dpc": {"course": 3}}, {"wall": {"height": 0.2624},
-                             "dpc": {"course": 3}}, "the wall has 3 courses"),
-    "dpc of one course": ({"wall": {"height": 0.113}, "dpc": {"course": 1}},
-                          {"wall": {"height": 0.08}, "dpc": {"course": 1}}, "the wall has 1 courses"),
-    "first control joint": (joints(3.0, 0.12), joints(3.0, 0.1199), "control joint 2: x = 0.1199 m must lie half "
-                            "a brick (0.12 m) or more from the ends of the wall (0 and 6 m)"),
+    "dpc of three courses": (
+        {"wall": {"height": 0.26}, "dpc": {}},
+        {"wall": {"height": 0.26}, "dpc": {"course": 3}},
+        "the wall has 3 courses, so the dpc can lie on top of 1 to 2 of them",
+    ),
+    "dpc of half a course": (
+        {"wall": {"height": 0.2625}, "dpc": {"course": 3}},
+        {"wall": {"height": 0.2624}, "dpc": {"course": 3}},
+        "the wall has 3 courses",
+    ),
+    "dpc of one course": (
+        {"wall": {"height": 0.113}, "dpc": {"course": 1}},
+        {"wall": {"height": 0.08}, "dpc": {"course": 1}},
+        "the wall has 1 courses",
+    ),
+    "first control joint": (
+        joints(3.0, 0.12),
+        joints(3.0, 0.1199),
+        "control joint 2: x = 0.1199 m must lie half a brick (0.12 m) or more from the ends of the wall (0 and 6 m)",
+    ),
     "last control joint": (joints(3.0, 5.88), joints(3.0, 5.8801), "control joint 2: x = 5.8801 m must lie half"),
     "control joint outside": (joints(5.0), joints(6.0), "control joint 1: x = 6 m must lie half a brick"),
     "two control joints": (joints(3.12, 3.0), joints(3.1199, 3.0), "control joint 1: x = 3.1199 m must lie half"),
     "one twice": (joints(3.0), joints(3.0, 3.0), "control joint 1: x = 3 m must lie"),
     "control joint in time": (joints(3.0), joints(3.0) | {"dynamics": {}}, "a run in time has no control joints"),
     "jacks in time": ({"movement": MOUND, "dynamics": {}}, {"movement": JACKS, "dynamics": {}}, "in time has no jacks"),
-    "deflection": ({"movement": {"central_deflection": 0.6}}, {"movement": {"central_deflection": 0.6001}},
-                   "movement.central_deflection = 0.6001 m: more than a tenth of the wall's length (6 m)"),
-    "doming mound": ({"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.857}},
-                     {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.858}}, "= 0.858 m: it"),
-    "dishing mound": ({"movement": MOUND, "mound": {"surface_movement": 1.199}},
-                      {"movement": MOUND, "mound": {"surface_movement": 1.201}}, "= 1.201 m: it moves the ground"),
-    "right support": ({"movement": JACKS, "rig": {"supports": [0.0, 6 + 5e-9]}}, {"movement": JACKS,
-                      "rig": {"supports": [0.0, 6 + 7e-9]}}, "rig.supports: 6 m is outside the wall"),
-    "left jack": ({"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-5e-9]}}, {"movement": JACKS,
-                  "rig": {"supports": [1.0, 5.0], "jacks": [-7e-9]}}, "rig.jacks: -7e-09 m is outside the wall"),
-    "jack beside a support": ({"movement": JACKS, "rig": {"supports": [0.0, 3 - 7e-9]}}, {"movement": JACKS,
-                              "rig": {"supports": [0.0, 3 - 5e-9]}}, "rig.jacks: 3 m is the place of a support"),
-    "bottom wires": ({"footing": {"concrete": {"bottom": "2x l12tm", "top": " None"}}}, {"footing": {"concrete": {
-                     "bottom": "4-L10TM", "top": "none"}}}, "bottom = '4-L10TM': must be a number of wires and a mesh, "
-                     "such as '3-L11TM'; the meshes are L8TM, L11TM, L12TM. Did you mean '4-L1"),
-    "deflection that is read": ({"movement": MOUND | {"central_deflection": 0.7}},
-                                {"movement": {"shape": "arc", "central_deflection": 0.7}}, "= 0.7 m: more"),
-}  # fmt: skip
+    "deflection": (
+        {"movement": {"central_deflection": 0.6}},
+        {"movement": {"central_deflection": 0.6001}},
+        "movement.central_deflection = 0.6001 m: more than a tenth of the wall's length (6 m)",
+    ),
+    "doming mound": (
+        {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.857}},
+        {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.858}},
+        "= 0.858 m: it",
+    ),
+    "dishing mound": (
+        {"movement": MOUND, "mound": {"surface_movement": 1.199}},
+        {"movement": MOUND, "mound": {"surface_movement": 1.201}},
+        "= 1.201 m: it moves the ground",
+    ),
+    "right support": (
+        {"movement": JACKS, "rig": {"supports": [0.0, 6 + 5e-9]}},
+        {"movement": JACKS, "rig": {"supports": [0.0, 6 + 7e-9]}},
+        "rig.supports: 6 m is outside the wall",
+    ),
+    "left jack": (
+        {"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-5e-9]}},
+        {"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-7e-9]}},
+        "rig.jacks: -7e-09 m is outside the wall",
+    ),
+    "jack beside a support": (
+        {"movement": JACKS, "rig": {"supports": [0.0, 3 - 7e-9]}},
+        {"movement": JACKS, "rig": {"supports": [0.0, 3 - 5e-9]}},
+        "rig.jacks: 3 m is the place of a support",
+    ),
+    "bottom wires": (
+        {"footing": {"concrete": {"bottom": "2x l12tm", "top": " None"}}},
+        {"footing": {"concrete": {"bottom": "4-L10TM", "top": "none"}}},
+        "bottom = '4-L10TM': must be a number of wires and a mesh, "
+        "such as '3-L11TM'; the meshes are L8TM, L11TM, L12TM. Did you mean '4-L1",
+    ),
+    "deflection that is read": (
+        {"movement": MOUND | {"central_deflection": 0.7}},
+        {"movement": {"shape": "arc", "central_deflection": 0.7}},
+        "= 0.7 m: more",
+    ),
+}
 
 
 @pytest.mark.parametrize("name", EDGES)
@@ -100,26 +145,37 @@ def test_edges(name: str) -> None:
         ({"block": {"density": -1}}, "[block] density = -1.0: must be at least 0 kg/m3."),
         ({"solver": {"contacts_per_interface": 10}}, "[solver] contacts_per_interface = 10: must be at most 9."),
         ({"wall": {"thickness": 6}}, "[wall] thickness = 6.0: must be at most 5 m."),
-        ({"movement": {"increments": 2.5}},
-         "[movement] increments = 2.5: input should be a valid integer, got a number with a fractional part."),
+        (
+            {"movement": {"increments": 2.5}},
+            "[movement] increments = 2.5: input should be a valid integer, got a number with a fractional part.",
+        ),
         ({"wall": {"bond": "runing"}}, "[wall] bond = 'runing': must be 'running' or 'stack'. Did you mean 'running'?"),
-        ({"movement": {"shape": "table", "table": [[0, 0], [0.5], [1, 0]]}},
-         "[movement] table, item 2, item 2: is missing; give it a value."),
+        (
+            {"movement": {"shape": "table", "table": [[0, 0], [0.5], [1, 0]]}},
+            "[movement] table, item 2, item 2: is missing; give it a value.",
+        ),
         ({"footing": {"joint": {"cohesion": -1}}}, "[footing.joint] cohesion = -1.0: must be at least 0 Pa."),
         ({"opening": [WINDOW, WINDOW | {"x": -1}]}, "[[opening]] number 2, x = -1.0: must be at least 0 m."),
         ({"opening": [WINDOW, 3]}, "[[opening]] number 2 = 3: must be a table that starts with [[opening]]."),
         ({"footing": {"joint": 3}}, "[footing] joint = 3: must be a table, [footing.joint] with keys."),
-        ({"rig": {"jacks": [1.0, "2 kN"]}}, "[rig] jacks, item 2 = '2 kN': has the wrong kind of unit; expected one "
-         "like '8 mm'."),
+        (
+            {"rig": {"jacks": [1.0, "2 kN"]}},
+            "[rig] jacks, item 2 = '2 kN': has the wrong kind of unit; expected one like '8 mm'.",
+        ),
         ({"rig": {"jacks": 3}}, "[rig] jacks = 3: must be a list, in square brackets."),
         ({"rig": {"jack_load": 3, "control": "force"}}, "[rig] control = 'force': must be 'deflection' or 'load'."),
         ({"loads": {"roofs": 3}}, "unknown key [loads] roofs; loads takes roof. Did you mean 'roof'?"),
-        ({"footing": {"concrete": {"grade": "n26"}}},
-         "[footing] concrete: grade = 'n26': must be one of N20, N25, N32, N40, N50. Did you mean 'N32'?"),
-        ({"opening": [{"x": 1.0}]}, "[[opening]] number 1, width: is missing; give it a value.\n"
-         "[[opening]] number 1, height: is missing; give it a value."),
+        (
+            {"footing": {"concrete": {"grade": "n26"}}},
+            "[footing] concrete: grade = 'n26': must be one of N20, N25, N32, N40, N50. Did you mean 'N32'?",
+        ),
+        (
+            {"opening": [{"x": 1.0}]},
+            "[[opening]] number 1, width: is missing; give it a value.\n"
+            "[[opening]] number 1, height: is missing; give it a value.",
+        ),
     ],
-)  # fmt: skip
+)
 def test_complaints_word_for_word(tables: dict[str, Any], lines: str) -> None:
     with pytest.raises(InputError) as caught:
         Scene.from_dict(tables, source="file")
@@ -132,18 +188,27 @@ def test_a_key_that_takes_two_kinds_is_named_once() -> None:
         StudySettings.from_dict({"scene": {}, "variables": {"joint.friction": variable}})
     said = "expected a number or a string with a unit."
     assert str(caught.value).splitlines() == [
-        f"study: [variables.joint.friction] cov: {said}", f"study: [variables.joint.friction] mean = True: {said}",
-    ]  # fmt: skip
+        f"study: [variables.joint.friction] cov: {said}",
+        f"study: [variables.joint.friction] mean = True: {said}",
+    ]
 
 
 @pytest.mark.parametrize(
     ("unit", "example", "value"),
     [
-        ("m", "8 mm", 8e-3), ("Pa", "0.453 MPa", 453e3), ("Pa/m", "82 N/mm3", 82e9), ("kg/m**3", "2000 kg/m3", 2e3),
-        ("N", "6 kN", 6e3), ("N/m", "10 N/m", 10.0), ("s", "20 ms", 0.02), ("Hz", "5 Hz", 5.0),
-        ("m/s", "10 mm/s", 0.01), ("m/s**2", "3 m/s2", 3.0), ("1", "50 %", 0.5),
+        ("m", "8 mm", 8e-3),
+        ("Pa", "0.453 MPa", 453e3),
+        ("Pa/m", "82 N/mm3", 82e9),
+        ("kg/m**3", "2000 kg/m3", 2e3),
+        ("N", "6 kN", 6e3),
+        ("N/m", "10 N/m", 10.0),
+        ("s", "20 ms", 0.02),
+        ("Hz", "5 Hz", 5.0),
+        ("m/s", "10 mm/s", 0.01),
+        ("m/s**2", "3 m/s2", 3.0),
+        ("1", "50 %", 0.5),
     ],
-)  # fmt: skip
+)
 def test_examples_of_units_are_numbers_of_them(unit: str, example: str, value: float) -> None:
     for wrong in ("rubbish!", "3 cd"):
         with pytest.raises(ValueError, match=f"'{example}'"):
@@ -183,8 +248,10 @@ def test_which_movements_keep_their_form() -> None:
     part = mound.at(0.25)
     assert (part.surface_movement, part.suction_depth) == (0.015, 2.3)
     # half of 0.5 m is less than H_s / 8, and 0.2 x 2.5 m than 0.6 m: there the edge distance is the same throughout
-    found = [mound.proportional(length, kind) for length, kind in
-             ((0.5, "doming"), (8.0, "doming"), (2.5, "dishing"), (20.0, "dishing"))]  # fmt: skip
+    found = [
+        mound.proportional(length, kind)
+        for length, kind in ((0.5, "doming"), (8.0, "doming"), (2.5, "dishing"), (20.0, "dishing"))
+    ]
     assert found == [True, False, True, False]
     assert all(Mound(shape=shape).proportional(8.0, "doming") for shape in ("mitchell", "tree", "pipe"))
     assert (Mound(shape="pipe").extent(5.0), Mound(shape="tree").extent(5.0)) == (2.5, 5.0)

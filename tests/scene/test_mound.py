@@ -38,9 +38,15 @@ def test_walsh_edge_distance_by_hand():
 
 def test_every_constant_of_the_edge_distance_can_be_changed():
     mound = Mound(
-        surface_movement=0.05, movement_ratio=0.8, suction_depth=3.0, doming_suction_divisor=6.0,
-        doming_movement_divisor=40.0, dishing_length_share=0.3, dishing_edge_base=0.5, dishing_movement_divisor=20.0,
-    )  # fmt: skip
+        surface_movement=0.05,
+        movement_ratio=0.8,
+        suction_depth=3.0,
+        doming_suction_divisor=6.0,
+        doming_movement_divisor=40.0,
+        dishing_length_share=0.3,
+        dishing_edge_base=0.5,
+        dishing_movement_divisor=20.0,
+    )
     assert mound.edge(10.0, "doming") == pytest.approx(0.5 + 1.0, rel=1e-12)
     assert mound.edge(10.0, "dishing") == pytest.approx(0.5 + 2.0, rel=1e-12)
     assert mound.edge(5.0, "dishing") == pytest.approx(1.5, rel=1e-12)

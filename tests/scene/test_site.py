@@ -14,16 +14,25 @@ from damagepred.scene import (
     standard_footing,
     standard_footings,
     suction_depth,
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize(
     ("millimetres", "name"),
     [
-        (0, "A"), (0.1, "S"), (20, "S"), (20.1, "M"), (40, "M"), (41, "H1"), (60, "H1"), (60.5, "H2"), (75, "H2"),
-        (75.1, "E"), (400, "E"),
+        (0, "A"),
+        (0.1, "S"),
+        (20, "S"),
+        (20.1, "M"),
+        (40, "M"),
+        (41, "H1"),
+        (60, "H1"),
+        (60.5, "H2"),
+        (75, "H2"),
+        (75.1, "E"),
+        (400, "E"),
     ],
-)  # fmt: skip
+)
 def test_class_of_a_site(millimetres: float, name: str):
     assert site_class(millimetres * 1e-3).name == name
 

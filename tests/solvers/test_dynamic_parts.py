@@ -172,9 +172,16 @@ def test_bad_settings_are_named(tables: dict, message: str) -> None:
 
 def test_settings_go_through_toml() -> None:
     scene = Scene.from_dict(
-        {"dynamics": {"duration": "1500 ms", "base": [{"kind": "half_sine", "acceleration": "3 m/s2", "duration": 0.2},
-                                                      {"time": [0, 1.0], "values": [0, 0.2], "direction": "y"}]}}
-    )  # fmt: skip
+        {
+            "dynamics": {
+                "duration": "1500 ms",
+                "base": [
+                    {"kind": "half_sine", "acceleration": "3 m/s2", "duration": 0.2},
+                    {"time": [0, 1.0], "values": [0, 0.2], "direction": "y"},
+                ],
+            }
+        }
+    )
     assert scene.dynamics is not None
     assert scene.dynamics.duration == 1.5
     assert Scene.from_dict(scene.to_dict()) == scene
@@ -222,9 +229,16 @@ def test_the_whole_time_step_is_stable_whatever_is_met(damping: str) -> None:
     floor = assembly.add_block(rectangle(-2.0, -0.1, 3.0, 0.0))
     assembly.support(floor)
     ds = run(
-        assembly, 0.6, 6, start="unstressed", time_step_safety=1.0, damping=damping, damping_ratio=0.3, frequency=0.1,
+        assembly,
+        0.6,
+        6,
+        start="unstressed",
+        time_step_safety=1.0,
+        damping=damping,
+        damping_ratio=0.3,
+        frequency=0.1,
         second_frequency=300.0,
-    )  # fmt: skip
+    )
     fallen = float(ds["external_work"].values[-1])
     gained = ds["kinetic_energy"] + ds["elastic_energy"] - ds["external_work"]
     assert fallen > 100.0

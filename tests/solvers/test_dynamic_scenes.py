@@ -79,9 +79,11 @@ def shaken(acceleration: float, **settings: object) -> Scene:
     joint = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6)
     given = {**GENTLE, "duration": 3.0, "outputs": 60, "stop_at_rest": True, **settings}
     return Scene(
-        wall=Wall(length=0.48, height=0.9), joint=joint, movement=Movement(central_deflection=0.0),
+        wall=Wall(length=0.48, height=0.9),
+        joint=joint,
+        movement=Movement(central_deflection=0.0),
         dynamics=Dynamics(base=(pulse,), **given),  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow
@@ -132,9 +134,14 @@ def test_a_slow_movement_gives_the_equilibria_of_the_static_solver(dpc: bool, de
     scene = Scene.from_dict(tables)
     still = damagepred.solve(scene, solver=replace(scene.solver, no_tension_subdivisions=1))  # as in runs in time
     slow = Dynamics(
-        duration=0.4, outputs=2, movement_time=0.3, damping="rayleigh", damping_ratio=0.3, frequency=20.0,
+        duration=0.4,
+        outputs=2,
+        movement_time=0.3,
+        damping="rayleigh",
+        damping_ratio=0.3,
+        frequency=20.0,
         second_frequency=2000.0,
-    )  # fmt: skip
+    )
     ds = damagepred.solve(scene, dynamics=slow)
     assert ds["progress"].values[-1] == 1.0
     for name in ("block_displacement_y", "contact_opening", "contact_normal_stress"):
@@ -271,9 +278,16 @@ def test_damping_by_mass_is_that_of_motion_relative_to_the_base(zone_size: float
     wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.2, 0.1), stiff, zone_size=zone_size or None)])
     base = BaseMotion(kind="rectangular", direction="y", acceleration=acceleration, duration=2 * time)
     ds = run(
-        wall, time, 80, damping="viscous", damping_ratio=ratio, frequency=omega / (2 * np.pi), base=(base,),
-        new_contacts=False, time_step_safety=0.5 if zone_size else 0.02,
-    )  # fmt: skip
+        wall,
+        time,
+        80,
+        damping="viscous",
+        damping_ratio=ratio,
+        frequency=omega / (2 * np.pi),
+        base=(base,),
+        new_contacts=False,
+        time_step_safety=0.5 if zone_size else 0.02,
+    )
     t, damped = ds["time"].values, omega * np.sqrt(1 - ratio**2)
     swing = np.cos(damped * t) + ratio * omega / damped * np.sin(damped * t)
     exact = -acceleration / omega**2 * (1 - np.exp(-ratio * omega * t) * swing)

@@ -27,9 +27,14 @@ from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, run,
 
 DEFORMABLE = Solver(blocks="deformable", lump_block_elasticity=False)
 WEAK = BlockMaterial(
-    elastic_modulus=1e9, poisson_ratio=0.2, density=DENSITY, cohesion=0.3e6, friction=0.6, dilation=0.2,
+    elastic_modulus=1e9,
+    poisson_ratio=0.2,
+    density=DENSITY,
+    cohesion=0.3e6,
+    friction=0.6,
+    dilation=0.2,
     tensile_strength=0.1e6,
-)  # fmt: skip
+)
 
 
 def cells(every: int = 3, material: BlockMaterial | None = None) -> Assembly:
@@ -220,9 +225,14 @@ def test_held_gridpoints_begin_in_equilibrium_too() -> None:
 def pushed_stack(stiffness: float) -> Assembly:
     assembly = Assembly(
         thickness=THICKNESS,
-        joint=Joint(normal_stiffness=5e9 * stiffness, shear_stiffness=2e9 * stiffness, tensile_strength=0, cohesion=0,
-                    friction=0.6),
-    )  # fmt: skip
+        joint=Joint(
+            normal_stiffness=5e9 * stiffness,
+            shear_stiffness=2e9 * stiffness,
+            tensile_strength=0,
+            cohesion=0,
+            friction=0.6,
+        ),
+    )
     material = BlockMaterial(elastic_modulus=1e8 * stiffness, poisson_ratio=0.2, density=DENSITY)
     for k in range(3):
         assembly.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * (k + 1)), material, zone_size=0.1, course=k)
@@ -272,10 +282,11 @@ def test_a_brick_lies_on_a_bent_beam_not_above_it() -> None:
 def shaken(sign: float, duration: float) -> Scene:
     pulse = BaseMotion(kind="full_sine", acceleration=sign * 25.0, duration=0.2)
     return Scene(
-        wall=Wall(length=0.96, height=0.375), solver=DEFORMABLE,
+        wall=Wall(length=0.96, height=0.375),
+        solver=DEFORMABLE,
         joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.4),
         dynamics=Dynamics(duration=duration, outputs=4, base=(pulse,)),
-    )  # fmt: skip
+    )
 
 
 def test_a_wall_of_deformable_bricks_is_shaken() -> None:
@@ -305,10 +316,13 @@ def test_rigid_and_deformable_blocks_in_one_scene_of_toml() -> None:
         {
             "wall": {"length": 0.96, "height": 0.3},
             "solver": {"blocks": "deformable", "zone_size": 0.12},
-            "dynamics": {"duration": 0.01, "outputs": 2, "base": [
-                {"kind": "half_sine", "acceleration": "3 m/s2", "duration": 0.005}]},
+            "dynamics": {
+                "duration": 0.01,
+                "outputs": 2,
+                "base": [{"kind": "half_sine", "acceleration": "3 m/s2", "duration": 0.005}],
+            },
         }
-    )  # fmt: skip
+    )
     assert Scene.from_dict(scene.to_dict()) == scene
     ds = damagepred.solve(scene)
     assert ds.attrs["status"] == "complete"
@@ -369,10 +383,17 @@ def test_the_whole_time_step_is_stable_whatever_is_met(damping: str) -> None:
     assembly.support(floor)
     path = list(
         started(
-            assembly.build(STIFF), 0.3, 6, start="unstressed", time_step_safety=1.0, damping=damping, damping_ratio=0.2,
-            frequency=0.1, second_frequency=3e5,
+            assembly.build(STIFF),
+            0.3,
+            6,
+            start="unstressed",
+            time_step_safety=1.0,
+            damping=damping,
+            damping_ratio=0.2,
+            frequency=0.1,
+            second_frequency=3e5,
         )
-    )  # fmt: skip
+    )
     fallen = max(i.external_work for i in path)
     gained = max(i.kinetic_energy + i.elastic_energy - i.external_work for i in path)
     assert fallen > 10.0

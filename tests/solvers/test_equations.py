@@ -80,11 +80,13 @@ def changed(model: Model, stiffness: Array, which: Array, rng: np.random.Generat
     give = k_s + k_n * friction * psi
     slopes[dilates] = np.stack(
         (
-            k_n * k_s / give, -sign * k_n * psi * k_s / give,
-            -sign * k_n * k_s * friction / give, k_s * k_n * friction * psi / give,
+            k_n * k_s / give,
+            -sign * k_n * psi * k_s / give,
+            -sign * k_n * k_s * friction / give,
+            k_s * k_n * friction * psi / give,
         ),
         axis=-1,
-    )[dilates]  # fmt: skip
+    )[dilates]
     slopes[softens, 0] *= 0.05
     new = stiffness.copy()
     new[which] = of_contacts(model, slopes)[which]
@@ -126,14 +128,17 @@ def random_wall(rng: np.random.Generator) -> Model:
     return wall_model(
         Scene(
             wall=Wall(
-                length=float(rng.choice([1.44, 1.5, 1.8])), height=0.6, block_length=0.3,
-                block_height=float(rng.choice([0.1, 0.2])), bond=str(rng.choice(["running", "stack"])),  # type: ignore[arg-type]
+                length=float(rng.choice([1.44, 1.5, 1.8])),
+                height=0.6,
+                block_length=0.3,
+                block_height=float(rng.choice([0.1, 0.2])),
+                bond=str(rng.choice(["running", "stack"])),  # type: ignore[arg-type]
             ),
             opening=opening,
             dpc=Dpc(course=1) if rng.random() < 0.5 else None,
             solver=QUASI_STATIC,
         )
-    )  # fmt: skip
+    )
 
 
 def held_at_one_side() -> Model:

@@ -85,9 +85,12 @@ class Gliding:
         load[self.along] = draws
         self.progress, self.load_share = 0.0, 1.0
         self.motion = SimpleNamespace(
-            displacement=zeros.copy(), velocity=zeros.copy(), inverse_mass=np.ones_like(zeros), load=load,
+            displacement=zeros.copy(),
+            velocity=zeros.copy(),
+            inverse_mass=np.ones_like(zeros),
+            load=load,
             live_load=zeros,
-        )  # fmt: skip
+        )
 
     def cycle(self, count: int) -> None:
         self.motion.displacement[self.along] += self.ways.pop(0)
@@ -116,9 +119,11 @@ def test_only_what_gathers_speed_under_its_load_is_pushed_on(
     ("method", "cohesion", "falls"),
     [
         pytest.param("quasi_static", 300.0, True, marks=pytest.mark.slow),
-        ("explicit", 300.0, True), ("quasi_static", 1.2e3, False), ("explicit", 1.2e3, False),
+        ("explicit", 300.0, True),
+        ("quasi_static", 1.2e3, False),
+        ("explicit", 1.2e3, False),
     ],
-)  # fmt: skip
+)
 def test_a_brick_that_its_own_weight_squeezes_out_falls(method: str, cohesion: float, falls: bool) -> None:
     """On its ground it has W/A = 1.5 kPa to carry: for sure where 2 C is more, surely not 3.6 C with C = 300 Pa."""
     weak = BlockMaterial(cohesion=cohesion, friction=0.0)

@@ -19,9 +19,12 @@ STRONG = Joint(tensile_strength=1e8, cohesion=1e8)
 def stands_on(kind: str, deflection: float, joint: Joint | None = LOOSE, **more) -> Scene:
     """A wall whose mortar does not break on ground that takes the form of a parabola."""
     return Scene(
-        wall=Wall(length=2.88, height=0.6), joint=STRONG, footing=Footing(joint=joint),
-        movement=Movement(kind=kind, central_deflection=deflection, increments=2, shape="parabola"), **more,
-    )  # fmt: skip
+        wall=Wall(length=2.88, height=0.6),
+        joint=STRONG,
+        footing=Footing(joint=joint),
+        movement=Movement(kind=kind, central_deflection=deflection, increments=2, shape="parabola"),
+        **more,
+    )
 
 
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
@@ -69,9 +72,11 @@ def test_the_bed_has_its_own_properties_whatever_carries_the_wall(shape: str, fo
         return
     own = Joint(tensile_strength=0.1e6, cohesion=0.2e6, friction=0.6, normal_stiffness=50e9)
     scene = Scene(
-        wall=Wall(length=2.88, height=0.6), footing=Footing(joint=own), movement=Movement(shape=shape),
+        wall=Wall(length=2.88, height=0.6),
+        footing=Footing(joint=own),
+        movement=Movement(shape=shape),
         solver=Solver(footing=footing),
-    )  # fmt: skip
+    )
     model = wall_model(scene)
     bed = model.interfaces.kind == BED
     assert bed.any()

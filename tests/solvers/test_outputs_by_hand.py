@@ -26,10 +26,18 @@ from damagepred.solvers.state import JointMemory, contact_states, without_bond
 from tests.verification.test_energy_accounts import ONE_STEP, softening_work
 
 SOFT = Joint(
-    normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
-    residual_tensile_strength=0.0, residual_cohesion=0.05e6, residual_friction=0.5, fracture_energy=9.0,
-    compressive_strength=4e6, cap_shear=6.0,
-)  # fmt: skip
+    normal_stiffness=2e9,
+    shear_stiffness=0.7e9,
+    tensile_strength=0.1e6,
+    cohesion=0.3e6,
+    friction=0.8,
+    residual_tensile_strength=0.0,
+    residual_cohesion=0.05e6,
+    residual_friction=0.5,
+    fracture_energy=9.0,
+    compressive_strength=4e6,
+    cap_shear=6.0,
+)
 BRITTLE = replace(SOFT, fracture_energy=None, residual_tensile_strength=0.02e6)
 STIFF = Solver(lump_block_elasticity=False)
 
@@ -200,9 +208,16 @@ def test_how_far_blocks_may_go() -> None:
 def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
     """Column by column, the bond and what is met later; two joints, so that none takes the other's."""
     other = Joint(
-        normal_stiffness=5e9, shear_stiffness=1.1e9, tensile_strength=0.2e6, cohesion=0.4e6, friction=0.7, dilation=0.2,
-        residual_cohesion=0.03e6, residual_friction=0.35, brittle_shear=True,
-    )  # fmt: skip
+        normal_stiffness=5e9,
+        shear_stiffness=1.1e9,
+        tensile_strength=0.2e6,
+        cohesion=0.4e6,
+        friction=0.7,
+        dilation=0.2,
+        residual_cohesion=0.03e6,
+        residual_friction=0.35,
+        brittle_shear=True,
+    )
     worn = replace(SOFT, shear_fracture_energy=200.0)
     wall = Assembly(thickness=0.11, joint=worn)
     for k in range(3):
@@ -221,11 +236,26 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
             slip = 2 * 200.0 / (joint.cohesion - joint.residual_cohesion)
         strongest = joint.compressive_strength or np.inf
         expected = [
-            k_n, k_s, 1 / k_s, joint.tensile_strength, joint.cohesion, joint.friction,
-            1 / (k_s + k_n * joint.friction * psi), 0.0, joint.residual_cohesion, left, 1 / (k_s + k_n * left * psi),
-            critical, 1 / (critical - first) if critical else None, psi, float(joint.brittle_shear), strongest,
-            strongest / k_n, 1 / joint.cap_shear, (critical - first) / slip if slip else 0.0,
-        ]  # fmt: skip
+            k_n,
+            k_s,
+            1 / k_s,
+            joint.tensile_strength,
+            joint.cohesion,
+            joint.friction,
+            1 / (k_s + k_n * joint.friction * psi),
+            0.0,
+            joint.residual_cohesion,
+            left,
+            1 / (k_s + k_n * left * psi),
+            critical,
+            1 / (critical - first) if critical else None,
+            psi,
+            float(joint.brittle_shear),
+            strongest,
+            strongest / k_n,
+            1 / joint.cap_shear,
+            (critical - first) / slip if slip else 0.0,
+        ]
         for column, value in enumerate(expected):
             if value is not None and not (column == 17 and strongest == np.inf):
                 assert laws[i, 0, column] == pytest.approx(value), column

@@ -30,10 +30,17 @@ from tests.solvers.dynamic_scenes import STIFF, stack, started
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 
 SOFT = Joint(
-    normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
-    residual_tensile_strength=0.0, residual_cohesion=0.05e6, residual_friction=0.5, fracture_energy=9.0,
+    normal_stiffness=2e9,
+    shear_stiffness=0.7e9,
+    tensile_strength=0.1e6,
+    cohesion=0.3e6,
+    friction=0.8,
+    residual_tensile_strength=0.0,
+    residual_cohesion=0.05e6,
+    residual_friction=0.5,
+    fracture_energy=9.0,
     brittle_shear=True,
-)  # fmt: skip
+)
 GRAVITY = 9.81
 
 
@@ -300,9 +307,16 @@ def test_slip_of_a_block_that_flies_over_ground_that_drifts() -> None:
 def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: float | None) -> None:
     """Held, cracked and open contacts; from no bound at once, from another by a share of the way."""
     joint = Joint(
-        normal_stiffness=2e9, shear_stiffness=0.7e9, tensile_strength=0.1e6, cohesion=0.3e6, friction=0.8,
-        residual_cohesion=0.05e6, residual_friction=0.5, compressive_strength=strongest, cap_shear=0.01,
-    )  # fmt: skip
+        normal_stiffness=2e9,
+        shear_stiffness=0.7e9,
+        tensile_strength=0.1e6,
+        cohesion=0.3e6,
+        friction=0.8,
+        residual_cohesion=0.05e6,
+        residual_friction=0.5,
+        compressive_strength=strongest,
+        cap_shear=0.01,
+    )
     wall = Assembly(thickness=0.11, joint=joint)
     for k in range(3):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))

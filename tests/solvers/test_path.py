@@ -235,9 +235,11 @@ def test_a_wall_that_climbs_is_not_thrown_off_by_its_ground() -> None:
     )
     brick = {"block_length": 0.456, "block_height": 0.147}
     scene = Scene(
-        wall=Wall(length=4 * 0.456, height=4 * 0.147, thickness=0.1, **brick), joint=climbing,
-        block=BlockMaterial(density=450.0), movement=Movement(kind="doming", central_deflection=1e-2, shape="parabola"),
-    )  # fmt: skip
+        wall=Wall(length=4 * 0.456, height=4 * 0.147, thickness=0.1, **brick),
+        joint=climbing,
+        block=BlockMaterial(density=450.0),
+        movement=Movement(kind="doming", central_deflection=1e-2, shape="parabola"),
+    )
     last = list(solve_path(model_of(scene, increments=1), WHOLE, 1))[-1]
     slowly = list(solve_path(model_of(scene, increments=1), Solver(method="explicit"), 1))[-1]
     assert not last.collapsed
@@ -252,9 +254,11 @@ def test_a_bond_without_strength_holds_no_more_than_balance_does_not_tell() -> N
     plain = Joint(normal_stiffness=2.8e9, shear_stiffness=2.8e9, tensile_strength=0.0, cohesion=447.0, friction=2.0)
     stacked = Wall(length=0.936, height=1.188, block_length=0.117, block_height=0.198, thickness=0.08, bond="stack")
     scene = Scene(
-        wall=stacked, joint=plain, block=BlockMaterial(density=3987.0, elastic_modulus=86.5e9),
+        wall=stacked,
+        joint=plain,
+        block=BlockMaterial(density=3987.0, elastic_modulus=86.5e9),
         movement=Movement(kind="doming", central_deflection=2.44e-5, shape="three_loads"),
-    )  # fmt: skip
+    )
     model = model_of(scene, increments=5)
     for step in solve_path(model, WHOLE, 5):
         pulls = step.normal_stress * model.interfaces.contact_area

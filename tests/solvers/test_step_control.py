@@ -48,10 +48,11 @@ def walls(count: int) -> list[Scene]:
                 dpc=Dpc(course=1, friction=float(rng.uniform(0.3, 0.7))) if rng.random() < 0.5 else None,
                 movement=Movement(
                     kind=("dishing", "doming")[rng.integers(2)],
-                    central_deflection=float(rng.uniform(0.5e-3, 4e-3)), increments=20,
+                    central_deflection=float(rng.uniform(0.5e-3, 4e-3)),
+                    increments=20,
                 ),
             )
-        )  # fmt: skip
+        )
     return drawn
 
 
@@ -66,11 +67,11 @@ def test_small_walls_drawn_at_random_balance() -> None:
 def test_a_dry_wall_at_twenty_increments_is_where_many_take_it(length: float, height: float, deflection: float) -> None:
     scene = Scene(wall=Wall(length=length, height=height), joint=DRY, movement=Movement(central_deflection=deflection))
     ends = {
-        (count, tolerance): damagepred.solve(
-            scene, increments=count, solver=with_tolerance(scene, tolerance)
-        ).isel(increment=-1)
+        (count, tolerance): damagepred.solve(scene, increments=count, solver=with_tolerance(scene, tolerance)).isel(
+            increment=-1
+        )
         for count, tolerance in ((160, UNCONTROLLED), (20, UNCONTROLLED), (20, 0.01))
-    }  # fmt: skip
+    }
     many, plain, controlled = (
         np.array([end[f"block_displacement_{axis}"].values for axis in "xy"]) for end in ends.values()
     )

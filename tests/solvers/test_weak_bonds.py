@@ -11,16 +11,23 @@ from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Loads, Mov
 from damagepred.solvers.quasi_static import path
 
 JOINT = Joint(
-    normal_stiffness=23.24e9, shear_stiffness=13.267e9, tensile_strength=0.0, cohesion=45.77e3,
-    residual_cohesion=13.73e3, fracture_energy=12.58, shear_fracture_energy=13.16,
-)  # fmt: skip
+    normal_stiffness=23.24e9,
+    shear_stiffness=13.267e9,
+    tensile_strength=0.0,
+    cohesion=45.77e3,
+    residual_cohesion=13.73e3,
+    fracture_energy=12.58,
+    shear_fracture_energy=13.16,
+)
 WALL = Scene(
     wall=Wall(length=1.55, height=1.15, block_length=0.2, block_height=0.15, bond="stack"),
     opening=(Opening(kind="window", x=0.65, y=0.48, width=0.5, height=0.4, lintel_bearing=0.12),),
-    block=BlockMaterial(elastic_modulus=3.575e9), joint=JOINT, dpc=Dpc(course=1, friction=0.52),
+    block=BlockMaterial(elastic_modulus=3.575e9),
+    joint=JOINT,
+    dpc=Dpc(course=1, friction=0.52),
     movement=Movement(kind="doming", central_deflection=1.5426e-3, increments=20),
     solver=Solver(quadrature="lobatto", contacts_per_interface=4),
-)  # fmt: skip
+)
 
 
 def opened(ds: xr.Dataset) -> np.ndarray:
@@ -68,15 +75,20 @@ def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: 
 
     monkeypatch.setattr(path.Path, "jump", counted)
     joint = Joint(
-        normal_stiffness=246.83e9, shear_stiffness=141.98e9, tensile_strength=strength, cohesion=182.88e3,
+        normal_stiffness=246.83e9,
+        shear_stiffness=141.98e9,
+        tensile_strength=strength,
+        cohesion=182.88e3,
         friction=0.532,
-    )  # fmt: skip
+    )
     scene = Scene(
-        wall=Wall(length=2.14, height=1.3, block_length=0.12, block_height=0.1), joint=joint,
+        wall=Wall(length=2.14, height=1.3, block_length=0.12, block_height=0.1),
+        joint=joint,
         block=BlockMaterial(elastic_modulus=2.053e9, poisson_ratio=0.19, density=2600.0),
-        control_joint=(ControlJoint(x=0.86, width=2e-3, through_dpc=False),), dpc=Dpc(course=1, friction=0.87),
+        control_joint=(ControlJoint(x=0.86, width=2e-3, through_dpc=False),),
+        dpc=Dpc(course=1, friction=0.87),
         movement=Movement(kind="doming", central_deflection=7.5532e-3, increments=5, shape="parabola"),
-    )  # fmt: skip
+    )
     ds = solve(scene)
     assert ds.attrs["status"] == "complete"
     assert len(relaxed) <= 12
@@ -89,15 +101,23 @@ def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: 
 def test_jacks_under_a_wall_without_strength_find_their_load() -> None:
     """A wall of bonds with cohesion alone on jacks that work by deflection: each load is found."""
     joint = Joint(
-        normal_stiffness=4.103e9, shear_stiffness=1.312e9, tensile_strength=0.0, cohesion=161.02e3, friction=0.402,
+        normal_stiffness=4.103e9,
+        shear_stiffness=1.312e9,
+        tensile_strength=0.0,
+        cohesion=161.02e3,
+        friction=0.402,
         residual_cohesion=48.31e3,
-    )  # fmt: skip
+    )
     scene = Scene(
-        wall=Wall(length=1.73, height=0.46, thickness=0.23, block_length=0.12, block_height=0.15), joint=joint,
-        block=BlockMaterial(elastic_modulus=1.0743e9, density=2600.0), dpc=Dpc(course=1, friction=0.33),
-        footing=replace(WALL.footing, depth=0.1), loads=Loads(roof=2401.1), rig=Rig(stop_at_zero=False),
+        wall=Wall(length=1.73, height=0.46, thickness=0.23, block_length=0.12, block_height=0.15),
+        joint=joint,
+        block=BlockMaterial(elastic_modulus=1.0743e9, density=2600.0),
+        dpc=Dpc(course=1, friction=0.33),
+        footing=replace(WALL.footing, depth=0.1),
+        loads=Loads(roof=2401.1),
+        rig=Rig(stop_at_zero=False),
         movement=Movement(kind="doming", central_deflection=3.808e-4, increments=10, shape="jacks"),
-    )  # fmt: skip
+    )
     ds = solve(scene)
     assert ds.attrs["status"] == "complete"
     np.testing.assert_allclose(np.abs(ds["central_deflection"]), 3.808e-5 * np.arange(11), atol=2e-9)

@@ -75,9 +75,18 @@ def test_slip_uses_up_the_tension_too(share: float) -> None:
     def step(u_n: float, u_s: float, memory: tuple) -> tuple[float, tuple]:
         for _ in range(5):
             sigma, _, *memory = joint_law(
-                u_n, u_s, *memory, (k_n, k_s, 1 / k_s), intact, weakened, (w_c, slope), 0.0, False,
-                (np.inf, np.inf, 1.0), wear,
-            )  # fmt: skip
+                u_n,
+                u_s,
+                *memory,
+                (k_n, k_s, 1 / k_s),
+                intact,
+                weakened,
+                (w_c, slope),
+                0.0,
+                False,
+                (np.inf, np.inf, 1.0),
+                wear,
+            )
         return sigma, tuple(memory)
 
     memory: tuple = (0.0, 0.0, False, 0.0)

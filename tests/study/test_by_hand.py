@@ -42,9 +42,17 @@ def settings(changes: dict[str, Any] | None = None, **sampling: Any) -> StudySet
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(0.26, "0.3 s"), (9.9, "9.9 s"), (10.0, "10 s"), (89.4, "89 s"), (90.0, "2 min"), (5399.0, "90 min"),
-     (5400.0, "1.5 h"), (9000.0, "2.5 h")],
-)  # fmt: skip
+    [
+        (0.26, "0.3 s"),
+        (9.9, "9.9 s"),
+        (10.0, "10 s"),
+        (89.4, "89 s"),
+        (90.0, "2 min"),
+        (5399.0, "90 min"),
+        (5400.0, "1.5 h"),
+        (9000.0, "2.5 h"),
+    ],
+)
 def test_times_in_words(seconds: float, words: str) -> None:
     assert duration(seconds) == words
 
@@ -60,8 +68,9 @@ def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
     found = standing_of(folder, ds)
     assert (found.total, found.done, found.failed, found.remaining) == (40, 35, 3, 5)
     assert found.lines[:2] == [
-        "small wall that cracks: 35 of 40 walls done, 3 failed, 5 remaining", "9.8 s a wall, about 49 s of work left",
-    ]  # fmt: skip
+        "small wall that cracks: 35 of 40 walls done, 3 failed, 5 remaining",
+        "9.8 s a wall, about 49 s of work left",
+    ]
     said = [line for line in found.lines if line.startswith("failed sample")]
     assert said == [f"failed sample {i}: not_converged: no equilibrium in increment 1" for i in failed]
     good = np.setdiff1d(np.arange(40), (*failed, *missing))
@@ -100,9 +109,9 @@ def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
     found = standing_of(folder, ds.assign(limit_deflection=("sample", np.full(8, np.nan))))
     assert found.lines[3].startswith("failed sample 2")
     assert found.lines[1:3] == [
-        "0.2 s a wall", f"importance sampling: {weight.sum() ** 2 / (weight**2).sum():.0f} effective walls; shares are "
-        "weighted",
-    ]  # fmt: skip
+        "0.2 s a wall",
+        f"importance sampling: {weight.sum() ** 2 / (weight**2).sum():.0f} effective walls; shares are weighted",
+    ]
     good = np.delete(np.arange(8), 2)
     worst = ds["damage_category"].values.max(axis=1)
     low = weight[good] @ (worst[good] >= 1) / 8
@@ -112,16 +121,38 @@ def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
 
 def test_a_price_in_words() -> None:
     price = Estimate(
-        "house", 714, 6183, 2061, 20, 300, 7, 12.0, 4.0, "quasi_static", 34_000_000, "complete", 11, 128, 90,
-        5_600_000, 213_000_000, ("steps too long",), ("accuracy",), "ground",
-    )  # fmt: skip
+        "house",
+        714,
+        6183,
+        2061,
+        20,
+        300,
+        7,
+        12.0,
+        4.0,
+        "quasi_static",
+        34_000_000,
+        "complete",
+        11,
+        128,
+        90,
+        5_600_000,
+        213_000_000,
+        ("steps too long",),
+        ("accuracy",),
+        "ground",
+    )
     lines = [
-        "house: valid", "  714 blocks, 6183 contacts, 2061 joints, 20 increments",
-        "  one wall: 4.0 s (complete); kernels made ready in 12 s", "  solver: quasi_static, 34 MB of matrices",
+        "house: valid",
+        "  714 blocks, 6183 contacts, 2061 joints, 20 increments",
+        "  one wall: 4.0 s (complete); kernels made ready in 12 s",
+        "  solver: quasi_static, 34 MB of matrices",
         "  11 deformable blocks: 128 zones, 90 gridpoints; at most 213 MB of memory in all",
-        "  300 walls with 7 uncertain numbers: about 20 min with -j 1, 10 min with -j 2", "  ground",
-        "  caution: steps too long", "accuracy",
-    ]  # fmt: skip
+        "  300 walls with 7 uncertain numbers: about 20 min with -j 1, 10 min with -j 2",
+        "  ground",
+        "  caution: steps too long",
+        "accuracy",
+    ]
     assert price.lines() == lines
     one = Estimate(**{**vars(price), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
     assert one.lines()[3:5] == [
@@ -153,9 +184,10 @@ def test_looks_and_endings_in_words(tmp_path: Path) -> None:
     running._record(tmp_path, rule, seen, "enough")
     kept = json.loads((tmp_path / "stopping.json").read_text())
     assert kept == {
-        "quantity": rule.name(), "reason": "enough",
+        "quantity": rule.name(),
+        "reason": "enough",
         "looks": [{"samples": 8, "enough": False}, {"samples": 16, "enough": True, **found._asdict()}],
-    }  # fmt: skip
+    }
     assert running._confidence(None, [8], 1, False) == 0.9
     assert running._confidence(rule, [8, 16, 32], 4, False) == pytest.approx(0.95 ** (1 / 3))
     assert running._confidence(rule, [8, 16, 32], 4, True) == pytest.approx(0.95 ** (1 / 4))  # 24 is a look more
@@ -182,8 +214,14 @@ def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest
     keeper.add(12, COMPLETE, row(12, 2))
     keeper.write()
     keeper.write()
-    assert written == [(4, 5, "h", 4, 5), (6, 6, "h", 6), (7, 7, "h", 7), (9, 9, "h", 9), (11, 11, "h", 11),
-                       (12, 12, "h", 12, 12)]  # fmt: skip
+    assert written == [
+        (4, 5, "h", 4, 5),
+        (6, 6, "h", 6),
+        (7, 7, "h", 7),
+        (9, 9, "h", 9),
+        (11, 11, "h", 11),
+        (12, 12, "h", 12, 12),
+    ]
 
 
 def test_what_is_kept_of_a_path() -> None:
@@ -191,15 +229,17 @@ def test_what_is_kept_of_a_path() -> None:
     columns = {
         "crack_width_max": Column(("sample", "increment"), values, {"units": "m", "long_name": "widest crack"}),
         "opening_width_change": Column(("sample", "increment", "opening"), np.stack((values, -values), 2), {}),
-        "status": Column(("sample",), np.array([1]), {}), "increment": Column(("increment",), np.arange(4), {}),
-    }  # fmt: skip
+        "status": Column(("sample",), np.array([1]), {}),
+        "increment": Column(("increment",), np.arange(4), {}),
+    }
     assert kept_of_movement(columns, "path", 2) is columns
     end = kept_of_movement(columns, "sampled", 2)
     assert set(end) == {"crack_width_max", "opening_width_change", "status"}
     assert (end["crack_width_max"].dims, end["crack_width_max"].values.tolist()) == (("sample",), [2.5])
     assert (end["opening_width_change"].dims, end["opening_width_change"].values.tolist()) == (
-        ("sample", "opening"), [[2.5, -2.5]],
-    )  # fmt: skip
+        ("sample", "opening"),
+        [[2.5, -2.5]],
+    )
     both = kept_of_movement(columns, "both", 3)
     assert both["crack_width_max"] is columns["crack_width_max"]
     assert both["end_crack_width_max"].values.tolist() == [4.0]
@@ -221,9 +261,10 @@ def test_settings_that_follow_from_others() -> None:
     for wrong in ((0, None), (None, -1)):
         with pytest.raises(InputError, match="1 or more, and the seed 0 or more"):
             plain.with_samples(*wrong)
-    assert [settings(stop_at_category=stop, movement=kept).last_category
-            for stop, kept in ((2, "path"), (None, "path"), (None, "both"), (2, "both"), ("none", "path"))] == [
-        2, 4, math.inf, 2, math.inf]  # fmt: skip
+    assert [
+        settings(stop_at_category=stop, movement=kept).last_category
+        for stop, kept in ((2, "path"), (None, "path"), (None, "both"), (2, "both"), ("none", "path"))
+    ] == [2, 4, math.inf, 2, math.inf]
     first, second = {"a": 1, "b": {"c": 2, "d": {"e": 3}}}, {"b": {"c": 5, "d": {"e": 3}}, "f": None, "g": "x"}
     assert differing_keys(first, second) == ["a (was 1, is None)", "b.c (was 2, is 5)", "g (was None, is 'x')"]
     coarse = settings(coarse={"wall": {"block_length": "480 mm"}, "dpc": {"course": 1}}).coarse_scene()
@@ -252,19 +293,34 @@ WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
         ({"variables": {"joint.friction": WALL}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
         ({"variables": {"joint.cohesion": FIELD}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
         ({}, {"crossed": True, "replicates": 4}, "no table, importance, replicates or stop_when"),
-        ({"variables": {"joint.cohesion": FIELD, "wall.length": {"distribution": "uniform", "lower": 1.2, "upper": 2}},
-          "correlation": {}}, {"crossed": True}, 'variables."wall.length".* changes the number of joints'),
-        ({"variables": {"joint.friction": {"distribution": "normal", "mean": 0.1, "std": 0.05}}, "correlation": {}}, {},
-         "one wall in 1000000 gets a value"),
-        ({"variables": {"joint.friction": {"distribution": "uniform", "lower": -2, "upper": 1}}, "correlation": {}}, {},
-         "one wall in 1000000 gets"),
+        (
+            {
+                "variables": {
+                    "joint.cohesion": FIELD,
+                    "wall.length": {"distribution": "uniform", "lower": 1.2, "upper": 2},
+                },
+                "correlation": {},
+            },
+            {"crossed": True},
+            'variables."wall.length".* changes the number of joints',
+        ),
+        (
+            {"variables": {"joint.friction": {"distribution": "normal", "mean": 0.1, "std": 0.05}}, "correlation": {}},
+            {},
+            "one wall in 1000000 gets a value",
+        ),
+        (
+            {"variables": {"joint.friction": {"distribution": "uniform", "lower": -2, "upper": 1}}, "correlation": {}},
+            {},
+            "one wall in 1000000 gets",
+        ),
         ({}, {"movement": "sampled", "stop_when": {"category": 1, "at": 0.006, "half_width": 0.1}}, "each wall is kno"),
         ({}, {"stop_when": {"category": 5, "at": 0.006, "half_width": 0.1}}, "the damage table goes up to 4"),
         ({}, {"replicates": 3, "stop_when": {"category": 4, "at": 0.006, "half_width": 0.1}}, "first = 64: must be a"),
         ({}, {"sampler": "lhs", "replicates": 2}, "replicates = 2: is for sampler"),
         ({}, {"nominal_share": 0.1}, "nominal_share = 0.1: goes with"),
     ],
-)  # fmt: skip
+)
 def test_settings_that_do_not_go_together(changes: dict[str, Any], sampling: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         settings(changes, **sampling)
@@ -300,10 +356,13 @@ def test_workers_of_a_given_executor(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = [50.0]
     monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     for executor, width in (
-        (SimpleNamespace(_max_workers=3), 3), (SimpleNamespace(num_workers=5), 5), (SimpleNamespace(), 8),
-        (SimpleNamespace(_max_workers=0), 8), (SimpleNamespace(_max_workers=2.5), 8),
+        (SimpleNamespace(_max_workers=3), 3),
+        (SimpleNamespace(num_workers=5), 5),
+        (SimpleNamespace(), 8),
+        (SimpleNamespace(_max_workers=0), 8),
+        (SimpleNamespace(_max_workers=2.5), 8),
         (SimpleNamespace(_max_workers=3, nthreads=lambda: {"a": 2, "b": 4}), 6),
-    ):  # fmt: skip
+    ):
         assert GivenExecutor("", executor).width == width
     many = SimpleNamespace(_max_workers=3)
     engine = GivenExecutor("", many)
@@ -355,12 +414,14 @@ def test_a_design_by_its_columns() -> None:
 def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     """The largest error of each quantity, with its floor where the reference knows it worse than to 1 %."""
     rows = [
-        ("draft", "dishing", True, "dpc", 0.12, 0.001, 0.31), ("draft", "doming", True, "dpc", 0.034, 0.02, 0.36),
-        ("draft", "doming", True, "widest crack", 0.45, 0.0234, 0.33), ("draft", "bare", False, "dpc", 0.9, 0, 9.0),
+        ("draft", "dishing", True, "dpc", 0.12, 0.001, 0.31),
+        ("draft", "doming", True, "dpc", 0.034, 0.02, 0.36),
+        ("draft", "doming", True, "widest crack", 0.45, 0.0234, 0.33),
+        ("draft", "bare", False, "dpc", 0.9, 0, 9.0),
         ("standard", "dishing", True, "dpc", 2e-6, 0.0, 1.0),
         ("standard", "dishing", True, "damage category", 1.0, 0.0, 1.05),
         ("draft", "bare", False, "damage category", 2.0, 0.0, 0.5),
-    ]  # fmt: skip
+    ]
     told = [Measured(a, "quasi_static", wall, dpc, False, *rest) for a, wall, dpc, *rest in rows]
     told.append(told[0]._replace(method="explicit", error=0.99))
     monkeypatch.setattr(accuracy, "measured", lambda: told)
@@ -371,11 +432,13 @@ def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
         '    draft: quadrature = "midpoint", contacts_per_interface = 2',
         "      0.31-0.36 times the time of standard; dpc 12 %, widest crack 45 % (known to 2.3 %)",
         "      damage category: error not known on walls like it; on other walls (bare) damage category 2",
-        "    standard: the defaults", "      1 times the time of standard; dpc 0 %, damage category 1",
+        "    standard: the defaults",
+        "      1 times the time of standard; dpc 0 %, damage category 1",
         "      widest crack: " + unknown,
         '    reference: blocks = "deformable", zone_size = 0.04, contacts_per_interface = 5',
-        "      widest crack: " + unknown, "      damage category: " + unknown,
-    ]  # fmt: skip
+        "      widest crack: " + unknown,
+        "      damage category: " + unknown,
+    ]
     hole = Scene(opening=(Opening(x=2.0, y=0.9, width=0.9, height=1.2),))
     assert "measured on other walls (dishing; doming; bare):" in accuracy.accuracy_lines(hole)[0]
 
@@ -393,9 +456,16 @@ def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_run_until_something(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rule: bool, budget: float | None, widths: list[float],
-    seconds: float, reason: str, counts: list[int], left: list[float | None],
-) -> None:  # fmt: skip
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    rule: bool,
+    budget: float | None,
+    widths: list[float],
+    seconds: float,
+    reason: str,
+    counts: list[int],
+    left: list[float | None],
+) -> None:
     """Walls are looked at when 8, 16, 32 and 50 are run, each piece taking so long; below 0 it is interrupted."""
     clock, timers, seen = [100.0], [], []
     monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: clock[0]))

@@ -163,10 +163,21 @@ def test_mpi(serial: Path, tmp_path: Path, small_study_file: Path) -> None:
         pytest.skip("needs an MPI library and mpiexec")
     (tmp_path / "run.py").write_text(MPI)
     run = subprocess.run(
-        [mpiexec, "-n", "3", sys.executable, "-m", "mpi4py.futures", str(tmp_path / "run.py"),
-         str(small_study_file), str(tmp_path / "mpi.dp")],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [
+            mpiexec,
+            "-n",
+            "3",
+            sys.executable,
+            "-m",
+            "mpi4py.futures",
+            str(tmp_path / "run.py"),
+            str(small_study_file),
+            str(tmp_path / "mpi.dp"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert run.stdout.split() == ["12", "0"], run.stderr
     same(open_study(serial), open_study(tmp_path / "mpi.dp"))
 

@@ -20,12 +20,15 @@ def test_a_study_tells_how_far_joints_open(tmp_path: Path):
         "study": {"samples": 4, "seed": 1},
         "variables": {
             "joint.tensile_strength": {
-                "distribution": "lognormal", "mean": 0.4e6, "cov": 0.3, "field": {"course_correlation": 0.4},
+                "distribution": "lognormal",
+                "mean": 0.4e6,
+                "cov": 0.3,
+                "field": {"course_correlation": 0.4},
             },
             "control_joint.0.x": {"distribution": "uniform", "lower": 0.6, "upper": 1.8},
             "control_joint.0.width": {"distribution": "uniform", "lower": 5e-3, "upper": 15e-3},
         },
-    }  # fmt: skip
+    }
     settings = StudySettings.from_dict(tables)
     assert settings.shape_varies
     summary = Study(settings).run(tmp_path / "joints.dp", workers=1)

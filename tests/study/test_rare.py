@@ -75,9 +75,11 @@ def test_a_margin_lies_where_the_width_passes_the_limit(
         for k, width in enumerate((0.0, *widths)):
             joint, band = (width, 9.0) if measure == "joint" else (0.0, width)
             verdict = SimpleNamespace(
-                crack_width_max=joint * 1e-3, crack_band_width_max=band * 1e-3, footing_opening_max=0.02,
+                crack_width_max=joint * 1e-3,
+                crack_band_width_max=band * 1e-3,
+                footing_opening_max=0.02,
                 damage_category=2 if width >= 1.0 else 0,
-            )  # fmt: skip
+            )
             yield SimpleNamespace(increment=SimpleNamespace(progress=k / 6), verdict=verdict)
 
     monkeypatch.setattr(capacity, "follow", made_up)

@@ -81,11 +81,17 @@ def test_a_coarse_wall_that_is_the_same_tells_all(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as executor:
         found, again = (
             run_two_level(
-                settings({"movement": {"increments": 3}}), 1, 5e-3, tmp_path / "two", pilot=12, budget=16,
-                executor=executor, on_pilot=said.append,
+                settings({"movement": {"increments": 3}}),
+                1,
+                5e-3,
+                tmp_path / "two",
+                pilot=12,
+                budget=16,
+                executor=executor,
+                on_pilot=said.append,
             )
             for _ in range(2)
-        )  # fmt: skip
+        )
     assert found == again
     assert said[0] == said[1] == found.pilot
     assert found.fine + found.coarse * found.pilot.cost_ratio < 16 + 2 * 8 + 8
@@ -120,9 +126,12 @@ def test_an_interrupt_ends_it_and_it_goes_on(tmp_path: Path, monkeypatch: pytest
 
 def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
     for given, message in (
-        ({"category": 7}, "category = 7"), ({"at": -1.0}, "greater than 0"), ({"pilot": 3}, "pilot = 3"),
-        ({"budget": -5.0}, "budget = -5"), ({"budget": np.nan}, "budget = nan"),
-    ):  # fmt: skip
+        ({"category": 7}, "category = 7"),
+        ({"at": -1.0}, "greater than 0"),
+        ({"pilot": 3}, "pilot = 3"),
+        ({"budget": -5.0}, "budget = -5"),
+        ({"budget": np.nan}, "budget = nan"),
+    ):
         with pytest.raises(InputError, match=message):
             run_two_level(settings(LARGER), **{"category": 1, "at": 5e-3, "out": tmp_path / "two", **given})  # type: ignore[arg-type]
 

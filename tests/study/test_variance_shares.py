@@ -155,13 +155,11 @@ def test_a_result_at_the_end_of_the_movement() -> None:
         (lambda t: [t["variables"].pop(p) for p in ("joint.friction", "movement.central_deflection")], "of both kinds"),
         (lambda t: t["study"].update(importance={"joint.friction": {"shift": -1.0}}), "drawn as stated"),
         (
-            lambda t: t["variables"].update(
-                {"wall.height": {"distribution": "uniform", "lower": 0.45, "upper": 0.6}}
-            ),
+            lambda t: t["variables"].update({"wall.height": {"distribution": "uniform", "lower": 0.45, "upper": 0.6}}),
             "changes the number of joints",
         ),
     ],
-)  # fmt: skip
+)
 def test_studies_that_cannot_be_crossed(change, words: str) -> None:
     tables = tomllib.loads(SMALL_STUDY)
     change(tables)

@@ -152,7 +152,7 @@ DAMAGE: dict[str, Callable[[StudyFolder, Path], object]] = {
     "failure of another sample": lambda f, o: f.failure_file(SAMPLES - 1).write_text(
         signed_json({"sample": 0, "reason": "error", "message": "?"}, f.study_hash)
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
@@ -190,9 +190,16 @@ def test_damage_is_said_and_mended(
 
 
 EVERY = (
-    "status", "fragility --bootstrap 0 --goodness 0", "report --no-replay", "judge --table bre251", "verify", "plot",
-    "estimate --category 1 --at 4mm", "sensitivity --category 1", "replay 0",
-)  # fmt: skip
+    "status",
+    "fragility --bootstrap 0 --goodness 0",
+    "report --no-replay",
+    "judge --table bre251",
+    "verify",
+    "plot",
+    "estimate --category 1 --at 4mm",
+    "sensitivity --category 1",
+    "replay 0",
+)
 
 
 @pytest.mark.parametrize("what", EVERY)

@@ -63,9 +63,15 @@ def test_quantiles_of_what_is_partly_or_never_known() -> None:
     assert Npmle(*(np.empty(0) for _ in range(3))).quantile(0.5) == np.inf
 
 
-@pytest.mark.parametrize(("movement", "counts"), [([1, 2], [[3, 1], [2.5, 2]]), ([1, 2], [[3, 1], [2, -1]]),
-                                                  ([1, np.inf], [[3, 1], [2, 1]]),
-                                                  ([-1, 2], [[3, 1], [2, 1]])])  # fmt: skip
+@pytest.mark.parametrize(
+    ("movement", "counts"),
+    [
+        ([1, 2], [[3, 1], [2.5, 2]]),
+        ([1, 2], [[3, 1], [2, -1]]),
+        ([1, np.inf], [[3, 1], [2, 1]]),
+        ([-1, 2], [[3, 1], [2, 1]]),
+    ],
+)
 def test_counts_that_are_none(movement: list[float], counts: list[list[float]]) -> None:
     with pytest.raises(InputError, match="must be finite and not negative"):
         stripes_from_counts(np.array(movement), np.array(counts))
@@ -90,9 +96,12 @@ def test_a_coefficient_has_no_unit_where_the_mean_has_one() -> None:
 
 
 PLACES = JointPlaces(
-    np.array([0, 0, 0, 1, 1]), np.zeros(5, dtype=int), np.array([0.1, 0.35, 0.9, 0.2, 0.5]),
-    np.array([0, 0, 0, 0.3, 0.3]), 0.25,
-)  # fmt: skip
+    np.array([0, 0, 0, 1, 1]),
+    np.zeros(5, dtype=int),
+    np.array([0.1, 0.35, 0.9, 0.2, 0.5]),
+    np.array([0, 0, 0, 0.3, 0.3]),
+    0.25,
+)
 
 
 def test_correlation_of_joints_of_a_course_is_a_power_of_their_distance() -> None:
@@ -127,11 +136,13 @@ def test_normals_behind_lognormal_fields_in_closed_form() -> None:
 def test_measures_of_the_movement_by_hand() -> None:
     both = ("sample", "increment")
     ds = xr.Dataset(
-        {"central_deflection": (both, [[0.0, 4e-3], [0.0, 6e-3]]),
-         "deflection_ratio": (both, [[0.0, 1e-3], [0.0, 2e-3]]),
-         "section_curvature": ((*both, "section"), [[[0, 0.0], [1e-3, -3e-3]], [[2e-3, 1e-3], [5e-3, 4e-3]]]),
-         "surface_movement": (both, np.full((2, 2), np.nan), {"units": "m", "long_name": "of the ground"})}
-    )  # fmt: skip
+        {
+            "central_deflection": (both, [[0.0, 4e-3], [0.0, 6e-3]]),
+            "deflection_ratio": (both, [[0.0, 1e-3], [0.0, 2e-3]]),
+            "section_curvature": ((*both, "section"), [[[0, 0.0], [1e-3, -3e-3]], [[2e-3, 1e-3], [5e-3, 4e-3]]]),
+            "surface_movement": (both, np.full((2, 2), np.nan), {"units": "m", "long_name": "of the ground"}),
+        }
+    )
     np.testing.assert_allclose(intensity_values(ds, "curvature"), [[0, 2e-3], [0, 8 * 4e-6 / 6e-3]], rtol=1e-12)
     np.testing.assert_allclose(intensity_values(ds, "footing_curvature"), [[0, 3e-3], [2e-3, 5e-3]])
     assert (movement_measure(ds), chosen_intensity(ds, None)) == ("central_deflection", "central_deflection")
@@ -160,15 +171,23 @@ def test_rules_to_stop_by_hand() -> None:
     assert each_confidence([8], 0.9, False) == 0.9
     known = Estimate(0.4, 0.1, 0.3, 0.5, 0.9, 24, 24.0)  # value, error, lower, upper
     assert known.half_width == pytest.approx(0.1)
-    rules = [({"half_width": 0.1 + 1e-9}, True), ({"half_width": 0.099}, False), ({"relative_half_width": 0.251}, True),
-             ({"relative_half_width": 0.249}, False)]  # fmt: skip
+    rules = [
+        ({"half_width": 0.1 + 1e-9}, True),
+        ({"half_width": 0.099}, False),
+        ({"relative_half_width": 0.251}, True),
+        ({"relative_half_width": 0.249}, False),
+    ]
     for width, met in rules:
         assert StopWhen(category=2, at="6 mm", **width).met(known) == met
     rule = StopWhen(category=2, at="6.5 mm", half_width=0.1)
     assert rule.name() == "P(category >= 2 at 6.5 mm)"
     assert StopWhen(category=3, quantity="median", half_width=0.1).name() == "median movement of category 3"
     assert not rule.met(known._replace(lower=-np.inf, upper=np.inf))
-    for wrong in ({"at": 1.0}, {"at": 1.0, "half_width": 0.1, "relative_half_width": 0.1}, {"half_width": 0.1},
-                  {"at": 1.0, "half_width": 0.1, "quantity": "median"}):  # fmt: skip
+    for wrong in (
+        {"at": 1.0},
+        {"at": 1.0, "half_width": 0.1, "relative_half_width": 0.1},
+        {"half_width": 0.1},
+        {"at": 1.0, "half_width": 0.1, "quantity": "median"},
+    ):
         with pytest.raises(InputError, match=r"study\.stop_when"):
             StopWhen(category=1, **wrong).check()

@@ -193,9 +193,10 @@ def test_counts_at_fixed_movements_are_a_binomial_probit_model() -> None:
     assert float(curve["dispersion"]) == pytest.approx(1 / b, rel=1e-7)
     assert curve["median_lower"] < curve["median"] < curve["median_upper"]
     fit = fit_lognormal(
-        np.concatenate((np.zeros(4), movement)), np.concatenate((movement, np.full(4, np.inf))),
+        np.concatenate((np.zeros(4), movement)),
+        np.concatenate((movement, np.full(4, np.inf))),
         np.concatenate((hits, walls - hits)),
-    )  # fmt: skip
+    )
     assert float(curve["median"]) == pytest.approx(fit.median, rel=1e-9)
     np.testing.assert_allclose(curve["empirical"].sel(intensity=movement, method="nearest"), hits / walls, atol=1e-9)
 

@@ -103,10 +103,15 @@ VARIABLES = {
 @pytest.mark.parametrize(
     ("a", "b", "wanted"),
     [
-        ("weibull", "gamma", 0.7), ("gamma", "beta", -0.5), ("discrete", "empirical", 0.6), ("discrete", "beta", -0.4),
-        ("empirical", "mixture", 0.8), ("mixture", "scipy", -0.7), ("discrete", "scipy", 0.5),
+        ("weibull", "gamma", 0.7),
+        ("gamma", "beta", -0.5),
+        ("discrete", "empirical", 0.6),
+        ("discrete", "beta", -0.4),
+        ("empirical", "mixture", 0.8),
+        ("mixture", "scipy", -0.7),
+        ("discrete", "scipy", 0.5),
     ],
-)  # fmt: skip
+)
 def test_samples_have_the_stated_correlation_within_its_confidence_limits(a: str, b: str, wanted: float):
     count = 40_000
     variables = {name: VARIABLES[name] for name in (a, b)}

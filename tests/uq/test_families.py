@@ -17,48 +17,103 @@ PLACE = "joint.cohesion"
 # variable as written, its unit, cumulative distribution in SI, mean, standard deviation: by hand, not by scipy.stats
 FAMILIES = {
     "weibull, own": (
-        {"distribution": "weibull", "shape": 2.0, "scale": "0.5 MPa"}, "Pa", lambda x: 1 - np.exp(-((x / 5e5) ** 2)),
-        5e5 * math.gamma(1.5), 5e5 * math.sqrt(1 - math.gamma(1.5) ** 2)),
+        {"distribution": "weibull", "shape": 2.0, "scale": "0.5 MPa"},
+        "Pa",
+        lambda x: 1 - np.exp(-((x / 5e5) ** 2)),
+        5e5 * math.gamma(1.5),
+        5e5 * math.sqrt(1 - math.gamma(1.5) ** 2),
+    ),
     "weibull, mean": (  # cov of shape 2: sqrt(4/pi - 1)
-        {"distribution": "weibull", "mean": 1.0, "cov": math.sqrt(4 / math.pi - 1)}, "1",
-        lambda x: 1 - np.exp(-((x * math.gamma(1.5)) ** 2)), 1.0, math.sqrt(4 / math.pi - 1)),
+        {"distribution": "weibull", "mean": 1.0, "cov": math.sqrt(4 / math.pi - 1)},
+        "1",
+        lambda x: 1 - np.exp(-((x * math.gamma(1.5)) ** 2)),
+        1.0,
+        math.sqrt(4 / math.pi - 1),
+    ),
     "weibull, from a lower end": (  # shape 1 is exponential
-        {"distribution": "weibull", "mean": 3.0, "std": 1.0, "lower": 2.0}, "1", lambda x: 1 - np.exp(-(x - 2.0)),
-        3.0, 1.0),
+        {"distribution": "weibull", "mean": 3.0, "std": 1.0, "lower": 2.0},
+        "1",
+        lambda x: 1 - np.exp(-(x - 2.0)),
+        3.0,
+        1.0,
+    ),
     "gamma, own": (
-        {"distribution": "gamma", "shape": 3.0, "scale": 2.0}, "1", lambda x: special.gammainc(3.0, x / 2.0), 6.0,
-        2 * math.sqrt(3)),
+        {"distribution": "gamma", "shape": 3.0, "scale": 2.0},
+        "1",
+        lambda x: special.gammainc(3.0, x / 2.0),
+        6.0,
+        2 * math.sqrt(3),
+    ),
     "gamma, cov": (
-        {"distribution": "gamma", "mean": "8 mm", "cov": 0.5}, "m", lambda x: special.gammainc(4.0, x / 2e-3), 8e-3,
-        4e-3),
+        {"distribution": "gamma", "mean": "8 mm", "cov": 0.5},
+        "m",
+        lambda x: special.gammainc(4.0, x / 2e-3),
+        8e-3,
+        4e-3,
+    ),
     "gamma, from a lower end": (
-        {"distribution": "gamma", "mean": 10.0, "std": 4.0, "lower": 2.0}, "1",
-        lambda x: special.gammainc(4.0, (x - 2) / 2), 10.0, 4.0),
+        {"distribution": "gamma", "mean": 10.0, "std": 4.0, "lower": 2.0},
+        "1",
+        lambda x: special.gammainc(4.0, (x - 2) / 2),
+        10.0,
+        4.0,
+    ),
     "beta, own": (
-        {"distribution": "beta", "alpha": 2.0, "beta": 3.0, "lower": "0.3", "upper": 0.8}, "1",
-        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5), 0.5, 0.1),
+        {"distribution": "beta", "alpha": 2.0, "beta": 3.0, "lower": "0.3", "upper": 0.8},
+        "1",
+        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5),
+        0.5,
+        0.1,
+    ),
     "beta, std": (
-        {"distribution": "beta", "mean": 0.5, "std": 0.1, "lower": 0.3, "upper": 0.8}, "1",
-        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5), 0.5, 0.1),
+        {"distribution": "beta", "mean": 0.5, "std": 0.1, "lower": 0.3, "upper": 0.8},
+        "1",
+        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5),
+        0.5,
+        0.1,
+    ),
     "uniform, mean": (
-        {"distribution": "uniform", "mean": "50 mm", "std": f"{10 / math.sqrt(3)} mm"}, "m",
-        lambda x: np.clip((x - 0.04) / 0.02, 0, 1), 0.05, 0.01 / math.sqrt(3)),
+        {"distribution": "uniform", "mean": "50 mm", "std": f"{10 / math.sqrt(3)} mm"},
+        "m",
+        lambda x: np.clip((x - 0.04) / 0.02, 0, 1),
+        0.05,
+        0.01 / math.sqrt(3),
+    ),
     "scipy, own": (
-        {"distribution": "scipy", "name": "gumbel_r", "parameters": {"loc": "0.4 MPa", "scale": "0.1 MPa"}}, "Pa",
-        lambda x: np.exp(-np.exp(-(x - 4e5) / 1e5)), 4e5 + 1e5 * np.euler_gamma, 1e5 * math.pi / math.sqrt(6)),
+        {"distribution": "scipy", "name": "gumbel_r", "parameters": {"loc": "0.4 MPa", "scale": "0.1 MPa"}},
+        "Pa",
+        lambda x: np.exp(-np.exp(-(x - 4e5) / 1e5)),
+        4e5 + 1e5 * np.euler_gamma,
+        1e5 * math.pi / math.sqrt(6),
+    ),
     "scipy, mean": (
-        {"distribution": "scipy", "name": "gumbel_r", "mean": 2.0, "cov": math.pi / math.sqrt(6) / 2}, "1",
-        lambda x: np.exp(-np.exp(-(x - 2.0 + np.euler_gamma))), 2.0, math.pi / math.sqrt(6)),
+        {"distribution": "scipy", "name": "gumbel_r", "mean": 2.0, "cov": math.pi / math.sqrt(6) / 2},
+        "1",
+        lambda x: np.exp(-np.exp(-(x - 2.0 + np.euler_gamma))),
+        2.0,
+        math.pi / math.sqrt(6),
+    ),
     "scipy, with a shape": (
         {"distribution": "scipy", "name": "triang", "parameters": {"c": 0.5}, "mean": 3.0, "std": 1 / math.sqrt(6)},
-        "1", lambda x: np.where(x < 3, (x - 2) ** 2 / 2, 1 - (4 - x) ** 2 / 2), 3.0, 1 / math.sqrt(6)),
+        "1",
+        lambda x: np.where(x < 3, (x - 2) ** 2 / 2, 1 - (4 - x) ** 2 / 2),
+        3.0,
+        1 / math.sqrt(6),
+    ),
     "mixture": (
-        {"distribution": "mixture", "components": [
-            {"weight": 19, "distribution": "normal", "mean": "1 MPa", "cov": 0.1},
-            {"weight": 1, "distribution": "normal", "mean": "0.5 MPa", "cov": 0.1}]}, "Pa",
-        lambda x: 0.95 * special.ndtr((x - 1e6) / 1e5) + 0.05 * special.ndtr((x - 5e5) / 5e4), 0.975e6,
-        math.sqrt(0.95 * (1e10 + 0.025e6**2) + 0.05 * (2.5e9 + 0.475e6**2))),
-}  # fmt: skip
+        {
+            "distribution": "mixture",
+            "components": [
+                {"weight": 19, "distribution": "normal", "mean": "1 MPa", "cov": 0.1},
+                {"weight": 1, "distribution": "normal", "mean": "0.5 MPa", "cov": 0.1},
+            ],
+        },
+        "Pa",
+        lambda x: 0.95 * special.ndtr((x - 1e6) / 1e5) + 0.05 * special.ndtr((x - 5e5) / 5e4),
+        0.975e6,
+        math.sqrt(0.95 * (1e10 + 0.025e6**2) + 0.05 * (2.5e9 + 0.475e6**2)),
+    ),
+}
 
 
 def sampled(written: dict, unit: str, count: int = 4000, seed: int = 3) -> np.ndarray:
@@ -204,15 +259,18 @@ TWO = [{"weight": 1, "distribution": "normal", "mean": 1, "cov": 0.1}] * 2
 
 WRONG: dict[str, tuple[dict, list[str]]] = {
     "weibull half": ({"distribution": "weibull", "shape": 2}, ["weibull", "shape and scale", "given: shape"]),
-    "weibull below": (
-        {"distribution": "weibull", "mean": 1, "cov": 0.1, "lower": 2}, ["mean = 1", "greater than 2"]),
+    "weibull below": ({"distribution": "weibull", "mean": 1, "cov": 0.1, "lower": 2}, ["mean = 1", "greater than 2"]),
     "weibull narrow": ({"distribution": "weibull", "mean": 1, "cov": 1e-4}, ["0.0001", "0.005 to 10"]),
     "gamma negative": ({"distribution": "gamma", "mean": -1, "cov": 0.1}, ["mean = -1", "greater than 0"]),
     "beta open": ({"distribution": "beta", "alpha": 2, "beta": 2}, ["alpha and beta and lower and upper"]),
     "beta outside": (
-        {"distribution": "beta", "mean": 2, "std": 0.1, "lower": 0, "upper": 1}, ["mean = 2", "between lower and"]),
+        {"distribution": "beta", "mean": 2, "std": 0.1, "lower": 0, "upper": 1},
+        ["mean = 2", "between lower and"],
+    ),
     "beta wide": (
-        {"distribution": "beta", "mean": 0.5, "std": 0.6, "lower": 0, "upper": 1}, ["below 0.5", "given: 0.6"]),
+        {"distribution": "beta", "mean": 0.5, "std": 0.6, "lower": 0, "upper": 1},
+        ["below 0.5", "given: 0.6"],
+    ),
     "discrete nothing": ({"distribution": "discrete"}, ["values: has none"]),
     "discrete mean": ({"distribution": "discrete", "values": [1], "mean": 1}, ["takes values and weights", "mean"]),
     "discrete weights": ({"distribution": "discrete", "values": [1, 2], "weights": [1]}, ["weights: 1 of them for 2"]),
@@ -223,25 +281,34 @@ WRONG: dict[str, tuple[dict, list[str]]] = {
     "scipy name": ({"distribution": "scipy", "name": "gumble_r"}, ["no such distribution", "Did you mean 'gumbel_r'"]),
     "scipy key": (
         {"distribution": "scipy", "name": "gumbel_r", "parameters": {"scal": 1}},
-        ["parameters.scal", "takes here loc, scale", "Did you mean 'scale'"]),
+        ["parameters.scal", "takes here loc, scale", "Did you mean 'scale'"],
+    ),
     "scipy shape missing": ({"distribution": "scipy", "name": "triang"}, ["also needs c"]),
     "scipy impossible": (
-        {"distribution": "scipy", "name": "triang", "parameters": {"c": 2}}, ["no distribution with c = 2"]),
+        {"distribution": "scipy", "name": "triang", "parameters": {"c": 2}},
+        ["no distribution with c = 2"],
+    ),
     "scipy both": (
         {"distribution": "scipy", "name": "norm", "mean": 1, "cov": 0.1, "parameters": {"loc": 1}},
-        ["parameters.loc", "follow from mean and scatter"]),
+        ["parameters.loc", "follow from mean and scatter"],
+    ),
     "scipy half": ({"distribution": "scipy", "name": "norm", "mean": 1}, ["or mean and cov, or mean and std"]),
     "scipy no moments": ({"distribution": "scipy", "name": "cauchy", "mean": 1, "cov": 1}, ["no mean and scatter"]),
-    "scipy discrete mean": ({"distribution": "scipy", "name": "poisson", "mean": 1, "cov": 1,
-        "parameters": {"mu": 1}}, ["is discrete and takes its own"]),
+    "scipy discrete mean": (
+        {"distribution": "scipy", "name": "poisson", "mean": 1, "cov": 1, "parameters": {"mu": 1}},
+        ["is discrete and takes its own"],
+    ),
     "mixture of one": ({"distribution": "mixture", "components": TWO[:1]}, ["has 1; a mixture takes two or more"]),
     "mixture with a mean": ({"distribution": "mixture", "mean": 0, "components": TWO}, ["takes components", "mean"]),
     "mixture's part": (
         {"distribution": "mixture", "components": [TWO[0], {"weight": 1, "distribution": "normal", "mean": 1}]},
-        ["component 2: a normal distribution takes"]),
+        ["component 2: a normal distribution takes"],
+    ),
     "no mixture": (
-        {"distribution": "normal", "mean": 1, "cov": 1, "components": TWO}, ["with distribution = 'mixture' only"]),
-}  # fmt: skip
+        {"distribution": "normal", "mean": 1, "cov": 1, "components": TWO},
+        ["with distribution = 'mixture' only"],
+    ),
+}
 
 
 @pytest.mark.parametrize("name", WRONG)

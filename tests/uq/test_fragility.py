@@ -200,8 +200,12 @@ def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 
         capacity = lognormal(np.random.default_rng(1000 + seed), TRUTH, SCATTER, walls)
         curve = fit_fragility(
             study(capacity, end=end, increments=20),
-            categories=[1], confidence=confidence, bootstrap=60, seed=seed, points=6,
-        ).isel(category=0)  # fmt: skip
+            categories=[1],
+            confidence=confidence,
+            bootstrap=60,
+            seed=seed,
+            points=6,
+        ).isel(category=0)
         at = curve["intensity"].values[4]
         truth = {
             "median": TRUTH,
@@ -423,9 +427,15 @@ def test_the_dataset_says_what_is_in_it():
     assert float(curves["intensity"][0]) == 0.0
     assert float(curves["intensity"][-1]) == 60.0
     for name, value in {
-        "confidence": 0.8, "bootstrap_samples": 5, "bootstrap_seed": 3, "samples": 40, "samples_failed": 0, "seed": 7,
-        "intensity_measure": "central_deflection", "curves_cross": 0,
-    }.items():  # fmt: skip
+        "confidence": 0.8,
+        "bootstrap_samples": 5,
+        "bootstrap_seed": 3,
+        "samples": 40,
+        "samples_failed": 0,
+        "seed": 7,
+        "intensity_measure": "central_deflection",
+        "curves_cross": 0,
+    }.items():
         assert curves.attrs[name] == value, name
     for name, variable in curves.data_vars.items():
         assert name == "fit_status" or ("units" in variable.attrs and "long_name" in variable.attrs), name

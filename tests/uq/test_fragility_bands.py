@@ -35,9 +35,7 @@ def coverage(situation: str, band: str, repetitions: int, walls: int, bootstrap:
         ds = made_up(situation, seed, walls)
         curve = fit_fragility(ds, categories=[1], band=band, bootstrap=bootstrap, seed=seed, points=6).isel(category=0)
         at = curve["intensity"].values[4]
-        truth = {
-            "median": TRUTH, "dispersion": SCATTER, "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER)
-        }  # fmt: skip
+        truth = {"median": TRUTH, "dispersion": SCATTER, "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER)}
         for name, value in truth.items():
             one = curve.isel(intensity=4) if name == "probability" else curve
             held[name] += bool(one[f"{name}_lower"] <= value <= one[f"{name}_upper"])
@@ -107,9 +105,7 @@ def test_bca_shifts_the_band_by_bias_and_skewness() -> None:
     scatter = float(np.log(values).std())
     # exact: n s^2 / sigma^2 is chi-squared of 39
     exact = [scatter * math.sqrt(40 / stats.chi2.ppf(q, 39)) for q in (0.95, 0.05)]
-    off = [
-        abs(float(c["dispersion_lower"]) - exact[0]) + abs(float(c["dispersion_upper"]) - exact[1]) for c in both
-    ]  # fmt: skip
+    off = [abs(float(c["dispersion_lower"]) - exact[0]) + abs(float(c["dispersion_upper"]) - exact[1]) for c in both]
     assert off[1] < 0.75 * off[0]
 
 

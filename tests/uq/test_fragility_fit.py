@@ -48,11 +48,14 @@ def test_chances_are_even_where_the_curve_is_right() -> None:
         float(
             fit_fragility(
                 study(lognormal(np.random.default_rng([6, i]), 8.0, 0.4, 50), end=16.0, increments=16),
-                categories=[1], bootstrap=0, goodness=9, seed=i,
+                categories=[1],
+                bootstrap=0,
+                goodness=9,
+                seed=i,
             )["p_value"][0]
         )
         for i in range(30)
-    ]  # fmt: skip
+    ]
     assert 7 <= np.sum(np.array(chance) < 0.5) <= 23
 
 
@@ -120,9 +123,13 @@ def test_the_footing_s_largest_curvature_is_read_where_there_are_sections() -> N
 
 @pytest.mark.parametrize(
     ("kind", "mound", "share"),
-    [("doming", 'shape = "walsh"', 0.7), ("dishing", 'shape = "walsh"', 0.5), ("doming", "movement_ratio = 0.6", 0.6),
-     ("doming", 'shape = "tree"', 1.0)],
-)  # fmt: skip
+    [
+        ("doming", 'shape = "walsh"', 0.7),
+        ("dishing", 'shape = "walsh"', 0.5),
+        ("doming", "movement_ratio = 0.6", 0.6),
+        ("doming", 'shape = "tree"', 1.0),
+    ],
+)
 def test_differential_movement_is_its_share_of_the_surface_movement(kind: str, mound: str, share: float) -> None:
     ds = arched(np.full(20, 6.0)).rename(central_deflection="surface_movement").drop_vars("deflection_ratio")
     ds.attrs["scene"] = f'[movement]\nkind = "{kind}"\n[mound]\n{mound}\n'

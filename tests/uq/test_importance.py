@@ -29,9 +29,12 @@ NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place i
 def scatter_of(correlation: float) -> float:
     """Coefficient of variation of one wall's part in P(a > 3), a shifted and b correlated with it."""
     design = Design.make(
-        NORMALS, dict.fromkeys(NORMALS, "1"), {frozenset("ab"): correlation},
-        Sampler("random", 1, {"a": Proposal(shift=3.0)}), 1,
-    )  # fmt: skip
+        NORMALS,
+        dict.fromkeys(NORMALS, "1"),
+        {frozenset("ab"): correlation},
+        Sampler("random", 1, {"a": Proposal(shift=3.0)}),
+        1,
+    )
     part = (design.wall_values(4000)["a"] > 3.0) * design.weights(4000)
     assert probability(part > 0, weight=design.weights(4000)).value == pytest.approx(special.ndtr(-3.0), rel=0.15)
     return float(part.std() / part.mean())

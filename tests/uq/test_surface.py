@@ -103,9 +103,12 @@ def test_failed_walls_count_as_far_as_they_were_followed() -> None:
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("joint.tensile", "no such variable with one number a wall; sampled inputs are joint.tensile_strength"),
-     ("damage_category", "no such variable"), ("same", "does not vary")],
-)  # fmt: skip
+    [
+        ("joint.tensile", "no such variable with one number a wall; sampled inputs are joint.tensile_strength"),
+        ("damage_category", "no such variable"),
+        ("same", "does not vary"),
+    ],
+)
 def test_what_is_no_second_variable(name: str, words: str) -> None:
     ds = walls(8, 30).assign(same=("sample", np.ones(30)))
     with pytest.raises(InputError, match=words):

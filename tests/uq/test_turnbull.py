@@ -48,8 +48,15 @@ def test_published_data() -> None:
     found = turnbull(lower, upper)
     there = found.mass > 1e-4
     assert list(zip(found.left[there], found.right[there])) == [
-        (4, 5), (6, 7), (7, 8), (11, 12), (24, 25), (33, 34), (38, 40), (46, 48),
-    ]  # fmt: skip
+        (4, 5),
+        (6, 7),
+        (7, 8),
+        (11, 12),
+        (24, 25),
+        (33, 34),
+        (38, 40),
+        (46, 48),
+    ]
     published = [0.0463, 0.0334, 0.0887, 0.0708, 0.0926, 0.0818, 0.1209, 0.4656]
     np.testing.assert_allclose(found.mass[there], published, atol=1e-4)
 
@@ -98,9 +105,12 @@ def test_nothing_is_more_likely(walls: list[tuple[int, int, bool]]) -> None:
     covers = covers[told]
     best = float(np.log(covers @ found.mass).sum())
     other = optimize.minimize(
-        lambda p: -np.log(np.maximum(covers @ p, 1e-12)).sum(), np.full(len(found.mass), 1 / len(found.mass)),
-        bounds=[(0, 1)] * len(found.mass), constraints={"type": "eq", "fun": lambda p: p.sum() - 1}, method="SLSQP",
-    )  # fmt: skip
+        lambda p: -np.log(np.maximum(covers @ p, 1e-12)).sum(),
+        np.full(len(found.mass), 1 / len(found.mass)),
+        bounds=[(0, 1)] * len(found.mass),
+        constraints={"type": "eq", "fun": lambda p: p.sum() - 1},
+        method="SLSQP",
+    )
     assert best >= -other.fun - 1e-5
 
 

@@ -31,31 +31,49 @@ def truncated_cdf(mean: float, std: float, lower: float, upper: float) -> Callab
 
 # variable as written, its unit, cumulative distribution in SI
 FAMILIES: dict[str, tuple[dict, str, Callable]] = {
-    "lognormal, cov": (
-        {"distribution": "lognormal", "mean": 3e5, "cov": 0.4}, "Pa", lognormal_cdf(3e5, 0.4)),
+    "lognormal, cov": ({"distribution": "lognormal", "mean": 3e5, "cov": 0.4}, "Pa", lognormal_cdf(3e5, 0.4)),
     "lognormal, cov, unit": (
-        {"distribution": "lognormal", "mean": "0.3 MPa", "cov": "40 %"}, "Pa", lognormal_cdf(3e5, 0.4)),
+        {"distribution": "lognormal", "mean": "0.3 MPa", "cov": "40 %"},
+        "Pa",
+        lognormal_cdf(3e5, 0.4),
+    ),
     "lognormal, std, unit": (
-        {"distribution": "lognormal", "mean": "0.3 MPa", "std": "120 kPa"}, "Pa", lognormal_cdf(3e5, 0.4)),
+        {"distribution": "lognormal", "mean": "0.3 MPa", "std": "120 kPa"},
+        "Pa",
+        lognormal_cdf(3e5, 0.4),
+    ),
     "lognormal, median": (
-        {"distribution": "lognormal", "median": "8 mm", "dispersion": 0.45}, "m",
-        lambda x: special.ndtr(np.log(x / 8e-3) / 0.45)),
+        {"distribution": "lognormal", "median": "8 mm", "dispersion": 0.45},
+        "m",
+        lambda x: special.ndtr(np.log(x / 8e-3) / 0.45),
+    ),
     "normal, cov": (
-        {"distribution": "normal", "mean": 2000.0, "cov": 0.05}, "kg/m**3", lambda x: special.ndtr((x - 2000) / 100)),
+        {"distribution": "normal", "mean": 2000.0, "cov": 0.05},
+        "kg/m**3",
+        lambda x: special.ndtr((x - 2000) / 100),
+    ),
     "normal, std, unit": (
-        {"distribution": "normal", "mean": "2 t/m3", "std": "100 kg/m3"}, "kg/m**3",
-        lambda x: special.ndtr((x - 2000) / 100)),
+        {"distribution": "normal", "mean": "2 t/m3", "std": "100 kg/m3"},
+        "kg/m**3",
+        lambda x: special.ndtr((x - 2000) / 100),
+    ),
     "normal, negative mean": (
-        {"distribution": "normal", "mean": -2.0, "cov": 0.5}, "1", lambda x: special.ndtr((x + 2) / 1.0)),
+        {"distribution": "normal", "mean": -2.0, "cov": 0.5},
+        "1",
+        lambda x: special.ndtr((x + 2) / 1.0),
+    ),
     "truncated, cov": (
-        {"distribution": "truncated_normal", "mean": 0.5, "cov": 0.2, "lower": 0.3, "upper": 0.7}, "1",
-        truncated_cdf(0.5, 0.1, 0.3, 0.7)),
+        {"distribution": "truncated_normal", "mean": 0.5, "cov": 0.2, "lower": 0.3, "upper": 0.7},
+        "1",
+        truncated_cdf(0.5, 0.1, 0.3, 0.7),
+    ),
     "truncated, off centre": (
-        {"distribution": "truncated_normal", "mean": "8 mm", "std": "4 mm", "lower": 0.0, "upper": "10 mm"}, "m",
-        truncated_cdf(8e-3, 4e-3, 0.0, 1e-2)),
-    "uniform": (
-        {"distribution": "uniform", "lower": "40 mm", "upper": "6 cm"}, "m", lambda x: (x - 0.04) / 0.02),
-}  # fmt: skip
+        {"distribution": "truncated_normal", "mean": "8 mm", "std": "4 mm", "lower": 0.0, "upper": "10 mm"},
+        "m",
+        truncated_cdf(8e-3, 4e-3, 0.0, 1e-2),
+    ),
+    "uniform": ({"distribution": "uniform", "lower": "40 mm", "upper": "6 cm"}, "m", lambda x: (x - 0.04) / 0.02),
+}
 
 
 def sampled(variable: Variable, unit: str, count: int = 4000, seed: int = 3) -> np.ndarray:
@@ -90,14 +108,22 @@ def test_the_test_can_fail(name: str, wrong: Callable):
     [
         ({"distribution": "lognormal", "mean": "0.453 MPa", "cov": 0.3}, "Pa", 453e3, 135.9e3),
         ({"distribution": "lognormal", "mean": "82 N/mm3", "std": "8.2e9 N/m3"}, "Pa/m", 82e9, 8.2e9),
-        ({"distribution": "lognormal", "median": 2.0, "dispersion": 0.5}, "1", 2 * math.exp(0.125),
-         2 * math.exp(0.125) * math.sqrt(math.exp(0.25) - 1)),
+        (
+            {"distribution": "lognormal", "median": 2.0, "dispersion": 0.5},
+            "1",
+            2 * math.exp(0.125),
+            2 * math.exp(0.125) * math.sqrt(math.exp(0.25) - 1),
+        ),
         ({"distribution": "normal", "mean": 10.0, "cov": "10 %"}, "1", 10.0, 1.0),
-        ({"distribution": "truncated_normal", "mean": 0.5, "cov": 0.2, "lower": 0.3, "upper": 0.7}, "1", 0.5,
-         0.1 * math.sqrt(1 - 4 * stats.norm.pdf(2) / (2 * stats.norm.cdf(2) - 1))),
+        (
+            {"distribution": "truncated_normal", "mean": 0.5, "cov": 0.2, "lower": 0.3, "upper": 0.7},
+            "1",
+            0.5,
+            0.1 * math.sqrt(1 - 4 * stats.norm.pdf(2) / (2 * stats.norm.cdf(2) - 1)),
+        ),
         ({"distribution": "uniform", "lower": "40 mm", "upper": "60 mm"}, "m", 0.05, 0.02 / math.sqrt(12)),
     ],
-)  # fmt: skip
+)
 def test_moments(written: dict, unit: str, mean: float, std: float):
     frozen = Variable(**written).frozen(PLACE, unit)
     assert frozen.mean() == pytest.approx(mean, rel=1e-9)

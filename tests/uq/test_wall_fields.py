@@ -62,14 +62,18 @@ UNIT, COURSE = 0.24, 0.075
         ({"correlation_length": 0.5}, 0.0, 2 * COURSE, math.exp(-2 * COURSE / 0.5)),
         ({"correlation_length": 0.5}, UNIT, 4 * COURSE, math.exp(-math.hypot(UNIT, 4 * COURSE) / 0.5)),
         ({"correlation_length": 0.5, "nugget": 0.3}, UNIT, 0.0, 0.7 * math.exp(-UNIT / 0.5)),
-        ({"correlation_length": 0.5, "vertical_length": 0.1}, UNIT / 2, COURSE,
-         math.exp(-math.hypot(UNIT / 2 / 0.5, COURSE / 0.1))),
+        (
+            {"correlation_length": 0.5, "vertical_length": 0.1},
+            UNIT / 2,
+            COURSE,
+            math.exp(-math.hypot(UNIT / 2 / 0.5, COURSE / 0.1)),
+        ),
         ({"correlation_length": 0.5, "over": "course"}, 2 * UNIT, 0.0, math.exp(-2 * UNIT / 0.5)),
         ({"correlation_length": 0.5, "over": "course"}, 0.0, 2 * COURSE, 0.0),
         ({"course_correlation": 0.4, "over": "wall"}, UNIT, 0.0, 0.4),
         ({"course_correlation": 0.4, "over": "wall"}, 0.0, 2 * COURSE, 0.4 ** (2 * COURSE / UNIT)),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("kind", [Kind.BED_JOINT, Kind.HEAD_JOINT])
 def test_the_correlation_is_as_stated_at_that_distance(field: dict, dx: float, dy: float, wanted: float, kind: Kind):
     values = drawn({TENSION: variable(JointField(**field))}, samples=300)[TENSION]
@@ -189,8 +193,10 @@ def test_an_opening_parts_a_course_but_not_a_wall():
     row = beds[np.isclose(places.y[beds], places.y[beds].max())]
     left, right = row[places.x[row] < 1.0], row[places.x[row] > 1.4]
     a, b = np.searchsorted(beds, [left[-1], right[0]])
-    over = {way: stated_correlation(JointField(correlation_length=0.5, over=way), places, beds) for way in
-            ("course", "wall")}  # fmt: skip
+    over = {
+        way: stated_correlation(JointField(correlation_length=0.5, over=way), places, beds)
+        for way in ("course", "wall")
+    }
     assert over["course"][a, b] == 0.0
     assert over["wall"][a, b] == pytest.approx(math.exp(-(places.x[right[0]] - places.x[left[-1]]) / 0.5))
 

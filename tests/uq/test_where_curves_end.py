@@ -52,9 +52,7 @@ def test_older_curves_beyond_the_movement_are_refused_too(tmp_path: Path) -> Non
 def test_a_wall_damaged_before_any_movement_leaves_the_others_their_curve(model: str, tmp_path: Path) -> None:
     random = np.random.default_rng(2)
     others = lognormal(random, 8.0, 0.4, 99)[:, None] * np.array([1.0, 1.5])
-    two, rest = (
-        study(values, end=30.0, increments=30) for values in (np.vstack((others, [0.0, 5.0])), others)
-    )  # fmt: skip
+    two, rest = (study(values, end=30.0, increments=30) for values in (np.vstack((others, [0.0, 5.0])), others))
     curves = fit_fragility(two, categories=[1, 2], model=model, bootstrap=50)
     alone = fit_fragility(rest, categories=[1, 2], model=model, bootstrap=50)
     one = curves.isel(category=0)

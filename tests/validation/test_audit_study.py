@@ -88,12 +88,29 @@ def test_all_laws_movements_and_grounds_are_drawn() -> None:
     shapes = {one.scene.movement.shape for one in drawn}
     assert shapes == {"three_loads", "parabola", "arc", "table", "jacks", "mound"}
     assert {
-        "brittle", "softening", "softening by slip", "brittle shear", "cap", "dilation", "residual values",
-        "residual friction", "no strength", "cohesion without tension", "control joint", "dpc", "opening", "roof",
-        "stack bond", "jacks by load", "jacks by deflection", "footing of reinforced concrete", "joint of the footing",
-        "deformable blocks", "auto blocks",
+        "brittle",
+        "softening",
+        "softening by slip",
+        "brittle shear",
+        "cap",
+        "dilation",
+        "residual values",
+        "residual friction",
+        "no strength",
+        "cohesion without tension",
+        "control joint",
+        "dpc",
+        "opening",
+        "roof",
+        "stack bond",
+        "jacks by load",
+        "jacks by deflection",
+        "footing of reinforced concrete",
+        "joint of the footing",
+        "deformable blocks",
+        "auto blocks",
         *(f"mound, {shape}" for shape in ("walsh", "mitchell", "tree", "pipe", "tunnel", "table")),
-    } <= found  # fmt: skip
+    } <= found
 
 
 def test_sound_results_pass(softened: xr.Dataset, brittle: xr.Dataset) -> None:

@@ -148,8 +148,10 @@ def test_rooms_of_different_runs_are_told(ours: dict[str, ModuleType]) -> None:
 
 def test_a_room_is_stopped_with_all_that_it_started(tmp_path: Path) -> None:
     sleeper = tmp_path / "sleeper.py"
-    sleeper.write_text("import subprocess, sys; subprocess.run([sys.executable, '-c', "
-                       "'import os, time; print(os.getpid(), flush=True); time.sleep(60)'])")  # fmt: skip
+    sleeper.write_text(
+        "import subprocess, sys; subprocess.run([sys.executable, '-c', "
+        "'import os, time; print(os.getpid(), flush=True); time.sleep(60)'])"
+    )
     call = f"import sys; sys.path.insert(0, {str(HERE)!r}); import run; run.command([{str(sleeper)!r}])"
     child = subprocess.Popen([sys.executable, "-c", call], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     innermost = int(child.stdout.readline())

@@ -99,9 +99,16 @@ def test_page_and_picture_come_from_the_data(room: dict[str, ModuleType], tmp_pa
 @pytest.mark.slow
 def test_the_small_form_runs(tmp_path: Path) -> None:
     call = [
-        sys.executable, str(ROOM / "run.py"), "--quick", "--wall", "window", "--output", str(tmp_path), "--into",
+        sys.executable,
+        str(ROOM / "run.py"),
+        "--quick",
+        "--wall",
+        "window",
+        "--output",
         str(tmp_path),
-    ]  # fmt: skip
+        "--into",
+        str(tmp_path),
+    ]
     done = subprocess.run(call, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     rows = pd.read_csv(tmp_path / "data.csv")

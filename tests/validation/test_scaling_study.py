@@ -31,15 +31,38 @@ def test_exponents_of_made_up_times_are_found(room: dict[str, ModuleType]) -> No
     blocks = np.array([100, 400, 800, 1600, 3200])
     seconds = 1e-6 * blocks**2.0
     seconds[0] = 1.0  # below where it is fitted
-    rows = pd.DataFrame({
-        "grows": "blocks", "curve": "quasi-static, dpc", "size": blocks, "blocks": blocks, "contacts": 9 * blocks,
-        "zones": 0, "increments": 20, "seconds": seconds, "cycles": blocks**0.5, "memory_before": 100.0,
-        "memory": 100.0 + 1e-3 * blocks**1.5, "end": "complete", "round": 1, "message": "",
-    })  # fmt: skip
-    late = pd.DataFrame([
-        {"grows": "blocks", "curve": "quasi-static, dpc", "size": 6400, "end": "time-out", "message": "more than 9 s",
-         "reached": 3, "increments": 20, "round": 1},
-    ])  # fmt: skip
+    rows = pd.DataFrame(
+        {
+            "grows": "blocks",
+            "curve": "quasi-static, dpc",
+            "size": blocks,
+            "blocks": blocks,
+            "contacts": 9 * blocks,
+            "zones": 0,
+            "increments": 20,
+            "seconds": seconds,
+            "cycles": blocks**0.5,
+            "memory_before": 100.0,
+            "memory": 100.0 + 1e-3 * blocks**1.5,
+            "end": "complete",
+            "round": 1,
+            "message": "",
+        }
+    )
+    late = pd.DataFrame(
+        [
+            {
+                "grows": "blocks",
+                "curve": "quasi-static, dpc",
+                "size": 6400,
+                "end": "time-out",
+                "message": "more than 9 s",
+                "reached": 3,
+                "increments": 20,
+                "round": 1,
+            },
+        ]
+    )
     both = pd.concat([rows, late], ignore_index=True)
     line = room["page"].exponents(room["page"].medians(both)).iloc[0]
     assert (line["time"], line["steps"], line["time of a step"], line["memory"]) == ("2.00", "0.50", "1.50", "1.50")

@@ -78,9 +78,12 @@ def paths() -> pd.DataFrame:
     ratio = np.array([0.0, 1 / 2000, 1 / 800, 1 / 600, 1 / 400, 1 / 300])
     wall = {"length": 6.0, "height": 2.4, "dpc": True, "movement": "dishing", "opening": "none", "bond": 1.0}
     columns = {
-        "category": [0, 0, 1, 1, 2, 3], "perpend_category": [0, 0, 0, 1, 1, 1],
-        "beam_category": [0, 1, 2, 3, 3, 4], "tied_category": [0, 0, 1, 1, 2, 3], "lifting_category": [0] * 6,
-    }  # fmt: skip
+        "category": [0, 0, 1, 1, 2, 3],
+        "perpend_category": [0, 0, 0, 1, 1, 1],
+        "beam_category": [0, 1, 2, 3, 3, 4],
+        "tied_category": [0, 0, 1, 1, 2, 3],
+        "lifting_category": [0] * 6,
+    }
     return pd.DataFrame(wall | {"deflection_ratio": ratio} | columns)
 
 
@@ -88,9 +91,12 @@ def test_tables_of_a_drawn_wall(study: dict[str, ModuleType]) -> None:
     levels = study["compare"].agreement(paths())
     beam = levels[levels["method"] == "beam"].set_index("limit")
     assert beam["difference"].to_dict() == {
-        "clad_frame": 1, "articulated_masonry_veneer": 1, "masonry_veneer": 2, "articulated_full_masonry": 1,
+        "clad_frame": 1,
+        "articulated_masonry_veneer": 1,
+        "masonry_veneer": 2,
+        "articulated_full_masonry": 1,
         "full_masonry": 1,
-    }  # fmt: skip
+    }
     assert (levels[levels["method"] == "tied"]["difference"] == 0).all()
     reached = study["compare"].capacities(paths()).set_index("reaches")
     assert reached["model"].tolist()[:3] == pytest.approx([1 / 800, 1 / 400, 1 / 300])

@@ -45,9 +45,7 @@ def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -
     modules = (explicit, run, equations, equilibrium, path, solids)
 
     def picture() -> list[int]:
-        classes = (
-            explicit.Run, equations.LevelEquations, equilibrium.Equilibrium, path.Path, solids.Solids, *modules
-        )  # fmt: skip
+        classes = (explicit.Run, equations.LevelEquations, equilibrium.Equilibrium, path.Path, solids.Solids, *modules)
         return [id(value) for one in classes for value in vars(one).values()]
 
     before = picture()

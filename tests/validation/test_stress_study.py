@@ -30,13 +30,17 @@ def judged(family: str, name: str, way: str) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("family", "name"),
     [
-        ("proportion", "soft joints among stiff ones 1 : 1e6"), ("proportion", "light blocks on heavy ones 1 : 1e4"),
-        ("proportion", "slivers 50 : 1"), ("proportion", "slender blocks 1 : 50"), ("proportion", "flat blocks 50 : 1"),
-        ("proportion", "far coordinates 10 km"), ("drawings", "many corners on an edge"),
+        ("proportion", "soft joints among stiff ones 1 : 1e6"),
+        ("proportion", "light blocks on heavy ones 1 : 1e4"),
+        ("proportion", "slivers 50 : 1"),
+        ("proportion", "slender blocks 1 : 50"),
+        ("proportion", "flat blocks 50 : 1"),
+        ("proportion", "far coordinates 10 km"),
+        ("drawings", "many corners on an edge"),
         ("friction and form", "mu = 0.2, b/h = 0.5, 1.01 of the limit"),
         ("friction and form", "mu = 2, b/h = 1, 0.99 of the limit"),
     ],
-)  # fmt: skip
+)
 def test_what_is_out_of_proportion_is_solved(way: str, family: str, name: str) -> None:
     found = judged(family, name, way)
     assert found["verdict"] in GOOD, found

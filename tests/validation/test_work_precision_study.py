@@ -62,9 +62,10 @@ def test_a_wall_is_solved_noted_and_compared(room, tmp_path):
 def test_what_takes_too_long_is_listed(room, tmp_path):
     scene = room.run.scenes()["stack"].scene
     slow = replace(
-        scene, solver=Solver(method="explicit", ramp_cycles=100_000_000, maximum_cycles=100_000_000),
+        scene,
+        solver=Solver(method="explicit", ramp_cycles=100_000_000, maximum_cycles=100_000_000),
         movement=Movement(central_deflection=1e-3, increments=1),
-    )  # fmt: skip
+    )
     row = room.run.in_process(slow, 0.5)
     assert row["status"] == "over 0.5 s"
     room.run.note(tmp_path / "data.csv", {"scene": "stack", "axis": "a", "value": "b", **row})

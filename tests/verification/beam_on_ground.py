@@ -34,18 +34,29 @@ class Resting(NamedTuple):
 def element(h: float, bending: float, shear: float) -> FloatArray:
     """Return the stiffness (4, 4) of a piece of Timoshenko beam for w, slope w, slope (Przemieniecki 1968, 5.6)."""
     phi = 12 * bending / (shear * h**2)
-    return bending / (h**3 * (1 + phi)) * np.array([
-        [12, 6 * h, -12, 6 * h],
-        [6 * h, (4 + phi) * h**2, -6 * h, (2 - phi) * h**2],
-        [-12, -6 * h, 12, -6 * h],
-        [6 * h, (2 - phi) * h**2, -6 * h, (4 + phi) * h**2],
-    ])  # fmt: skip
+    return (
+        bending
+        / (h**3 * (1 + phi))
+        * np.array(
+            [
+                [12, 6 * h, -12, 6 * h],
+                [6 * h, (4 + phi) * h**2, -6 * h, (2 - phi) * h**2],
+                [-12, -6 * h, 12, -6 * h],
+                [6 * h, (2 - phi) * h**2, -6 * h, (4 + phi) * h**2],
+            ]
+        )
+    )
 
 
 def on_springs(
-    length: float, bending: float, shear: float, spring: float, load: float,
-    ground: Callable[[FloatArray], FloatArray], pieces: int = 600,
-) -> Resting:  # fmt: skip
+    length: float,
+    bending: float,
+    shear: float,
+    spring: float,
+    load: float,
+    ground: Callable[[FloatArray], FloatArray],
+    pieces: int = 600,
+) -> Resting:
     """Rest a beam with free ends on springs that do not pull.
 
     Parameters
@@ -116,9 +127,11 @@ def timoshenko_on_bed(
     def rows(place: float) -> dict[str, NDArray[np.complex128]]:
         wave = np.exp(roots * (place - end))
         return {
-            "w": wave, "psi": turn * wave, "moment": bending * turn * roots * wave,
+            "w": wave,
+            "psi": turn * wave,
+            "moment": bending * turn * roots * wave,
             "shear": shear * (roots - turn) * wave,
-        }  # fmt: skip
+        }
 
     first, last, here, none = rows(0.0), rows(length), rows(at), np.zeros(4)
     matrix = [np.append(first["moment"], none), np.append(first["shear"], none)]

@@ -54,12 +54,16 @@ class Strip:
         return Scene(
             wall=Wall(length=self.length, height=0.075, block_length=step, bond="stack"),
             footing=Footing(
-                width=self.width, depth=self.depth, elastic_modulus=self.modulus, density=self.density,
-                poisson_ratio=0.2, segment_length=step,
+                width=self.width,
+                depth=self.depth,
+                elastic_modulus=self.modulus,
+                density=self.density,
+                poisson_ratio=0.2,
+                segment_length=step,
             ),
             movement=movement,
             **tables,
-        )  # fmt: skip
+        )
 
     def on_jacks(self, kind: str, deflection: float, pieces: int, *, load: float = 0.0, **rig: Any) -> Model:
         """Return the model of the footing alone on a rig, with a line load (N/m) besides its weight."""
@@ -67,14 +71,22 @@ class Strip:
         return footing_alone(self.scene(movement, pieces, rig=Rig(**rig)), load)
 
     def on_soil(
-        self, stiffness: float, pieces: int, *, kind: str = "doming", load: float = 0.0, mound: Mound | None = None,
+        self,
+        stiffness: float,
+        pieces: int,
+        *,
+        kind: str = "doming",
+        load: float = 0.0,
+        mound: Mound | None = None,
         friction: float = 0.0,
-    ) -> Model:  # fmt: skip
+    ) -> Model:
         """Return the model of the footing alone on soil (Pa/m), by default smooth and one that does not move."""
         soil = Soil(
-            swelling_stiffness=stiffness, shrinking_stiffness=stiffness,
-            shear_stiffness=stiffness if friction else 1e-3 * stiffness, friction=friction,
-        )  # fmt: skip
+            swelling_stiffness=stiffness,
+            shrinking_stiffness=stiffness,
+            shear_stiffness=stiffness if friction else 1e-3 * stiffness,
+            friction=friction,
+        )
         movement = Movement(kind=kind, shape="mound")  # type: ignore[arg-type]
         still = mound or Mound(surface_movement=0.0)
         return footing_alone(self.scene(movement, pieces, soil=soil, mound=still), load)

@@ -111,9 +111,14 @@ def collapse_factor(
     objective = np.zeros(count + 1)
     objective[-1] = -1.0
     result = linprog(
-        objective, A_ub=cone, b_ub=np.zeros(2 * len(pairs)), A_eq=equilibrium, b_eq=-dead[free].ravel(),
-        bounds=bounds, method="highs",
-    )  # fmt: skip
+        objective,
+        A_ub=cone,
+        b_ub=np.zeros(2 * len(pairs)),
+        A_eq=equilibrium,
+        b_eq=-dead[free].ravel(),
+        bounds=bounds,
+        method="highs",
+    )
     if result.status != 0:
         raise ValueError(f"no collapse factor: {result.message}")
     return float(result.x[-1])

@@ -183,9 +183,7 @@ class Verify:
         """
         now = time.perf_counter()
         pair = compare(computed, exact, scale)
-        kept = Case(
-            form, self._test, case, solver, quantity, unit, *pair, allowed=tolerance, seconds=now - self._since
-        )  # fmt: skip
+        kept = Case(form, self._test, case, solver, quantity, unit, *pair, allowed=tolerance, seconds=now - self._since)
         self._cases.append(kept)
         self._since = time.perf_counter()
         assert kept.passed, str(kept)
@@ -304,9 +302,15 @@ def _row(case: Case) -> str:
     verdict = isinstance(case.exact, str)
     error = ("-" if case.passed else "differs") if verdict else _error(case.error)
     cells = [
-        case.solver.replace("_", "-") or "-", case.case, quantity, _number(case.computed), _number(case.exact),
-        error if case.passed else f"**{error}**", "-" if verdict else _error(case.allowed), f"{case.seconds:.2f}",
-    ]  # fmt: skip
+        case.solver.replace("_", "-") or "-",
+        case.case,
+        quantity,
+        _number(case.computed),
+        _number(case.exact),
+        error if case.passed else f"**{error}**",
+        "-" if verdict else _error(case.allowed),
+        f"{case.seconds:.2f}",
+    ]
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

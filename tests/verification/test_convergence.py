@@ -48,11 +48,21 @@ def test_the_open_joint_converges(verify: Verify, solver: Solver, rule: str, con
             continue
         found[pieces] = error(solver, BRICK, rule, contacts, pieces)
         verify(
-            RATE, case=f"{pieces} x {contacts} contacts, {rule}: {BRICK}", solver=solver.method,
-            quantity="error of θ", computed=found[pieces], exact=0.0, scale=1.0,
+            RATE,
+            case=f"{pieces} x {contacts} contacts, {rule}: {BRICK}",
+            solver=solver.method,
+            quantity="error of θ",
+            computed=found[pieces],
+            exact=0.0,
+            scale=1.0,
             tolerance=6 / (pieces * contacts) ** 2,
-        )  # fmt: skip
+        )
     verify(
-        RATE, case=f"{contacts} contacts a piece, {rule}: {BRICK}", solver=solver.method, quantity="order",
-        computed=np.log(found[2] / found[32]) / np.log(16), exact=2.0, tolerance=0.1,
-    )  # fmt: skip
+        RATE,
+        case=f"{contacts} contacts a piece, {rule}: {BRICK}",
+        solver=solver.method,
+        quantity="order",
+        computed=np.log(found[2] / found[32]) / np.log(16),
+        exact=2.0,
+        tolerance=0.1,
+    )

@@ -42,9 +42,14 @@ def test_works_in_time_balance_at_every_output(damping: str, zones: float | None
     drifts = model.ground.map(lambda state: state._replace(shear=1.5e-5 + 0.5 * state.normal))
     model = replace(model, ground=drifts)
     dynamics = Dynamics(
-        duration=0.03, outputs=9, base=BASE, movement_time=0.02, start="unstressed", new_contacts=False,
+        duration=0.03,
+        outputs=9,
+        base=BASE,
+        movement_time=0.02,
+        start="unstressed",
+        new_contacts=False,
         **DAMPED[damping],  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
     path = list(DynamicRun(model, Solver(lump_block_elasticity=False), dynamics))
     kinetic = max(step.kinetic_energy for step in path)
     polar = model.density[2] * model.blocks.polar[2] * 0.11

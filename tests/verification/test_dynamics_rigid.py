@@ -22,7 +22,7 @@ from tests.solvers.dynamic_scenes import (
     pair,
     run,
     started,
-)  # fmt: skip
+)
 from tests.verification.manual import ClosedForm, Verify
 
 CHAPTER = "Dynamics"
@@ -113,13 +113,25 @@ def test_a_rocking_block_is_upright_when_housner_says(verify: Verify, slendernes
         found = np.interp(0.0, -angle[after - 1 : after + 1], ds["time"].values[after - 1 : after + 1])
         errors.append(abs(found / exact - 1))
     verify(
-        HOUSNER, case=f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m", solver="dynamic",
-        quantity="quarter period, exact form", unit="s", computed=found, exact=exact, tolerance=3e-4,
-    )  # fmt: skip
+        HOUSNER,
+        case=f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
+        solver="dynamic",
+        quantity="quarter period, exact form",
+        unit="s",
+        computed=found,
+        exact=exact,
+        tolerance=3e-4,
+    )
     verify(
-        HOUSNER, case=f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m", solver="dynamic",
-        quantity="quarter period, slender block", unit="s", computed=found, exact=slender, tolerance=0.15 * alpha**2,
-    )  # fmt: skip
+        HOUSNER,
+        case=f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
+        solver="dynamic",
+        quantity="quarter period, slender block",
+        unit="s",
+        computed=found,
+        exact=slender,
+        tolerance=0.15 * alpha**2,
+    )
     assert errors[2] < 0.5 * errors[0] or errors[0] < 1e-5, "it converges as the contact gets stiffer"
 
 
@@ -150,10 +162,15 @@ def kept(ds: xr.Dataset, slenderness: float) -> np.ndarray:
 @pytest.mark.parametrize(
     ("slenderness", "radius", "stiffness", "settings"),
     [
-        (0.15, 0.5, 1e10, {}), (0.3, 0.5, 1e10, {}), (0.3, 3.0, 1e10, {}), (0.3, 0.5, 1e11, {}), (0.45, 1.0, 1e10, {}),
-        (0.3, 0.5, 1e10, {"time_step_safety": 0.2}), (0.3, 0.5, 1e10, {"contact_damping": 2.0}),
+        (0.15, 0.5, 1e10, {}),
+        (0.3, 0.5, 1e10, {}),
+        (0.3, 3.0, 1e10, {}),
+        (0.3, 0.5, 1e11, {}),
+        (0.45, 1.0, 1e10, {}),
+        (0.3, 0.5, 1e10, {"time_step_safety": 0.2}),
+        (0.3, 0.5, 1e10, {"contact_damping": 2.0}),
     ],
-)  # fmt: skip
+)
 def test_a_rocking_block_loses_at_impacts_what_housner_says(
     verify: Verify, slenderness: float, radius: float, stiffness: float, settings: dict[str, float]
 ) -> None:
@@ -164,9 +181,14 @@ def test_a_rocking_block_loses_at_impacts_what_housner_says(
     assert found.size == 2
     for number, share in enumerate(found):
         verify(
-            IMPACT, case=f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}",
-            solver="dynamic", quantity="r", computed=float(share), exact=exact, tolerance=0.015,
-        )  # fmt: skip
+            IMPACT,
+            case=f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}",
+            solver="dynamic",
+            quantity="r",
+            computed=float(share),
+            exact=exact,
+            tolerance=0.015,
+        )
     # what is lost is booked as damping, but for what bounces still and what rubs
     lost = float(
         ds["kinetic_energy"][0] - ds["kinetic_energy"][-1] + ds["external_work"][-1] - ds["elastic_energy"][-1]
@@ -207,13 +229,25 @@ def test_a_block_bounces_to_where_it_came_from(verify: Verify, height: float, st
     case = f"H = {1e3 * height:g} mm, k_n = {stiffness:g} Pa/m"
     deepest = weight / k_all * (1 + np.sqrt(1 + 2 * k_all * height / weight))
     verify(
-        BOUNCE, case=case, solver="dynamic", quantity="u_max", unit="m", computed=-y.min(), exact=deepest,
+        BOUNCE,
+        case=case,
+        solver="dynamic",
+        quantity="u_max",
+        unit="m",
+        computed=-y.min(),
+        exact=deepest,
         tolerance=0.01,
-    )  # fmt: skip
+    )
     verify(
-        BOUNCE, case=case + ", third bounce", solver="dynamic", quantity="H", unit="m",
-        computed=y[int(4000 * 2.2 / 3.3) :].max(), exact=height, tolerance=1e-3,
-    )  # fmt: skip
+        BOUNCE,
+        case=case + ", third bounce",
+        solver="dynamic",
+        quantity="H",
+        unit="m",
+        computed=y[int(4000 * 2.2 / 3.3) :].max(),
+        exact=height,
+        tolerance=1e-3,
+    )
 
 
 def rectangular_slip(peak: float, length: float, mu: float, omega: float) -> float:
@@ -243,9 +277,14 @@ def half_sine_slip(peak: float, length: float, mu: float) -> float:
 
 @pytest.mark.parametrize(
     ("kind", "peak", "mu", "stiffness"),
-    [("rectangular", 6.0, 0.3, 1e9), ("rectangular", 6.0, 0.3, 1e10), ("rectangular", -9.0, 0.6, 1e10),
-     ("half_sine", 8.0, 0.3, 1e10), ("half_sine", -6.0, 0.5, 1e10)],
-)  # fmt: skip
+    [
+        ("rectangular", 6.0, 0.3, 1e9),
+        ("rectangular", 6.0, 0.3, 1e10),
+        ("rectangular", -9.0, 0.6, 1e10),
+        ("half_sine", 8.0, 0.3, 1e10),
+        ("half_sine", -6.0, 0.5, 1e10),
+    ],
+)
 def test_a_pulse_moves_a_block_by_newmarks_slip(
     verify: Verify, kind: str, peak: float, mu: float, stiffness: float
 ) -> None:
@@ -260,10 +299,15 @@ def test_a_pulse_moves_a_block_by_newmarks_slip(
     else:
         exact = half_sine_slip(abs(peak), 0.1, mu)
     verify(
-        SLIDE, case=f"{kind}, {peak:g} m/s², μ = {mu}, k_s = {stiffness:g} Pa/m", solver="dynamic",
-        quantity="way relative to the base", unit="m", computed=-np.sign(peak) * (x[-1, 1] - x[-1, 0]), exact=exact,
+        SLIDE,
+        case=f"{kind}, {peak:g} m/s², μ = {mu}, k_s = {stiffness:g} Pa/m",
+        solver="dynamic",
+        quantity="way relative to the base",
+        unit="m",
+        computed=-np.sign(peak) * (x[-1, 1] - x[-1, 0]),
+        exact=exact,
         tolerance=2e-4 if kind == "rectangular" else 2e-3,
-    )  # fmt: skip
+    )
     assert np.abs(ds["energy_error"]).max() < 1e-4 * ds["friction_work"].max()
 
 
@@ -283,9 +327,7 @@ def test_a_block_on_an_incline(verify: Verify, degrees: float, slides: bool, ang
             INCLINE, case=case, solver="dynamic", quantity="way", unit="m", computed=way, exact=exact, tolerance=5e-3
         )
     else:
-        verify(
-            INCLINE, case=case, solver="dynamic", quantity="stays", computed=bool(abs(way) < 1e-6), exact=True
-        )  # fmt: skip
+        verify(INCLINE, case=case, solver="dynamic", quantity="stays", computed=bool(abs(way) < 1e-6), exact=True)
     assert abs(moved @ [-np.sin(angle), np.cos(angle)]) < 1e-5
 
 
@@ -295,9 +337,13 @@ def test_a_slender_block_on_an_incline_topples(verify: Verify, offset: float, to
     ds = run(on_plate(0.1, 0.4, dry(1e10, 1.0), slope=slope), 1.5, 15, damping="viscous", frequency=1.0)
     fallen = bool(ds["block_rotation"].values[-1, 1] < -1.0)
     verify(
-        INCLINE, case=f"b/h = 0.25, {offset:+g}° from atan(b/h)", solver="dynamic", quantity="topples", computed=fallen,
+        INCLINE,
+        case=f"b/h = 0.25, {offset:+g}° from atan(b/h)",
+        solver="dynamic",
+        quantity="topples",
+        computed=fallen,
         exact=topples,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("spin", [2 * np.pi, 20.0])
@@ -309,14 +355,24 @@ def test_a_turn_stresses_a_joint_by_centrifugal_force_alone(verify: Verify, spin
     assert np.abs(moved[:2, :2]).max() < 1e-7
     exact = DENSITY * 0.075 * spin**2 * 0.0375
     verify(
-        SPIN, case=f"ω = {spin:.3g} rad/s, one turn", solver="dynamic", quantity="σ below twice its mean",
-        computed=bool(max(worst) < 2.001 * exact), exact=True,
-    )  # fmt: skip
+        SPIN,
+        case=f"ω = {spin:.3g} rad/s, one turn",
+        solver="dynamic",
+        quantity="σ below twice its mean",
+        computed=bool(max(worst) < 2.001 * exact),
+        exact=True,
+    )
     mean = np.mean(long_run_stress(spin))
     verify(
-        SPIN, case=f"ω = {spin:.3g} rad/s", solver="dynamic", quantity="σ", unit="Pa", computed=mean, exact=exact,
+        SPIN,
+        case=f"ω = {spin:.3g} rad/s",
+        solver="dynamic",
+        quantity="σ",
+        unit="Pa",
+        computed=mean,
+        exact=exact,
         tolerance=0.03,
-    )  # fmt: skip
+    )
 
 
 def long_run_stress(spin: float) -> list[float]:
@@ -333,13 +389,25 @@ def test_a_flying_pair_keeps_what_it_has(verify: Verify, shift: float) -> None:
     first, *_, last = (course.audit.balance() for _ in course)
     case = f"0.5 s, {course.steps} steps, {shift / 1e3:g} km from the origin"
     verify(
-        KEPT, case=case, solver="dynamic", quantity="momentum and angular momentum", unit="kg m/s, kg m²/s",
-        computed=momentum(course), exact=before, tolerance=1e-9,
-    )  # fmt: skip
+        KEPT,
+        case=case,
+        solver="dynamic",
+        quantity="momentum and angular momentum",
+        unit="kg m/s, kg m²/s",
+        computed=momentum(course),
+        exact=before,
+        tolerance=1e-9,
+    )
     verify(
-        KEPT, case=case, solver="dynamic", quantity="kinetic and elastic energy", unit="J",
-        computed=last.kinetic_energy + last.elastic_energy, exact=first.kinetic_energy, tolerance=1e-6,
-    )  # fmt: skip
+        KEPT,
+        case=case,
+        solver="dynamic",
+        quantity="kinetic and elastic energy",
+        unit="J",
+        computed=last.kinetic_energy + last.elastic_energy,
+        exact=first.kinetic_energy,
+        tolerance=1e-6,
+    )
 
 
 def exchanged(ds: object) -> float:
@@ -358,16 +426,23 @@ def test_energy_is_kept_over_many_steps(verify: Verify, kind: str) -> None:
         block = swinging()
     trial = run(block, 1e-3, 1, start="unstressed", time_step_safety=0.2)
     ds = damagepred.solve(
-        block, solver=solver,
+        block,
+        solver=solver,
         dynamics=Dynamics(
             duration=1.2e5 * trial.attrs["time_step"], outputs=100, start="unstressed", time_step_safety=0.2
         ),
-    )  # fmt: skip
+    )
     assert ds["cycles"].sum() > 1e5
     verify(
-        AUDIT, case=f"{kind}, {int(ds['cycles'].sum())} steps", solver="dynamic", quantity="largest error, share",
-        computed=float(np.abs(ds["energy_error"]).max()) / exchanged(ds), exact=0.0, scale=1.0, tolerance=1e-3,
-    )  # fmt: skip
+        AUDIT,
+        case=f"{kind}, {int(ds['cycles'].sum())} steps",
+        solver="dynamic",
+        quantity="largest error, share",
+        computed=float(np.abs(ds["energy_error"]).max()) / exchanged(ds),
+        exact=0.0,
+        scale=1.0,
+        tolerance=1e-3,
+    )
 
 
 def swinging() -> Assembly:

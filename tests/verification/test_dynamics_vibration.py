@@ -69,16 +69,28 @@ def test_a_stack_vibrates_in_its_modes(verify: Verify, n: int, mode: int, stiffn
     time = ds["time"].values[:, None]
     exact = 1e-3 * dt / np.sin(shifted * dt) * np.sin(shifted * time) * shape
     verify(
-        MODES, case=f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m", solver="dynamic", quantity="displacement",
-        unit="m", computed=ds["block_displacement_y"].values, exact=exact, tolerance=1e-8,
-    )  # fmt: skip
+        MODES,
+        case=f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m",
+        solver="dynamic",
+        quantity="displacement",
+        unit="m",
+        computed=ds["block_displacement_y"].values,
+        exact=exact,
+        tolerance=1e-8,
+    )
     error = np.abs(ds["energy_error"].values).max() / ds["kinetic_energy"].values[0]
     assert error < 1e-9
     highest = 2 * root * np.sin((2 * n - 1) * np.pi / (2 * (2 * n + 1)))
     verify(
-        HIGHEST, case=f"{n} bricks, k_n = {stiffness:g} Pa/m", solver="dynamic", quantity="ω", unit="rad/s",
-        computed=ds.attrs["highest_frequency"], exact=highest, tolerance=1e-9,
-    )  # fmt: skip
+        HIGHEST,
+        case=f"{n} bricks, k_n = {stiffness:g} Pa/m",
+        solver="dynamic",
+        quantity="ω",
+        unit="rad/s",
+        computed=ds.attrs["highest_frequency"],
+        exact=highest,
+        tolerance=1e-9,
+    )
     assert ds.attrs["highest_frequency_bound"] >= highest
 
 
@@ -117,9 +129,14 @@ def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
         xi = alpha / (2 * omega) + beta * omega / 2
         ratio, tolerance = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2)), 2e-3
     verify(
-        DECAY, case=", ".join(f"{v}" for v in damping.values()), solver="dynamic", quantity="peak over the one before",
-        computed=peak[1:3] / peak[:2], exact=[ratio] * 2, tolerance=tolerance,
-    )  # fmt: skip
+        DECAY,
+        case=", ".join(f"{v}" for v in damping.values()),
+        solver="dynamic",
+        quantity="peak over the one before",
+        computed=peak[1:3] / peak[:2],
+        exact=[ratio] * 2,
+        tolerance=tolerance,
+    )
     balance = course.audit.balance()
     assert abs(balance.energy_error) < 1e-3 * balance.damping_work
 
@@ -129,10 +146,15 @@ def test_a_stack_comes_to_rest(verify: Verify, n: int, stiffness: float, width: 
     ds = run(stack(n, stiffness, width), 0.15, 5, start="unstressed", damping="local")
     w, i = DENSITY * width * 0.1 * THICKNESS * G, np.arange(1, n + 1)
     verify(
-        STATIC, case=f"{n} blocks, {width} m wide, k_n = {stiffness:g} Pa/m", solver="dynamic", quantity="settlement",
-        unit="m", computed=ds["block_displacement_y"].values[-1],
-        exact=-w * i * (2 * n - i + 1) / (2 * stiffness * width * THICKNESS), tolerance=1e-6,
-    )  # fmt: skip
+        STATIC,
+        case=f"{n} blocks, {width} m wide, k_n = {stiffness:g} Pa/m",
+        solver="dynamic",
+        quantity="settlement",
+        unit="m",
+        computed=ds["block_displacement_y"].values[-1],
+        exact=-w * i * (2 * n - i + 1) / (2 * stiffness * width * THICKNESS),
+        tolerance=1e-6,
+    )
 
 
 @pytest.mark.parametrize(("share", "stable"), [(0.999, True), (1.001, False)])
@@ -156,9 +178,13 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
         grown = True
     assert start > 0
     verify(
-        STABLE, case=f"dt = {share} x 2/ω_max, 3000 steps", solver="dynamic", quantity="bounded",
-        computed=not grown, exact=stable,
-    )  # fmt: skip
+        STABLE,
+        case=f"dt = {share} x 2/ω_max, 3000 steps",
+        solver="dynamic",
+        quantity="bounded",
+        computed=not grown,
+        exact=stable,
+    )
 
 
 def test_a_run_that_diverges_says_so() -> None:

@@ -115,21 +115,39 @@ def test_a_block_that_flies_and_spins_keeps_what_it_has(verify: Verify) -> None:
     case = f"brick, {spin / (2 * np.pi):.1f} turns, {course.steps} steps"
     assert course.steps > 1e5
     verify(
-        KEPT, case=case, solver="dynamic", quantity="momentum", unit="kg m/s, kg m²/s", computed=grid_momentum(course),
-        exact=first, tolerance=1e-11,
-    )  # fmt: skip
+        KEPT,
+        case=case,
+        solver="dynamic",
+        quantity="momentum",
+        unit="kg m/s, kg m²/s",
+        computed=grid_momentum(course),
+        exact=first,
+        tolerance=1e-11,
+    )
     # what is exchanged between motion and vibration is small beside the energy of motion
     held = max(i.elastic_energy for i in path)
     error = max(abs(i.energy_error) for i in path)
     assert error < 0.02 * held
     verify(
-        KEPT, case=case, solver="dynamic", quantity="energy", unit="J",
-        computed=path[-1].kinetic_energy + path[-1].elastic_energy, exact=path[0].kinetic_energy, tolerance=1e-6,
-    )  # fmt: skip
+        KEPT,
+        case=case,
+        solver="dynamic",
+        quantity="energy",
+        unit="J",
+        computed=path[-1].kinetic_energy + path[-1].elastic_energy,
+        exact=path[0].kinetic_energy,
+        tolerance=1e-6,
+    )
     verify(
-        KEPT, case=case, solver="dynamic", quantity="mean motion", unit="m, rad", computed=path[-1].displacement[0],
-        exact=np.array([1.0, 0.5, spin]), tolerance=2e-5,
-    )  # fmt: skip
+        KEPT,
+        case=case,
+        solver="dynamic",
+        quantity="mean motion",
+        unit="m, rad",
+        computed=path[-1].displacement[0],
+        exact=np.array([1.0, 0.5, spin]),
+        tolerance=2e-5,
+    )
 
 
 @pytest.mark.parametrize("spin", [20.0, -100.0])
@@ -142,9 +160,15 @@ def test_a_spinning_bar_is_stretched_by_its_own_mass_alone(verify: Verify, spin:
     middle = np.abs(model.mesh.x[model.mesh.zones].mean(axis=1) - 0.24) < 0.04
     stress = np.mean([i.zones.stress[middle, :2].sum(axis=1).mean() for i in path if i.zones is not None])
     verify(
-        SPIN, case=f"0.48 m, ω = {spin:g} rad/s, {abs(spin) * 0.4 / (2 * np.pi):.1f} turns", solver="dynamic",
-        quantity="σ", unit="Pa", computed=stress, exact=DENSITY * spin**2 * 0.24**2 / 2, tolerance=0.05,
-    )  # fmt: skip
+        SPIN,
+        case=f"0.48 m, ω = {spin:g} rad/s, {abs(spin) * 0.4 / (2 * np.pi):.1f} turns",
+        solver="dynamic",
+        quantity="σ",
+        unit="Pa",
+        computed=stress,
+        exact=DENSITY * spin**2 * 0.24**2 / 2,
+        tolerance=0.05,
+    )
 
 
 def both_ends(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -176,15 +200,27 @@ def test_a_wave_runs_through_a_bar(verify: Verify) -> None:
         found = 14 * LENGTH / 20 / (arrival[1] - arrival[0])
         errors.append(abs(found / SPEED - 1))
         verify(
-            WAVE, case=f"2 m in cells of {1e3 * size:g} mm", solver="dynamic", quantity="c", unit="m/s",
-            computed=found, exact=SPEED, tolerance=tolerance,
-        )  # fmt: skip
+            WAVE,
+            case=f"2 m in cells of {1e3 * size:g} mm",
+            solver="dynamic",
+            quantity="c",
+            unit="m/s",
+            computed=found,
+            exact=SPEED,
+            tolerance=tolerance,
+        )
     assert errors[1] < 0.7 * errors[0]
     assert errors[2] < 0.7 * errors[1]
     verify(
-        WAVE, case="2 m in cells of 10 mm, t = 0.9 L/c", solver="dynamic", quantity="σ behind the front", unit="Pa",
-        computed=history[-1, :16], exact=np.full(16, -2 * level), tolerance=8e-3,
-    )  # fmt: skip
+        WAVE,
+        case="2 m in cells of 10 mm, t = 0.9 L/c",
+        solver="dynamic",
+        quantity="σ behind the front",
+        unit="Pa",
+        computed=history[-1, :16],
+        exact=np.full(16, -2 * level),
+        tolerance=8e-3,
+    )
 
 
 def test_waves_come_back_from_a_free_and_from_a_fixed_end(verify: Verify) -> None:
@@ -192,21 +228,37 @@ def test_waves_come_back_from_a_free_and_from_a_fixed_end(verify: Verify) -> Non
     course = hurled(left_end, 1.5, 3)
     free = sections(course.model, list(course)[-1])
     verify(
-        WAVE, case="off the free end, t = 1.5 L/c, right and left of the front", solver="dynamic", quantity="σ",
-        unit="Pa", computed=free[[8, 7, 6, 3, 2, 1]], exact=stress * np.array([0, 0, 0, -1, -1, -1]), tolerance=0.02,
-    )  # fmt: skip
+        WAVE,
+        case="off the free end, t = 1.5 L/c, right and left of the front",
+        solver="dynamic",
+        quantity="σ",
+        unit="Pa",
+        computed=free[[8, 7, 6, 3, 2, 1]],
+        exact=stress * np.array([0, 0, 0, -1, -1, -1]),
+        tolerance=0.02,
+    )
     course = hurled(both_ends, 1.25, 5)
     path = list(course)
     verify(
-        WAVE, case="both ends stopped, t = L/4 c", solver="dynamic", quantity="σ at the ends", unit="Pa",
-        computed=sections(course.model, path[1])[[0, 1, 8, 9]], exact=stress * np.array([-1, -1, 1, 1]),
+        WAVE,
+        case="both ends stopped, t = L/4 c",
+        solver="dynamic",
+        quantity="σ at the ends",
+        unit="Pa",
+        computed=sections(course.model, path[1])[[0, 1, 8, 9]],
+        exact=stress * np.array([-1, -1, 1, 1]),
         tolerance=0.01,
-    )  # fmt: skip
+    )
     verify(
-        WAVE, case="both ends stopped, t = 5 L/4 c", solver="dynamic", quantity="σ at the ends", unit="Pa",
-        computed=sections(course.model, path[-1])[[0, 1, 8, 9]], exact=stress * np.array([1, 1, -1, -1]),
+        WAVE,
+        case="both ends stopped, t = 5 L/4 c",
+        solver="dynamic",
+        quantity="σ at the ends",
+        unit="Pa",
+        computed=sections(course.model, path[-1])[[0, 1, 8, 9]],
+        exact=stress * np.array([1, 1, -1, -1]),
         tolerance=0.03,
-    )  # fmt: skip
+    )
 
 
 def test_an_end_that_is_moved_sends_a_wave_and_does_the_work(verify: Verify) -> None:
@@ -220,13 +272,25 @@ def test_an_end_that_is_moved_sends_a_wave_and_does_the_work(verify: Verify) -> 
     last = list(course)[-1]
     stress = DENSITY * SPEED * HURLED
     verify(
-        WAVE, case="velocity step of the end, t = 0.8 L/c", solver="dynamic", quantity="σ behind the front", unit="Pa",
-        computed=sections(course.model, last)[:7], exact=np.full(7, -stress), tolerance=0.015,
-    )  # fmt: skip
+        WAVE,
+        case="velocity step of the end, t = 0.8 L/c",
+        solver="dynamic",
+        quantity="σ behind the front",
+        unit="Pa",
+        computed=sections(course.model, last)[:7],
+        exact=np.full(7, -stress),
+        tolerance=0.015,
+    )
     verify(
-        WAVE, case="velocity step of the end, t = 0.8 L/c", solver="dynamic", quantity="work at the end, σ A v t",
-        unit="J", computed=last.boundary_work, exact=stress * 0.02 * THICKNESS * HURLED * ending, tolerance=0.02,
-    )  # fmt: skip
+        WAVE,
+        case="velocity step of the end, t = 0.8 L/c",
+        solver="dynamic",
+        quantity="work at the end, σ A v t",
+        unit="J",
+        computed=last.boundary_work,
+        exact=stress * 0.02 * THICKNESS * HURLED * ending,
+        tolerance=0.02,
+    )
     assert abs(last.energy_error) < 1e-6 * last.boundary_work
 
 
@@ -247,22 +311,46 @@ def test_a_bar_that_strikes_a_wall_leaves_when_the_wave_is_back(verify: Verify) 
     early = (time > 0.001 + 0.3 * LENGTH / SPEED) & (time < 0.001 + 1.7 * LENGTH / SPEED)
     case = "2 m, v = 1 m/s, k_n = 1e13 Pa/m"
     verify(
-        STRIKE, case=case, solver="dynamic", quantity="force on the wall", unit="N",
-        computed=np.abs(force[early]).mean(), exact=pressed, tolerance=0.01,
-    )  # fmt: skip
+        STRIKE,
+        case=case,
+        solver="dynamic",
+        quantity="force on the wall",
+        unit="N",
+        computed=np.abs(force[early]).mean(),
+        exact=pressed,
+        tolerance=0.01,
+    )
     verify(
-        STRIKE, case=case, solver="dynamic", quantity="impulse", unit="N s", computed=push,
-        exact=2 * DENSITY * LENGTH * height * THICKNESS * HURLED, tolerance=0.01,
-    )  # fmt: skip
+        STRIKE,
+        case=case,
+        solver="dynamic",
+        quantity="impulse",
+        unit="N s",
+        computed=push,
+        exact=2 * DENSITY * LENGTH * height * THICKNESS * HURLED,
+        tolerance=0.01,
+    )
     verify(
-        STRIKE, case=case, solver="dynamic", quantity="duration, impulse over force", unit="s",
-        computed=push / np.abs(force[early]).mean(), exact=2 * LENGTH / SPEED, tolerance=0.01,
-    )  # fmt: skip
+        STRIKE,
+        case=case,
+        solver="dynamic",
+        quantity="duration, impulse over force",
+        unit="s",
+        computed=push / np.abs(force[early]).mean(),
+        exact=2 * LENGTH / SPEED,
+        tolerance=0.01,
+    )
     speed = (path[-1].displacement[1, 0] - path[-46].displacement[1, 0]) / (time[-1] - time[-46])
     verify(
-        STRIKE, case=case, solver="dynamic", quantity="speed it leaves with", unit="m/s", computed=speed,
-        exact=HURLED, tolerance=0.01,
-    )  # fmt: skip
+        STRIKE,
+        case=case,
+        solver="dynamic",
+        quantity="speed it leaves with",
+        unit="m/s",
+        computed=speed,
+        exact=HURLED,
+        tolerance=0.01,
+    )
     assert abs(path[-1].energy_error) < 1e-3 * exchanged(path)
 
 
@@ -292,17 +380,29 @@ def test_a_cantilever_swings_at_its_frequency(verify: Verify) -> None:
         )
         found.append(fit[1])
         verify(
-            CANTILEVER, case=f"2 m x 0.2 m, cells of {size} m", solver="dynamic", quantity="ω1 of its zones",
-            unit="1/s", computed=fit[1], exact=exact, tolerance=5e-4,
-        )  # fmt: skip
+            CANTILEVER,
+            case=f"2 m x 0.2 m, cells of {size} m",
+            solver="dynamic",
+            quantity="ω1 of its zones",
+            unit="1/s",
+            computed=fit[1],
+            exact=exact,
+            tolerance=5e-4,
+        )
         assert max(abs(i.energy_error) for i in path) < 1e-5 * path[-1].kinetic_energy + 1e-5
     # two refinements: what is left goes down by 4 each time
     limit = found[2] - (found[1] - found[2]) / 3
     slender = 1.875104**2 * np.sqrt(modulus * height**2 / 12 / (DENSITY * LENGTH**4))
     verify(
-        CANTILEVER, case="2 m x 0.2 m, extrapolated to small cells", solver="dynamic", quantity="ω1 of a beam",
-        unit="1/s", computed=limit, exact=slender, tolerance=0.02,
-    )  # fmt: skip
+        CANTILEVER,
+        case="2 m x 0.2 m, extrapolated to small cells",
+        solver="dynamic",
+        quantity="ω1 of a beam",
+        unit="1/s",
+        computed=limit,
+        exact=slender,
+        tolerance=0.02,
+    )
 
 
 @pytest.mark.parametrize(("damping", "ratio"), [("viscous", 0.03), ("rayleigh", 0.03)])
@@ -313,9 +413,16 @@ def test_a_damped_bar_rings_down(verify: Verify, damping: str, ratio: float) -> 
     block.hold_points(0, left_end, x=0.0)
     block.set_velocity(0, x=0.1)  # what there is at first, for the audit; its shape follows
     course = started(
-        block.build(STIFF), 4 / hertz, 400, start="unstressed", new_contacts=False, damping=damping,
-        damping_ratio=ratio, frequency=hertz, second_frequency=4 * hertz,
-    )  # fmt: skip
+        block.build(STIFF),
+        4 / hertz,
+        400,
+        start="unstressed",
+        new_contacts=False,
+        damping=damping,
+        damping_ratio=ratio,
+        frequency=hertz,
+        second_frequency=4 * hertz,
+    )
     grid = course.grid
     assert grid is not None
     shape = np.sin(np.pi * (grid.reference[:, 0] + course.origin[0]) / (2 * LENGTH))
@@ -328,9 +435,15 @@ def test_a_damped_bar_rings_down(verify: Verify, damping: str, ratio: float) -> 
         time[late][end[late].argmax()] - time[early][end[early].argmax()]
     )
     verify(
-        RINGING, case=f"{damping}, ξ = {ratio}", solver="dynamic", quantity="ξ", unit="1", computed=rate / omega,
-        exact=ratio, tolerance=0.02,
-    )  # fmt: skip
+        RINGING,
+        case=f"{damping}, ξ = {ratio}",
+        solver="dynamic",
+        quantity="ξ",
+        unit="1",
+        computed=rate / omega,
+        exact=ratio,
+        tolerance=0.02,
+    )
     first = 0.5 * DENSITY * LENGTH * 0.1 * THICKNESS * 0.5 * 0.1**2
     assert path[-1].damping_work == pytest.approx(first, rel=0.3)
 
@@ -359,13 +472,25 @@ def test_a_rocking_deformable_block_is_upright_when_the_rigid_one_is(
     found = np.interp(0.0, -angle[after - 1 : after + 1], time[after - 1 : after + 1])
     case = f"b/h = {slenderness}, θ0 = {share} α"
     verify(
-        ROCK, case=case + ", I of its gridpoints", solver="dynamic", quantity="quarter period", unit="s",
-        computed=found, exact=exact * np.sqrt(lumped), tolerance=1e-3,
-    )  # fmt: skip
+        ROCK,
+        case=case + ", I of its gridpoints",
+        solver="dynamic",
+        quantity="quarter period",
+        unit="s",
+        computed=found,
+        exact=exact * np.sqrt(lumped),
+        tolerance=1e-3,
+    )
     verify(
-        ROCK, case=case + ", I of the block", solver="dynamic", quantity="quarter period", unit="s", computed=found,
-        exact=exact, tolerance=4e-3,
-    )  # fmt: skip
+        ROCK,
+        case=case + ", I of the block",
+        solver="dynamic",
+        quantity="quarter period",
+        unit="s",
+        computed=found,
+        exact=exact,
+        tolerance=4e-3,
+    )
 
 
 def dropped(material: BlockMaterial, height: float, tilt: float, duration: float, size: float = 0.08) -> DynamicRun:
@@ -386,10 +511,16 @@ def test_a_bouncing_block_exchanges_energy_with_its_vibration(verify: Verify, ti
     assert course.steps > 1e5 / 2
     assert max(i.elastic_energy for i in path[-50:]) > 0.01 * fallen, "it rings"
     verify(
-        AUDIT, case=f"brick of E = 1 GPa that bounces, tilted by {tilt:g} rad, {course.steps} steps", solver="dynamic",
-        quantity="energy out of balance over what was exchanged", unit="1",
-        computed=max(abs(i.energy_error) for i in path) / exchanged(path), exact=0.0, scale=1.0, tolerance=1e-3,
-    )  # fmt: skip
+        AUDIT,
+        case=f"brick of E = 1 GPa that bounces, tilted by {tilt:g} rad, {course.steps} steps",
+        solver="dynamic",
+        quantity="energy out of balance over what was exchanged",
+        unit="1",
+        computed=max(abs(i.energy_error) for i in path) / exchanged(path),
+        exact=0.0,
+        scale=1.0,
+        tolerance=1e-3,
+    )
 
 
 def test_a_weak_block_that_is_dropped_yields(verify: Verify) -> None:
@@ -405,7 +536,13 @@ def test_a_weak_block_that_is_dropped_yields(verify: Verify) -> None:
     assert path[-1].zones is not None
     assert (path[-1].zones.state == 4).sum() > 10
     verify(
-        AUDIT, case=f"weak brick that falls 0.3 m on its corner, {course.steps} steps", solver="dynamic",
-        quantity="energy out of balance over what was exchanged", unit="1",
-        computed=max(abs(i.energy_error) for i in path) / exchanged(path), exact=0.0, scale=1.0, tolerance=2e-3,
-    )  # fmt: skip
+        AUDIT,
+        case=f"weak brick that falls 0.3 m on its corner, {course.steps} steps",
+        solver="dynamic",
+        quantity="energy out of balance over what was exchanged",
+        unit="1",
+        computed=max(abs(i.energy_error) for i in path) / exchanged(path),
+        exact=0.0,
+        scale=1.0,
+        tolerance=2e-3,
+    )

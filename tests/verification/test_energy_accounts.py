@@ -283,9 +283,16 @@ def softening_pair() -> Case:
 def worn_pair() -> Case:
     """A block pulled and pushed along on another, its bond worn off by slip while it opens; then only pressed."""
     joint = Joint(
-        normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.12e6, friction=0.5,
-        fracture_energy=9.0, shear_fracture_energy=20.0, residual_cohesion=0.02e6, residual_friction=0.4,
-    )  # fmt: skip
+        normal_stiffness=2e9,
+        shear_stiffness=1e9,
+        tensile_strength=0.1e6,
+        cohesion=0.12e6,
+        friction=0.5,
+        fracture_energy=9.0,
+        shear_fracture_energy=20.0,
+        residual_cohesion=0.02e6,
+        residual_friction=0.4,
+    )
     wall = Assembly(thickness=0.11, joint=joint)
     low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
     wall.support(low)
@@ -336,9 +343,13 @@ def symmetric_wall(length: float = 1.2, **more: object) -> Case:
     """Half of it is solved, and its accounts are those of the whole."""
     profile = Movement(kind="doming", shape="parabola", central_deflection=4e-4, increments=8)
     scene = Scene(
-        wall=Wall(length=length, height=0.45, block_height=0.15), joint=DRY, movement=profile, loads=Loads(roof=3000.0),
-        solver=replace(ONE_STEP, symmetric_half=True), **more,
-    )  # type: ignore[arg-type]  # fmt: skip
+        wall=Wall(length=length, height=0.45, block_height=0.15),
+        joint=DRY,
+        movement=profile,
+        loads=Loads(roof=3000.0),
+        solver=replace(ONE_STEP, symmetric_half=True),
+        **more,
+    )  # type: ignore[arg-type]
     model = wall_model(scene)
     uses = ("external_work", "friction_work")
     return Case(model, scene.solver, 8, uses, lambda x, factor: factor * profile.profile(x, length))

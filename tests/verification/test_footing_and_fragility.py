@@ -79,14 +79,23 @@ def test_figures_of_the_footing(verify: Verify) -> None:
     profile = Movement(kind="doming", central_deflection=1.0).profile
     step = 1e-7
     verify(
-        BEAM, case="L = 1, δ = 1", solver="profile", quantity="w(L/4) and w'(0)",
+        BEAM,
+        case="L = 1, δ = 1",
+        solver="profile",
+        quantity="w(L/4) and w'(0)",
         computed=[profile(np.array([0.25]), 1.0)[0], profile(np.array([step]), 1.0)[0] / step],
-        exact=[27 / 38, 60 / 19], tolerance=1e-6,
-    )  # fmt: skip
+        exact=[27 / 38, 60 / 19],
+        tolerance=1e-6,
+    )
     verify(
-        BEAM, case="L = 1, δ = 1", solver="beam equation", quantity="w(L/4), w'(0) and P",
-        computed=[shape[0], slope, stiffness], exact=[27 / 38, 60 / 19, 384 / 19], tolerance=1e-9,
-    )  # fmt: skip
+        BEAM,
+        case="L = 1, δ = 1",
+        solver="beam equation",
+        quantity="w(L/4), w'(0) and P",
+        computed=[shape[0], slope, stiffness],
+        exact=[27 / 38, 60 / 19, 384 / 19],
+        tolerance=1e-9,
+    )
 
 
 @pytest.mark.parametrize(("length", "deflection"), [(6.0, 8e-3), (6.0, 1.0), (10.0, 1e-3)])
@@ -168,17 +177,30 @@ def test_fragility_is_recovered(verify: Verify, slope: float, dispersion: float)
     # beyond the movement of the walls the fit is told apart, and the median is its lower bound
     fitted = np.where(curves["median"] < end, curves["median"], curves["median_extrapolated"])
     verify(
-        FRAGILITY, quantity="medians over exact ones", exact=np.ones(len(seen)), tolerance=5e-3,
-        computed=fitted / median[np.array(seen) - 1], **common,
-    )  # fmt: skip
+        FRAGILITY,
+        quantity="medians over exact ones",
+        exact=np.ones(len(seen)),
+        tolerance=5e-3,
+        computed=fitted / median[np.array(seen) - 1],
+        **common,
+    )
     verify(
-        FRAGILITY, quantity="dispersions", exact=np.full(len(seen), dispersion), tolerance=5e-3,
-        computed=curves["dispersion"].values, **common,
-    )  # fmt: skip
+        FRAGILITY,
+        quantity="dispersions",
+        exact=np.full(len(seen), dispersion),
+        tolerance=5e-3,
+        computed=curves["dispersion"].values,
+        **common,
+    )
     d = curves["intensity"].values
     with np.errstate(divide="ignore"):
         exact = special.ndtr(np.log(d / median[np.array(seen) - 1][:, None]) / dispersion)
     verify(
-        FRAGILITY, quantity="probability, error in probability itself", exact=exact, scale=1.0, tolerance=2e-3,
-        computed=curves["probability"].values, **common,
-    )  # fmt: skip
+        FRAGILITY,
+        quantity="probability, error in probability itself",
+        exact=exact,
+        scale=1.0,
+        tolerance=2e-3,
+        computed=curves["probability"].values,
+        **common,
+    )

@@ -106,14 +106,25 @@ def test_equal_jacks_bend_the_footing(verify: Verify, solver: Solver, strip: Str
     thin, sheared = 19 * strip.length**3 / (384 * strip.bending), strip.length / strip.shear
     case = f"{kind}, {support}: {strip}"
     verify(
-        JACKS, case=case, solver=solver.method, quantity="δ/P, twice, and w(L/4)/P", unit="m/N",
-        computed=found[[0, 2, 1]], exact=[thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared], tolerance=1e-3,
-    )  # fmt: skip
+        JACKS,
+        case=case,
+        solver=solver.method,
+        quantity="δ/P, twice, and w(L/4)/P",
+        unit="m/N",
+        computed=found[[0, 2, 1]],
+        exact=[thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared],
+        tolerance=1e-3,
+    )
     if strip is SLENDER:
         verify(
-            JACKS, case=f"thin; {case}", solver=solver.method, quantity="384 E I δ/(19 P L³) and w(L/4)/δ",
-            computed=[found[0] / thin, found[1] / found[0]], exact=[1, 27 / 38], tolerance=1e-3,
-        )  # fmt: skip
+            JACKS,
+            case=f"thin; {case}",
+            solver=solver.method,
+            quantity="384 E I δ/(19 P L³) and w(L/4)/δ",
+            computed=[found[0] / thin, found[1] / found[0]],
+            exact=[1, 27 / 38],
+            tolerance=1e-3,
+        )
 
 
 def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver: Solver) -> None:
@@ -126,9 +137,15 @@ def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver
         sag = 5 * w * length**4 / (384 * thin) + w * length**2 / (8 * shear)
         by_one = 19 * length**3 / (384 * thin) + length / (2 * shear)
         verify(
-            JACKS, case=f"level, {load:g} N/m: {strip}", solver=solver.method, quantity="P", unit="N",
-            computed=first.jack_load, exact=sag / by_one, tolerance=1e-3,
-        )  # fmt: skip
+            JACKS,
+            case=f"level, {load:g} N/m: {strip}",
+            solver=solver.method,
+            quantity="P",
+            unit="N",
+            computed=first.jack_load,
+            exact=sag / by_one,
+            tolerance=1e-3,
+        )
         assert abs(first.deflection) < 1e-5 * sag
 
 
@@ -171,25 +188,41 @@ def sagged(strip: Strip, solver: Solver, load: float, pieces: int) -> float:
 
 @pytest.mark.parametrize(
     ("strip", "load", "pieces", "tolerance"),
-    [(SLENDER, 0.0, 100, 1e-3), (PAPER, 2250 - PAPER.line_weight, 100, 1e-3), (PAPER, 0.0, 25, 2e-3),
-     (STOCKY, 5e4, 100, 5e-3)],
-)  # fmt: skip
+    [
+        (SLENDER, 0.0, 100, 1e-3),
+        (PAPER, 2250 - PAPER.line_weight, 100, 1e-3),
+        (PAPER, 0.0, 25, 2e-3),
+        (STOCKY, 5e4, 100, 5e-3),
+    ],
+)
 def test_the_footing_sags_between_supports(
     verify: Verify, solver: Solver, strip: Strip, load: float, pieces: int, tolerance: float
 ) -> None:
     verify(
-        SAG, case=f"{load:.0f} N/m, {pieces} segments: {strip}", solver=solver.method, quantity="δ", unit="m",
-        computed=sagged(strip, solver, load, pieces), exact=sag(strip, load), tolerance=tolerance,
-    )  # fmt: skip
+        SAG,
+        case=f"{load:.0f} N/m, {pieces} segments: {strip}",
+        solver=solver.method,
+        quantity="δ",
+        unit="m",
+        computed=sagged(strip, solver, load, pieces),
+        exact=sag(strip, load),
+        tolerance=tolerance,
+    )
 
 
 def test_the_papers_footing_sags_by_8_mm(verify: Verify, solver: Solver) -> None:
     exact = 5 * 2250 * 6**4 / (384 * 7e9 * 0.3**4 / 12)
     assert exact == pytest.approx(8.0e-3, rel=5e-3)
     verify(
-        SAG, case=f"thin, 2250 N/m in all: {PAPER}", solver=solver.method, quantity="δ", unit="m",
-        computed=sagged(PAPER, solver, 2250 - PAPER.line_weight, 100), exact=exact, tolerance=1e-2,
-    )  # fmt: skip
+        SAG,
+        case=f"thin, 2250 N/m in all: {PAPER}",
+        solver=solver.method,
+        quantity="δ",
+        unit="m",
+        computed=sagged(PAPER, solver, 2250 - PAPER.line_weight, 100),
+        exact=exact,
+        tolerance=1e-2,
+    )
 
 
 @pytest.mark.parametrize(
@@ -202,14 +235,25 @@ def test_shorter_segments_sag_more_like_the_beam(
     found = np.array([sagged(strip, solver, load, n) for n in pieces])
     for n, value in zip(pieces, found, strict=True):
         verify(
-            CHAIN, case=f"{n} segments: {strip}", solver=solver.method, quantity="δ", unit="m", computed=value,
-            exact=sag_of_chain(strip, load, n), tolerance=4e-4,
-        )  # fmt: skip
+            CHAIN,
+            case=f"{n} segments: {strip}",
+            solver=solver.method,
+            quantity="δ",
+            unit="m",
+            computed=value,
+            exact=sag_of_chain(strip, load, n),
+            tolerance=4e-4,
+        )
     errors = np.abs(found - sag(strip, load))
     verify(
-        SAG, case=f"{pieces[0]} to {pieces[2]} segments: {strip}", solver=solver.method, quantity="order",
-        computed=np.log(errors[0] / errors[2]) / np.log(4), exact=order, tolerance=0.1,
-    )  # fmt: skip
+        SAG,
+        case=f"{pieces[0]} to {pieces[2]} segments: {strip}",
+        solver=solver.method,
+        quantity="order",
+        computed=np.log(errors[0] / errors[2]) / np.log(4),
+        exact=order,
+        tolerance=0.1,
+    )
 
 
 @pytest.mark.parametrize("support", ["held", "lift_off"])
@@ -222,23 +266,48 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
     assert last.ended == "supports"
     case = f"{support}, {load:g} N/m: {strip}"
     verify(
-        ENDS, case=case, solver=solver.method, quantity="P", unit="N", computed=last.jack_load, exact=weight / 3,
+        ENDS,
+        case=case,
+        solver=solver.method,
+        quantity="P",
+        unit="N",
+        computed=last.jack_load,
+        exact=weight / 3,
         tolerance=1e-5,
-    )  # fmt: skip
+    )
     verify(
-        ENDS, case=case, solver=solver.method, quantity="δ", unit="m", computed=last.deflection, exact=exact,
+        ENDS,
+        case=case,
+        solver=solver.method,
+        quantity="δ",
+        unit="m",
+        computed=last.deflection,
+        exact=exact,
         tolerance=2e-3,
-    )  # fmt: skip
+    )
     _, carried = reactions(model, last, Kind.SUPPORT)
     verify(
-        ENDS, case=case, solver=solver.method, quantity="all of the supports' load", unit="N", computed=carried.sum(),
-        exact=0.0, scale=weight, tolerance=1e-5,
-    )  # fmt: skip
+        ENDS,
+        case=case,
+        solver=solver.method,
+        quantity="all of the supports' load",
+        unit="N",
+        computed=carried.sum(),
+        exact=0.0,
+        scale=weight,
+        tolerance=1e-5,
+    )
     x, bent = moments(model, last)
     verify(
-        ENDS, case=case, solver=solver.method, quantity="moment at x = L/4 (without P's peak)", unit="N m",
-        computed=np.interp(0.24 * length, x, bent), exact=-weight / length * (0.24 * length) ** 2 / 2, tolerance=1e-2,
-    )  # fmt: skip
+        ENDS,
+        case=case,
+        solver=solver.method,
+        quantity="moment at x = L/4 (without P's peak)",
+        unit="N m",
+        computed=np.interp(0.24 * length, x, bent),
+        exact=-weight / length * (0.24 * length) ** 2 / 2,
+        tolerance=1e-2,
+    )
 
 
 def zoned(strip: Strip, solver: Solver, cells: int) -> float:
@@ -258,15 +327,26 @@ def test_equal_jacks_bend_a_footing_of_zones(verify: Verify, cells: tuple[int, i
     found = [zoned(strip, solver, n) for n in cells]
     for n, value in zip(cells, found, strict=True):
         verify(
-            ZONED, case=f"{n} cells over the depth: {strip}", solver=solver.method, quantity="δ/P", unit="m/N",
-            computed=value, exact=exact, tolerance=0.9 / n**2,
-        )  # fmt: skip
+            ZONED,
+            case=f"{n} cells over the depth: {strip}",
+            solver=solver.method,
+            quantity="δ/P",
+            unit="m/N",
+            computed=value,
+            exact=exact,
+            tolerance=0.9 / n**2,
+        )
     few, many = (n**2 for n in cells)
     verify(
-        ZONED, case=f"{cells[0]} and {cells[1]} cells, to size 0: {strip}", solver=solver.method, quantity="δ/P",
-        unit="m/N", computed=(many * found[1] - few * found[0]) / (many - few), exact=exact,
+        ZONED,
+        case=f"{cells[0]} and {cells[1]} cells, to size 0: {strip}",
+        solver=solver.method,
+        quantity="δ/P",
+        unit="m/N",
+        computed=(many * found[1] - few * found[0]) / (many - few),
+        exact=exact,
         tolerance=2e-2 if cells[0] == 2 else 5e-3,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow
@@ -274,9 +354,15 @@ def test_equal_jacks_bend_a_footing_of_zones_in_time(verify: Verify, solver: Sol
     strip = PAPER
     exact = 19 * strip.length**3 / (384 * strip.bending) + strip.length / (2 * strip.shear)
     verify(
-        ZONED, case=f"4 cells over the depth, both solvers: {strip}", solver=solver.method, quantity="δ/P", unit="m/N",
-        computed=zoned(strip, solver, 4), exact=exact, tolerance=0.9 / 16,
-    )  # fmt: skip
+        ZONED,
+        case=f"4 cells over the depth, both solvers: {strip}",
+        solver=solver.method,
+        quantity="δ/P",
+        unit="m/N",
+        computed=zoned(strip, solver, 4),
+        exact=exact,
+        tolerance=0.9 / 16,
+    )
 
 
 # -- with brickwork bonded to it ---------------------------------------------------------------------------------------
@@ -286,9 +372,15 @@ BOUND = 1e13
 
 
 def brickwork(
-    strip: Strip, pieces: int, courses: int, course: float, modulus: float, slip: float, load: float,
+    strip: Strip,
+    pieces: int,
+    courses: int,
+    course: float,
+    modulus: float,
+    slip: float,
+    load: float,
     solver: Solver | None = None,
-) -> float:  # fmt: skip
+) -> float:
     """Return the sag (m) of a footing with courses of rigid bricks on it, where the jacks of dishing carry nothing.
 
     Parameters
@@ -312,12 +404,22 @@ def brickwork(
     bed = Joint(normal_stiffness=1e14, shear_stiffness=slip, **bound)
     most = sag(strip, load + GRAVITY * 2000 * thickness * course * courses)
     scene = strip.scene(
-        Movement(kind="dishing", shape="jacks", central_deflection=1.2 * most), pieces,
-        joint=perpends, block=BlockMaterial(density=2000.0), loads={"roof": load * strip.length},
-        rig=Rig(), solver=Solver(lump_block_elasticity=False),
-    )  # fmt: skip
-    wall = Wall(length=strip.length, height=course * courses, thickness=thickness, block_length=h,
-                block_height=course, bond="stack")  # fmt: skip
+        Movement(kind="dishing", shape="jacks", central_deflection=1.2 * most),
+        pieces,
+        joint=perpends,
+        block=BlockMaterial(density=2000.0),
+        loads={"roof": load * strip.length},
+        rig=Rig(),
+        solver=Solver(lump_block_elasticity=False),
+    )
+    wall = Wall(
+        length=strip.length,
+        height=course * courses,
+        thickness=thickness,
+        block_length=h,
+        block_height=course,
+        bond="stack",
+    )
     scene = replace(scene, wall=wall, footing=replace(scene.footing, joint=bed))
     model = wall_model(scene)
     if courses > 1:
@@ -355,15 +457,26 @@ def test_bonded_brickwork_stiffens_the_footing(verify: Verify, courses: int, mod
     case = f"{courses} courses of {1e3 * course:g} mm, E {modulus / 1e6:g} MPa: {strip}"
     limit = (4 * found[2] - found[1]) / 3
     verify(
-        TRANSFORMED, case=case, solver="quasi_static", quantity="δ, to size 0", unit="m", computed=limit, exact=exact,
+        TRANSFORMED,
+        case=case,
+        solver="quasi_static",
+        quantity="δ, to size 0",
+        unit="m",
+        computed=limit,
+        exact=exact,
         tolerance=5e-4,
-    )  # fmt: skip
+    )
     assert exact < 0.9 * sag(strip, w - strip.line_weight), "the bricks must matter"
     errors = np.abs(found - limit)
     verify(
-        TRANSFORMED, case=case, solver="quasi_static", quantity="order", computed=np.log2(errors[0] / errors[1]),
-        exact=2.0, tolerance=0.2,
-    )  # fmt: skip
+        TRANSFORMED,
+        case=case,
+        solver="quasi_static",
+        quantity="order",
+        computed=np.log2(errors[0] / errors[1]),
+        exact=2.0,
+        tolerance=0.2,
+    )
 
 
 def sag_with_slip(strip: Strip, course: float, modulus: float, slip: float, load: float) -> float:
@@ -386,9 +499,15 @@ def test_a_bed_that_slips_stiffens_it_less(verify: Verify, slip: float) -> None:
     coarse, fine = (brickwork(strip, n, 1, course, modulus, slip, load) for n in (40, 80))
     case = f"k_s {slip / 1e9:g} N/mm³, {1e3 * course:g} mm of E {modulus / 1e6:g} MPa: {strip}"
     verify(
-        NEWMARK, case=case, solver="quasi_static", quantity="δ, to size 0", unit="m", computed=(4 * fine - coarse) / 3,
-        exact=sag_with_slip(strip, course, modulus, slip, load), tolerance=5e-4,
-    )  # fmt: skip
+        NEWMARK,
+        case=case,
+        solver="quasi_static",
+        quantity="δ, to size 0",
+        unit="m",
+        computed=(4 * fine - coarse) / 3,
+        exact=sag_with_slip(strip, course, modulus, slip, load),
+        tolerance=5e-4,
+    )
 
 
 @pytest.mark.slow
@@ -398,6 +517,12 @@ def test_both_solvers_bend_footing_and_brickwork_alike(verify: Verify, solver: S
     coarse, fine = (brickwork(strip, n, 1, course, modulus, slip, load, solver) for n in (20, 40))
     case = f"both solvers, k_s {slip / 1e9:g} N/mm³, {1e3 * course:g} mm of E {modulus / 1e6:g} MPa: {strip}"
     verify(
-        NEWMARK, case=case, solver=solver.method, quantity="δ, to size 0", unit="m", computed=(4 * fine - coarse) / 3,
-        exact=sag_with_slip(strip, course, modulus, slip, load), tolerance=1e-3,
-    )  # fmt: skip
+        NEWMARK,
+        case=case,
+        solver=solver.method,
+        quantity="δ, to size 0",
+        unit="m",
+        computed=(4 * fine - coarse) / 3,
+        exact=sag_with_slip(strip, course, modulus, slip, load),
+        tolerance=1e-3,
+    )

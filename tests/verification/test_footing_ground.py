@@ -84,19 +84,37 @@ def test_the_footing_settles_and_tilts(verify: Verify, solver: Solver, strip: St
     settled = -w / (stiffness * strip.width)
     case = f"{kind}, {load:g} N/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     verify(
-        SETTLES, case=case, solver=solver.method, quantity="level", unit="m", computed=level(model, first, x),
-        exact=settled, tolerance=1e-5,
-    )  # fmt: skip
+        SETTLES,
+        case=case,
+        solver=solver.method,
+        quantity="level",
+        unit="m",
+        computed=level(model, first, x),
+        exact=settled,
+        tolerance=1e-5,
+    )
     ground = 0.02 * (0.25 + 0.75 * x / strip.length) * (1 if kind == "doming" else -1)
     verify(
-        SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="level", unit="m",
-        computed=level(model, last, x), exact=settled + ground, tolerance=1e-4,
-    )  # fmt: skip
+        SETTLES,
+        case=f"tilting; {case}",
+        solver=solver.method,
+        quantity="level",
+        unit="m",
+        computed=level(model, last, x),
+        exact=settled + ground,
+        tolerance=1e-4,
+    )
     _, bent = moments(model, last)
     verify(
-        SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="moment over w L²/8", computed=bent, exact=0.0,
-        scale=w * strip.length**2 / 8, tolerance=1e-4,
-    )  # fmt: skip
+        SETTLES,
+        case=f"tilting; {case}",
+        solver=solver.method,
+        quantity="moment over w L²/8",
+        computed=bent,
+        exact=0.0,
+        scale=w * strip.length**2 / 8,
+        tolerance=1e-4,
+    )
 
 
 @pytest.mark.parametrize("stiffness", [1e6, 5e7])
@@ -104,9 +122,12 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     """Bricks in running bond on segments as long: its weight is even, and so is its pressure."""
     strip, wall, roof = Strip("short", 2.4, 0.4, 0.3, 10e9), Wall(length=2.4, height=0.6), 3e3
     scene = strip.scene(
-        Movement(kind="doming", shape="mound"), 10, soil=Soil(shrinking_stiffness=stiffness),
-        mound=Mound(shape="table", surface_movement=0.01, table=((0.0, 0.2), (1.0, 1.0))), loads=Loads(roof=roof),
-    )  # fmt: skip
+        Movement(kind="doming", shape="mound"),
+        10,
+        soil=Soil(shrinking_stiffness=stiffness),
+        mound=Mound(shape="table", surface_movement=0.01, table=((0.0, 0.2), (1.0, 1.0))),
+        loads=Loads(roof=roof),
+    )
     scene = replace(scene, wall=wall, block=BlockMaterial(density=1800.0), dpc=Dpc(course=1))
     model = wall_model(scene)
     # cycling, bricks slide on the dpc while their weight comes on, and friction keeps that: slowly, so that few do
@@ -116,14 +137,26 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     case = f"wall of 8 courses, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
     verify(
-        SETTLES, case=case, solver=solver.method, quantity="settlement", unit="m",
-        computed=first.displacement[segments, 1], exact=settled, tolerance=allowed,
-    )  # fmt: skip
+        SETTLES,
+        case=case,
+        solver=solver.method,
+        quantity="settlement",
+        unit="m",
+        computed=first.displacement[segments, 1],
+        exact=settled,
+        tolerance=allowed,
+    )
     ground = 0.01 * (0.2 + 0.8 * model.blocks.x[segments] / 2.4)
     verify(
-        SETTLES, case=f"tilting; {case}", solver=solver.method, quantity="level", unit="m",
-        computed=last.displacement[segments, 1], exact=settled + ground, tolerance=allowed,
-    )  # fmt: skip
+        SETTLES,
+        case=f"tilting; {case}",
+        solver=solver.method,
+        quantity="level",
+        unit="m",
+        computed=last.displacement[segments, 1],
+        exact=settled + ground,
+        tolerance=allowed,
+    )
 
 
 def settled_by(strip: Strip, solver: Solver, stiffness: float, at: float, force: float, pieces: int) -> np.ndarray:
@@ -151,14 +184,26 @@ def test_a_slender_footing_on_an_elastic_foundation(
     case = f"λL = {z:.3g}: {strip}"
     found = settled_by(strip, solver, stiffness, length / 2, force, pieces)
     verify(
-        HETENYI, case=f"middle, {case}", solver=solver.method, quantity="w(0), w(L/2), w(L)", unit="m", computed=found,
-        exact=[away, middle, away], tolerance=1e-2,
-    )  # fmt: skip
+        HETENYI,
+        case=f"middle, {case}",
+        solver=solver.method,
+        quantity="w(0), w(L/2), w(L)",
+        unit="m",
+        computed=found,
+        exact=[away, middle, away],
+        tolerance=1e-2,
+    )
     found = settled_by(strip, solver, stiffness, 0.0, force, pieces)
     verify(
-        HETENYI, case=f"end, {case}", solver=solver.method, quantity="w(0)", unit="m", computed=found[0], exact=end,
+        HETENYI,
+        case=f"end, {case}",
+        solver=solver.method,
+        quantity="w(0)",
+        unit="m",
+        computed=found[0],
+        exact=end,
         tolerance=1.5e-2,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("place", [0.0, 0.25, 0.5])
@@ -174,9 +219,15 @@ def test_a_stocky_footing_on_an_elastic_foundation(
     exact = timoshenko_on_bed(x, length, strip.bending, strip.shear, k, at, force)
     z = (k / (4 * strip.bending)) ** 0.25 * length
     verify(
-        HETENYI, case=f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}", solver=solver.method,
-        quantity="w(0), w(L/2), w(L)", unit="m", computed=found, exact=exact, tolerance=3e-3 * (61 / pieces) ** 2,
-    )  # fmt: skip
+        HETENYI,
+        case=f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}",
+        solver=solver.method,
+        quantity="w(0), w(L/2), w(L)",
+        unit="m",
+        computed=found,
+        exact=exact,
+        tolerance=3e-3 * (61 / pieces) ** 2,
+    )
 
 
 def test_shorter_segments_rest_more_like_the_beam(verify: Verify) -> None:
@@ -189,13 +240,24 @@ def test_shorter_segments_rest_more_like_the_beam(verify: Verify) -> None:
     errors = [settled_by(strip, smooth, stiffness, length / 2, force, n)[1] / exact - 1 for n in pieces]
     for n, error in zip(pieces, errors, strict=True):
         verify(
-            HETENYI, case=f"{n} segments, λh = {18.8 / n:.2g}: {strip}", solver="quasi_static", quantity="error of w",
-            computed=error, exact=0.0, scale=1.0, tolerance=200 / n**2,
-        )  # fmt: skip
+            HETENYI,
+            case=f"{n} segments, λh = {18.8 / n:.2g}: {strip}",
+            solver="quasi_static",
+            quantity="error of w",
+            computed=error,
+            exact=0.0,
+            scale=1.0,
+            tolerance=200 / n**2,
+        )
     verify(
-        HETENYI, case=f"31 to 121 segments: {strip}", solver="quasi_static", quantity="order",
-        computed=-np.polyfit(np.log(pieces), np.log(np.abs(errors)), 1)[0], exact=2.0, tolerance=0.1,
-    )  # fmt: skip
+        HETENYI,
+        case=f"31 to 121 segments: {strip}",
+        solver="quasi_static",
+        quantity="order",
+        computed=-np.polyfit(np.log(pieces), np.log(np.abs(errors)), 1)[0],
+        exact=2.0,
+        tolerance=0.1,
+    )
 
 
 # -- lift-off ---------------------------------------------------------------------------------------------------------
@@ -229,33 +291,62 @@ def test_the_footing_lifts_off(
     last = path_of(model, solver, 2)[-1]
     length = strip.length
     known = on_springs(
-        length, strip.bending, strip.shear, stiffness * strip.width, strip.line_weight + load,
+        length,
+        strip.bending,
+        strip.shear,
+        stiffness * strip.width,
+        strip.line_weight + load,
         lambda x: mound.profile(x, length, kind),  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
     case = f"{mound.shape}, {kind}, {load / 1e3:g} kN/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     x = np.linspace(0.0, length, 13)
     verify(
-        LIFTS, case=case, solver=solver.method, quantity="level", unit="m", computed=level(model, last, x),
-        exact=np.interp(x, known.x, known.level), scale=mound.largest(kind), tolerance=1e-2,  # type: ignore[arg-type]
-    )  # fmt: skip
+        LIFTS,
+        case=case,
+        solver=solver.method,
+        quantity="level",
+        unit="m",
+        computed=level(model, last, x),
+        exact=np.interp(x, known.x, known.level),
+        scale=mound.largest(kind),
+        tolerance=1e-2,  # type: ignore[arg-type]
+    )
     place, bent = moments(model, last)
     exact = np.interp(place, known.x, known.moment)
     verify(
-        LIFTS, case=case, solver=solver.method, quantity="moment", unit="N m", computed=bent, exact=exact,
+        LIFTS,
+        case=case,
+        solver=solver.method,
+        quantity="moment",
+        unit="N m",
+        computed=bent,
+        exact=exact,
         tolerance=2e-2,
-    )  # fmt: skip
+    )
     _, carried = reactions(model, last, Kind.SOIL)
     off = 1 - (known.pressure > 0).mean()
     assert off > 0.05, "the footing must lift off"
     share = model.interfaces.contact_area[model.interfaces.kind == Kind.SOIL].ravel() / (strip.width * length)
     verify(
-        LIFTS, case=case, solver=solver.method, quantity="share of the length lifted off",
-        computed=share[carried <= 0].sum(), exact=off, scale=1.0, tolerance=1.5 / pieces,
-    )  # fmt: skip
+        LIFTS,
+        case=case,
+        solver=solver.method,
+        quantity="share of the length lifted off",
+        computed=share[carried <= 0].sum(),
+        exact=off,
+        scale=1.0,
+        tolerance=1.5 / pieces,
+    )
     verify(
-        LIFTS, case=case, solver=solver.method, quantity="all that the ground carries", unit="N",
-        computed=carried.sum(), exact=(strip.line_weight + load) * length, tolerance=1e-5,
-    )  # fmt: skip
+        LIFTS,
+        case=case,
+        solver=solver.method,
+        quantity="all that the ground carries",
+        unit="N",
+        computed=carried.sum(),
+        exact=(strip.line_weight + load) * length,
+        tolerance=1e-5,
+    )
 
 
 LONG = Strip("long", 24.0, 0.4, 0.1, 40e9)
@@ -277,26 +368,51 @@ def test_the_footing_bends_over_a_step(verify: Verify, strip: Strip, depth: floa
     case = f"{1e3 * depth:g} mm, a = {a:.3g} m, h = {h:.2g} m: {strip}"
     x, bent = moments(model, last)
     verify(
-        STEP, case=case, solver="quasi_static", quantity="M(edge)", unit="N m",
-        computed=bent[np.abs(x - edge).argmin()], exact=-q * a**2 / 4, tolerance=1e-2,
-    )  # fmt: skip
+        STEP,
+        case=case,
+        solver="quasi_static",
+        quantity="M(edge)",
+        unit="N m",
+        computed=bent[np.abs(x - edge).argmin()],
+        exact=-q * a**2 / 4,
+        tolerance=1e-2,
+    )
     place, carried = reactions(model, last, Kind.SOIL)
     verify(
-        STEP, case=case, solver="quasi_static", quantity="R(edge)", unit="N",
-        computed=carried[np.abs(place - edge) < h].sum(), exact=q * a * (3 / 4 + r / 2 + 1 / (4 * r)), tolerance=1e-2,
-    )  # fmt: skip
+        STEP,
+        case=case,
+        solver="quasi_static",
+        quantity="R(edge)",
+        unit="N",
+        computed=carried[np.abs(place - edge) < h].sum(),
+        exact=q * a * (3 / 4 + r / 2 + 1 / (4 * r)),
+        tolerance=1e-2,
+    )
     near = (place > edge - 2 * a) & (place < edge + 2 * b) & (np.abs(place - edge) > 1.5 * h) & (carried > 0)
     before, after = place[near & (place < edge)].max(), place[near & (place > edge)].min()
     verify(
-        STEP, case=case, solver="quasi_static", quantity="a and b", unit="m", computed=[edge - before, after - edge],
-        exact=[a, b], scale=1.0, tolerance=2.5 * h,
-    )  # fmt: skip
+        STEP,
+        case=case,
+        solver="quasi_static",
+        quantity="a and b",
+        unit="m",
+        computed=[edge - before, after - edge],
+        exact=[a, b],
+        scale=1.0,
+        tolerance=2.5 * h,
+    )
     known = np.linspace(0.0, a, 7)
     rise = q / strip.bending * (a * known**3 / 24 - known**4 / 24)
     verify(
-        STEP, case=case, solver="quasi_static", quantity="rise before the edge over the step",
-        computed=level(model, last, edge - a + known) / depth, exact=rise / depth, scale=1.0, tolerance=5e-3,
-    )  # fmt: skip
+        STEP,
+        case=case,
+        solver="quasi_static",
+        quantity="rise before the edge over the step",
+        computed=level(model, last, edge - a + known) / depth,
+        exact=rise / depth,
+        scale=1.0,
+        tolerance=5e-3,
+    )
 
 
 @pytest.mark.parametrize(("strip", "rise"), [(SLENDER, 0.01), (SLENDER, 0.05), (LONG, 0.1)])
@@ -310,22 +426,47 @@ def test_the_footing_is_lifted_at_its_end(verify: Verify, strip: Strip, rise: fl
     case = f"{1e3 * rise:g} mm, ℓ = {free:.3g} m, h = {h:.2g} m: {strip}"
     place, carried = reactions(model, last, Kind.SOIL)
     verify(
-        LIFTED, case=case, solver="quasi_static", quantity="R", unit="N",
-        computed=carried[place > length - h / 4].sum(), exact=q * free / 2, tolerance=1e-2,
-    )  # fmt: skip
+        LIFTED,
+        case=case,
+        solver="quasi_static",
+        quantity="R",
+        unit="N",
+        computed=carried[place > length - h / 4].sum(),
+        exact=q * free / 2,
+        tolerance=1e-2,
+    )
     _, bent = moments(model, last)
     verify(
-        LIFTED, case=case, solver="quasi_static", quantity="M", unit="N m", computed=bent.max(), exact=q * free**2 / 8,
+        LIFTED,
+        case=case,
+        solver="quasi_static",
+        quantity="M",
+        unit="N m",
+        computed=bent.max(),
+        exact=q * free**2 / 8,
         tolerance=1e-2,
-    )  # fmt: skip
+    )
     pressed = place[(carried > 0) & (place < length - h)]
     verify(
-        LIFTED, case=case, solver="quasi_static", quantity="ℓ", unit="m", computed=length - pressed.max(), exact=free,
-        scale=1.0, tolerance=2.5 * h,
-    )  # fmt: skip
+        LIFTED,
+        case=case,
+        solver="quasi_static",
+        quantity="ℓ",
+        unit="m",
+        computed=length - pressed.max(),
+        exact=free,
+        scale=1.0,
+        tolerance=2.5 * h,
+    )
     known = np.linspace(0.0, free, 7)
     up = q / (24 * strip.bending) * (2 * free * known**3 - known**4)
     verify(
-        LIFTED, case=case, solver="quasi_static", quantity="level over δ",
-        computed=level(model, last, length - free + known) / rise, exact=up / rise, scale=1.0, tolerance=5e-3,
-    )  # fmt: skip
+        LIFTED,
+        case=case,
+        solver="quasi_static",
+        quantity="level over δ",
+        computed=level(model, last, length - free + known) / rise,
+        exact=up / rise,
+        scale=1.0,
+        tolerance=5e-3,
+    )

@@ -153,9 +153,15 @@ def check_pull(verify: Verify, solver: Solver, case: str, joint: Joint, dpc: boo
     work = 0.5 * AREA * F_T * U_0 + 0.5 * (AREA * F_T + force[1]) * (way[1] - U_0)
     work += np.trapezoid(force[1:], way[1:])
     verify(
-        MODE_I, case=case, solver=solver.method, quantity="work over area", unit="N/m",
-        computed=work / AREA, exact=G_F, tolerance=1e-6,
-    )  # fmt: skip
+        MODE_I,
+        case=case,
+        solver=solver.method,
+        quantity="work over area",
+        unit="N/m",
+        computed=work / AREA,
+        exact=G_F,
+        tolerance=1e-6,
+    )
     if solver.method == "quasi_static":
         balanced(ds, G_F * AREA, 1e-6)
         for name in ("fracture_work", "external_work"):
@@ -170,9 +176,15 @@ def test_turning_off_takes_the_fracture_energy(verify: Verify, solver: Solver, l
     wall.move(brick, rotation=turn, y=1.5 * B * turn, x=-turn * H / 2)
     ds = damagepred.solve(wall, solver=replace(solver, ramp_cycles=200), increments=200)
     verify(
-        TURNED, case=law, solver=solver.method, quantity="work over area", unit="N/m",
-        computed=delivered(ds, brick) / AREA, exact=G_F, tolerance=0.01,
-    )  # fmt: skip
+        TURNED,
+        case=law,
+        solver=solver.method,
+        quantity="work over area",
+        unit="N/m",
+        computed=delivered(ds, brick) / AREA,
+        exact=G_F,
+        tolerance=0.01,
+    )
     if solver.method == "quasi_static":
         balanced(ds, G_F * AREA, 0.01)
         assert float(ds["fracture_work"][-1]) == pytest.approx(G_F * AREA, rel=1e-6)
@@ -217,15 +229,28 @@ def test_slip_breaks_what_opening_has_left(verify: Verify, solver: Solver, law: 
     fracture = max(pulled - 0.5 * sigma * at, 0.0)
     case = f"{law}, slid by {share:g} C/k_s"
     verify(
-        MIXED, case=case, solver=solver.method, quantity="work over area", unit="N/m",
-        computed=delivered(ds, brick) / AREA, exact=put_in, scale=max(put_in, 0.05 * G_F), tolerance=0.01,
-    )  # fmt: skip
+        MIXED,
+        case=case,
+        solver=solver.method,
+        quantity="work over area",
+        unit="N/m",
+        computed=delivered(ds, brick) / AREA,
+        exact=put_in,
+        scale=max(put_in, 0.05 * G_F),
+        tolerance=0.01,
+    )
     if solver.method == "quasi_static":
         verify(
-            MIXED, case=case, solver=solver.method, quantity="fracture work over area", unit="N/m",
-            computed=float(ds["fracture_work"][-1]) / AREA, exact=fracture, scale=max(put_in, 0.05 * G_F),
+            MIXED,
+            case=case,
+            solver=solver.method,
+            quantity="fracture work over area",
+            unit="N/m",
+            computed=float(ds["fracture_work"][-1]) / AREA,
+            exact=fracture,
+            scale=max(put_in, 0.05 * G_F),
             tolerance=0.01,
-        )  # fmt: skip
+        )
         balanced(ds, max(put_in, 0.05 * G_F) * AREA, 0.01)
 
 
@@ -254,9 +279,16 @@ def test_the_first_slip_leaves_the_residual_strength(
     exact = np.where(K_S * u <= peak, K_S * u, left)
     force, _ = forces(ds, box)
     verify(
-        BOX, case=f"p {1e-6 * pressure:g} MPa" + (", bond softens" if softens else ""), solver=solver.method,
-        quantity="shear stress", unit="Pa", computed=force[:, 0] / AREA, exact=exact, scale=peak, tolerance=1e-5,
-    )  # fmt: skip
+        BOX,
+        case=f"p {1e-6 * pressure:g} MPa" + (", bond softens" if softens else ""),
+        solver=solver.method,
+        quantity="shear stress",
+        unit="Pa",
+        computed=force[:, 0] / AREA,
+        exact=exact,
+        scale=peak,
+        tolerance=1e-5,
+    )
     if solver.method == "quasi_static":
         assert float(ds["fracture_work"][-1]) == 0.0  # slip sets free what the joint holds
         free = (peak**2 - left**2) / (2 * K_S) - left * (peak - left) / K_S
@@ -273,10 +305,15 @@ def test_a_half_softened_joint_has_taken_its_share(verify: Verify, law: str, sha
     exact = [G_F * (1 - bond), 0.5 * bond * F_T * share * W_C]
     names = ("fracture_work", "elastic_energy")
     verify(
-        HALF, case=f"{law}, opened to {share:g} w_c", solver=QUASI_STATIC.method, unit="N/m",
-        quantity="fracture work and elastic energy over area", computed=[float(ds[n][-1]) / AREA for n in names],
-        exact=exact, tolerance=1e-6,
-    )  # fmt: skip
+        HALF,
+        case=f"{law}, opened to {share:g} w_c",
+        solver=QUASI_STATIC.method,
+        unit="N/m",
+        quantity="fracture work and elastic energy over area",
+        computed=[float(ds[n][-1]) / AREA for n in names],
+        exact=exact,
+        tolerance=1e-6,
+    )
     assert float(ds["external_work"][-1]) == pytest.approx(AREA * sum(exact), rel=1e-6)
     balanced(ds, AREA * sum(exact), 1e-6)
 
@@ -294,17 +331,28 @@ def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) 
         before, slid = (sigma, tau), memory[0]
         for _ in range(3):  # what is left to slide follows in the next cycle
             sigma, tau, *rested = joint_law(
-                opened * i / steps, sheared * i / steps, *memory, (K_N, K_S, 1 / K_S), intact, weakened,
-                (W_C, bond_slope(K_N, F_T, W_C)), 0.0, False, (np.inf, np.inf, 1.0), wear,
-            )  # fmt: skip
+                opened * i / steps,
+                sheared * i / steps,
+                *memory,
+                (K_N, K_S, 1 / K_S),
+                intact,
+                weakened,
+                (W_C, bond_slope(K_N, F_T, W_C)),
+                0.0,
+                False,
+                (np.inf, np.inf, 1.0),
+                wear,
+            )
             memory = tuple(rested)
         external += 0.5 * ((before[0] + sigma) * opened + (before[1] + tau) * sheared) / steps
         friction += 0.5 * (before[1] + tau) * (memory[0] - slid)
     elastic = 0.5 * sigma * opened + 0.5 * tau**2 / K_S
     return {
-        "external_work": external, "friction_work": friction, "elastic_energy": elastic,
+        "external_work": external,
+        "friction_work": friction,
+        "elastic_energy": elastic,
         "fracture_work": external - friction - elastic,
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize("left", [False, True])

@@ -293,13 +293,21 @@ def test_a_shear_box_yields_where_coulomb_says(
     common = {"case": words, "solver": solver.method, "tolerance": 1e-5}
     tau = np.abs(ds["contact_shear_stress"].values)
     verify(
-        SHEAR_BOX, quantity="shear stress", unit="Pa",
-        computed=tau, exact=np.minimum(unit.k_s * moved, strength)[:, None], **common,
-    )  # fmt: skip
+        SHEAR_BOX,
+        quantity="shear stress",
+        unit="Pa",
+        computed=tau,
+        exact=np.minimum(unit.k_s * moved, strength)[:, None],
+        **common,
+    )
     verify(
-        SHEAR_BOX, quantity="slip", unit="m",
-        computed=np.abs(ds["contact_slip"].values), exact=slip[:, None], **common,
-    )  # fmt: skip
+        SHEAR_BOX,
+        quantity="slip",
+        unit="m",
+        computed=np.abs(ds["contact_slip"].values),
+        exact=slip[:, None],
+        **common,
+    )
     if dilation:
         height = ds["block_displacement_y"].values[:, box]
         verify(SHEAR_BOX, quantity="rise", unit="m", computed=height - height[0], exact=dilation * slip, **common)

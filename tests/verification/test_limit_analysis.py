@@ -95,18 +95,28 @@ def standing(wall: DryWall, solver: Solver, top: float) -> float:
 def test_linear_program_for_one_block(verify: Verify, b: float, h: float, friction: float) -> None:
     wall = DryWall("block", [box(-1.0, -1.0, 3.0, 1.0), box(0.0, 0.0, b, h)], friction)
     verify(
-        BLOCK, case=f"b = {b:g} m, h = {h:g} m, μ = {friction:g}", solver="linear program", quantity="λ",
-        computed=limit(wall), exact=min(friction, b / h), tolerance=1e-9,
-    )  # fmt: skip
+        BLOCK,
+        case=f"b = {b:g} m, h = {h:g} m, μ = {friction:g}",
+        solver="linear program",
+        quantity="λ",
+        computed=limit(wall),
+        exact=min(friction, b / h),
+        tolerance=1e-9,
+    )
 
 
 @pytest.mark.parametrize(("slope", "friction"), [(0.1, 0.2), (0.1, 0.3), (0.2, 0.4)])
 def test_linear_program_for_a_leaning_wall(verify: Verify, slope: float, friction: float) -> None:
     wall = DryWall("", leaning(running_bond(5, 3, 0.4, 0.175, True), -slope), friction)
     verify(
-        BLOCK, case=f"1.2 m x 5 courses of 175 mm, tan β = {slope:g}, μ = {friction:g}", solver="linear program",
-        quantity="λ", computed=limit(wall), exact=(friction - slope) / (1 + friction * slope), tolerance=1e-9,
-    )  # fmt: skip
+        BLOCK,
+        case=f"1.2 m x 5 courses of 175 mm, tan β = {slope:g}, μ = {friction:g}",
+        solver="linear program",
+        quantity="λ",
+        computed=limit(wall),
+        exact=(friction - slope) / (1 + friction * slope),
+        tolerance=1e-9,
+    )
 
 
 def semicircle(voussoirs: int, ratio: float) -> DryWall:
@@ -132,9 +142,14 @@ def thinnest(voussoirs: int) -> float:
 @pytest.mark.parametrize("voussoirs", [pytest.param(300, marks=pytest.mark.slow)])
 def test_the_thinnest_arch(verify: Verify, voussoirs: int) -> None:
     verify(
-        SEMICIRCLE, case=f"n = {voussoirs}, μ = 0.7", solver="linear program", quantity="t/R",
-        computed=thinnest(voussoirs), exact=0.1075, tolerance=1e-3,
-    )  # fmt: skip
+        SEMICIRCLE,
+        case=f"n = {voussoirs}, μ = 0.7",
+        solver="linear program",
+        quantity="t/R",
+        computed=thinnest(voussoirs),
+        exact=0.1075,
+        tolerance=1e-3,
+    )
 
 
 @pytest.mark.parametrize("offset", [-0.03, 0.03])
@@ -162,18 +177,28 @@ def test_an_arch_too_thin_falls(verify: Verify, solver: Solver, voussoirs: int, 
 
 def test_linear_program_for_ferris_and_tin_loi(verify: Verify) -> None:
     verify(
-        FERRIS, case="33 blocks, dilating joints", solver="linear program", quantity="λ",
-        computed=limit(FERRIS_WALL), exact=0.643, tolerance=1e-3,
-    )  # fmt: skip
+        FERRIS,
+        case="33 blocks, dilating joints",
+        solver="linear program",
+        quantity="λ",
+        computed=limit(FERRIS_WALL),
+        exact=0.643,
+        tolerance=1e-3,
+    )
 
 
 @pytest.mark.parametrize("method", ["explicit", pytest.param("quasi_static", marks=pytest.mark.slow)])
 def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
     solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
     verify(
-        FERRIS, case="33 blocks", solver=solver.method, quantity="λ",
-        computed=standing(FERRIS_WALL, solver, 0.83), exact=0.640, tolerance=0.03,
-    )  # fmt: skip
+        FERRIS,
+        case="33 blocks",
+        solver=solver.method,
+        quantity="λ",
+        computed=standing(FERRIS_WALL, solver, 0.83),
+        exact=0.640,
+        tolerance=0.03,
+    )
 
 
 @pytest.mark.parametrize(
@@ -189,7 +214,11 @@ def test_a_dry_wall_is_pushed_over(verify: Verify, wall: DryWall, top: float, me
     exact = limit(wall)
     words = "pushed sideways" if wall.push == "sideways" else "loaded by a share of its weight"
     verify(
-        PUSHED, case=f"{wall.name}, {words}, μ = {wall.friction:g}", solver=method, quantity="λ",
-        computed=standing(wall, solver, top), exact=exact,
+        PUSHED,
+        case=f"{wall.name}, {words}, μ = {wall.friction:g}",
+        solver=method,
+        quantity="λ",
+        computed=standing(wall, solver, top),
+        exact=exact,
         tolerance=0.01 if method == "quasi_static" else 0.02,
-    )  # fmt: skip
+    )

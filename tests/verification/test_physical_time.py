@@ -43,9 +43,11 @@ STRUCK = ClosedForm(
 def weightless(unit: Unit, count: int, material: BlockMaterial | None = None) -> Assembly:
     """Return a stack whose joints do not open, without gravity."""
     assembly = Assembly(
-        thickness=unit.t, gravity=(0.0, 0.0), block=material or unit.material,
+        thickness=unit.t,
+        gravity=(0.0, 0.0),
+        block=material or unit.material,
         joint=unit.joint(tensile_strength=1e12, cohesion=1e12),
-    )  # fmt: skip
+    )
     for i in range(count):
         assembly.add_block(unit.at(0.0, i * unit.h), course=i)
     assembly.rest_on_ground([0])
@@ -86,9 +88,15 @@ def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: 
     ds = solve(assembly, Dynamics(duration=duration, outputs=1000, time_step_safety=0.05, new_contacts=False))
     found = zeros(ds["time"].values, ds["block_displacement_y"].values[:, -1])
     verify(
-        CHAIN, case=f"n = {n}, j = {j}, 10 periods: {unit}", solver="dynamic", quantity="ω", unit="rad/s",
-        computed=np.pi * (len(found) - 1) / (found[-1] - found[0]), exact=exact, tolerance=1e-3,
-    )  # fmt: skip
+        CHAIN,
+        case=f"n = {n}, j = {j}, 10 periods: {unit}",
+        solver="dynamic",
+        quantity="ω",
+        unit="rad/s",
+        computed=np.pi * (len(found) - 1) / (found[-1] - found[0]),
+        exact=exact,
+        tolerance=1e-3,
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,10 +122,15 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
     alpha = settings.local_damping if settings.damping == "local" else 0.0
     limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) / np.sqrt(1 + alpha)
     verify(
-        STEP, case=f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}", solver="dynamic",
-        quantity="dt", unit="s", computed=DynamicRun(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
-        exact=settings.step_share(dry=False) * limit, tolerance=1e-5,
-    )  # fmt: skip
+        STEP,
+        case=f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}",
+        solver="dynamic",
+        quantity="dt",
+        unit="s",
+        computed=DynamicRun(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
+        exact=settings.step_share(dry=False) * limit,
+        tolerance=1e-5,
+    )
 
 
 @pytest.mark.parametrize("damping", [pytest.param(0.1, marks=SLOW), pytest.param(0.5, marks=SLOW), 0.8])
@@ -127,15 +140,24 @@ def test_local_damping_of_one_block(verify: Verify, damping: float) -> None:
     assembly = weightless(unit, 1)
     assembly.set_velocity(0, y=1e-3)
     settings = Dynamics(
-        duration=6 * np.pi / omega, outputs=2000, damping="local", local_damping=damping, time_step_safety=0.005,
+        duration=6 * np.pi / omega,
+        outputs=2000,
+        damping="local",
+        local_damping=damping,
+        time_step_safety=0.005,
         new_contacts=False,
-    )  # fmt: skip
+    )
     u = np.abs(solve(assembly, settings)["block_displacement_y"].values[:, 0])
     peaks = u[1:-1][(u[1:-1] > u[:-2]) & (u[1:-1] >= u[2:])]
     verify(
-        DECREMENT, case=f"α = {damping:g}, half cycles: {unit}", solver="dynamic", quantity="ratio of amplitudes",
-        computed=peaks[1:4] / peaks[:3], exact=np.sqrt((1 - damping) / (1 + damping)), tolerance=5e-3,
-    )  # fmt: skip
+        DECREMENT,
+        case=f"α = {damping:g}, half cycles: {unit}",
+        solver="dynamic",
+        quantity="ratio of amplitudes",
+        computed=peaks[1:4] / peaks[:3],
+        exact=np.sqrt((1 - damping) / (1 + damping)),
+        tolerance=5e-3,
+    )
 
 
 THROWN = [(BRICK, 1e-4), pytest.param(BLOCK, 1e-3, marks=SLOW), pytest.param(STONE, 0.05, marks=SLOW)]
@@ -157,10 +179,16 @@ def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height
     deepest = int(y.argmin())
     exact = np.array([height, sag * (1 + np.sqrt(1 + 2 * height / sag)), height])
     verify(
-        DROP, case=f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}", solver="dynamic",
-        quantity="H, u_max and H of the rebound", unit="m", exact=exact, scale=exact,
-        computed=[y[:deepest].max(), -y[deepest], y[deepest:].max()], tolerance=5e-3,
-    )  # fmt: skip
+        DROP,
+        case=f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}",
+        solver="dynamic",
+        quantity="H, u_max and H of the rebound",
+        unit="m",
+        exact=exact,
+        scale=exact,
+        computed=[y[:deepest].max(), -y[deepest], y[deepest:].max()],
+        tolerance=5e-3,
+    )
 
 
 @pytest.mark.parametrize("wider", [0.0, 0.3])
@@ -178,13 +206,25 @@ def test_a_block_dropped_on_a_plate(verify: Verify, unit: Unit, height: float, w
     deepest = int(y.argmin())
     case = f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, plate {1 + 2 * wider:g} b wide: {unit}"
     verify(
-        DROP, case=case, solver="dynamic", quantity="u_max", unit="m", computed=-y[deepest],
-        exact=sag * (1 + np.sqrt(1 + 2 * height / sag)), tolerance=0.1 if wider else 5e-3,
-    )  # fmt: skip
+        DROP,
+        case=case,
+        solver="dynamic",
+        quantity="u_max",
+        unit="m",
+        computed=-y[deepest],
+        exact=sag * (1 + np.sqrt(1 + 2 * height / sag)),
+        tolerance=0.1 if wider else 5e-3,
+    )
     verify(
-        DROP, case=case, solver="dynamic", quantity="H of the rebound", unit="m", computed=y[deepest:].max(),
-        exact=height, tolerance=1e-4,
-    )  # fmt: skip
+        DROP,
+        case=case,
+        solver="dynamic",
+        quantity="H of the rebound",
+        unit="m",
+        computed=y[deepest:].max(),
+        exact=height,
+        tolerance=1e-4,
+    )
 
 
 @pytest.mark.parametrize(("unit", "modulus"), [(BRICK, None), (BLOCK, 2e9)])
@@ -205,15 +245,27 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
     front = np.interp(0.5, u[:start] / plateau, place[:start])
     case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
     verify(
-        STRUCK, case=case, solver="dynamic", quantity="speed of the lower front", unit="m/s",
-        computed=(start - front) * unit.h / duration, exact=exact, tolerance=2e-3,
-    )  # fmt: skip
+        STRUCK,
+        case=case,
+        solver="dynamic",
+        quantity="speed of the lower front",
+        unit="m/s",
+        computed=(start - front) * unit.h / duration,
+        exact=exact,
+        tolerance=2e-3,
+    )
     behind = np.abs(place - start) < 30
     shape = special.ndtr((place - (start - travelled)) / width) - special.ndtr((place - (start + travelled)) / width)
     verify(
-        STRUCK, case=case, solver="dynamic", quantity="displacement between the fronts", unit="m",
-        computed=u[behind], exact=plateau * shape[behind], tolerance=1e-2,
-    )  # fmt: skip
+        STRUCK,
+        case=case,
+        solver="dynamic",
+        quantity="displacement between the fronts",
+        unit="m",
+        computed=u[behind],
+        exact=plateau * shape[behind],
+        tolerance=1e-2,
+    )
 
 
 @pytest.mark.parametrize(("unit", "friction", "slope"), [(BRICK, 0.5, 0.6), (BLOCK, 0.3, 0.5), (STONE, 0.4, 0.6)])
@@ -221,15 +273,22 @@ def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: fl
     angle, duration = np.arctan(slope), 0.5
     along = G * (np.sin(angle) - friction * np.cos(angle)) * duration**2 / 2
     assembly = Assembly(
-        thickness=unit.t, gravity=(G * np.sin(angle), -G * np.cos(angle)), joint=unit.joint(friction=friction),
+        thickness=unit.t,
+        gravity=(G * np.sin(angle), -G * np.cos(angle)),
+        joint=unit.joint(friction=friction),
         block=unit.material,
-    )  # fmt: skip
+    )
     plate = assembly.add_block(rectangle(-unit.b, -unit.h, 2 * unit.b + along, 0.0))
     block = assembly.add_block(unit.at(0.0, 0.0))
     assembly.support(plate)
     ds = solve(assembly, Dynamics(duration=duration, outputs=20))
     verify(
-        SLIDE, case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {duration:g} s: {unit}", solver="dynamic",
-        quantity="distance", unit="m", computed=ds["block_displacement_x"].values[-1, block], exact=along,
+        SLIDE,
+        case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {duration:g} s: {unit}",
+        solver="dynamic",
+        quantity="distance",
+        unit="m",
+        computed=ds["block_displacement_x"].values[-1, block],
+        exact=along,
         tolerance=1e-2,
-    )  # fmt: skip
+    )

@@ -82,17 +82,30 @@ def test_a_block_is_pulled_off(verify: Verify, solver: Solver, support: str, inc
     case = f"{B:g} m x {T:g} m on a {support}, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m, {increments} increments"
     exact = B * T * envelope(pulled)
     verify(
-        PULL, case=case, solver=solver.method, quantity="force", unit="N",
-        computed=force, exact=exact, scale=B * T * STRENGTH, tolerance=1e-9,
-    )  # fmt: skip
+        PULL,
+        case=case,
+        solver=solver.method,
+        quantity="force",
+        unit="N",
+        computed=force,
+        exact=exact,
+        scale=B * T * STRENGTH,
+        tolerance=1e-9,
+    )
     np.testing.assert_allclose(ds["contact_opening"].values, np.tile(pulled[:, None], 3), rtol=1e-12)
     assert (ds["contact_state"].values[1:] == CRACKED).all()
     # from the first increment on, a path of straight pieces whose only corner is at the end
     first = 0.5 * B * T * STRENGTH * U_0 + 0.5 * (B * T * STRENGTH + force[1]) * (pulled[1] - U_0)
     verify(
-        PULL, case=case, solver=solver.method, quantity="work", unit="J",
-        computed=first + np.trapezoid(force[1:], pulled[1:]), exact=B * T * ENERGY, tolerance=1e-9,
-    )  # fmt: skip
+        PULL,
+        case=case,
+        solver=solver.method,
+        quantity="work",
+        unit="J",
+        computed=first + np.trapezoid(force[1:], pulled[1:]),
+        exact=B * T * ENERGY,
+        tolerance=1e-9,
+    )
 
 
 @pytest.mark.parametrize("weak", [0, 1])
@@ -116,10 +129,16 @@ def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(
     force = B * T * envelope(weaker)
     for interface in (0, 1):
         verify(
-            PAIR, case=f"joint {weak + 1} of 2 the weaker, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m",
-            solver=solver.method, quantity=f"force in joint {interface + 1}", unit="N",
-            computed=normal_force(ds, interface), exact=force, scale=B * T * STRENGTH, tolerance=1e-5,
-        )  # fmt: skip
+            PAIR,
+            case=f"joint {weak + 1} of 2 the weaker, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m",
+            solver=solver.method,
+            quantity=f"force in joint {interface + 1}",
+            unit="N",
+            computed=normal_force(ds, interface),
+            exact=force,
+            scale=B * T * STRENGTH,
+            tolerance=1e-5,
+        )
     opening = ds["contact_opening"].values.reshape(49, 2, 3)
     np.testing.assert_allclose(opening[:, weak].T, np.tile(weaker, (3, 1)), atol=1e-4 * U_0)
     cracked = ds["contact_state"].values.reshape(49, 2, 3) == CRACKED
@@ -144,13 +163,26 @@ def test_a_block_is_tilted_off(verify: Verify, solver: Solver, contacts: int) ->
     expected = np.array([tilted(turn * i / 30, x, area) for i in range(31)])
     case = f"{contacts} midpoints, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m"
     verify(
-        TILT, case=case, solver=solver.method, quantity="rise", unit="m",
-        computed=ds["block_displacement_y"].values[:, 1], exact=expected[:, 0], scale=U_0, tolerance=1e-4,
-    )  # fmt: skip
+        TILT,
+        case=case,
+        solver=solver.method,
+        quantity="rise",
+        unit="m",
+        computed=ds["block_displacement_y"].values[:, 1],
+        exact=expected[:, 0],
+        scale=U_0,
+        tolerance=1e-4,
+    )
     verify(
-        TILT, case=case, solver=solver.method, quantity="moment", unit="N m",
-        computed=moment(ds, 0, B / 2), exact=expected[:, 1], tolerance=1e-5,
-    )  # fmt: skip
+        TILT,
+        case=case,
+        solver=solver.method,
+        quantity="moment",
+        unit="N m",
+        computed=moment(ds, 0, B / 2),
+        exact=expected[:, 1],
+        tolerance=1e-5,
+    )
     assert (ds["contact_state"].values[-1] == CRACKED).any()
 
 

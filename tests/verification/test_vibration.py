@@ -246,13 +246,25 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
     crest = lower + 0.5 * (left - right) / (left - 2 * middle + right)
     case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
     verify(
-        WAVE, case=case, solver="explicit cycle", quantity="speed of the lower crest", unit="m/s",
-        computed=(start - crest) * unit.h / (steps * dt), exact=exact, tolerance=2e-3,
-    )  # fmt: skip
+        WAVE,
+        case=case,
+        solver="explicit cycle",
+        quantity="speed of the lower crest",
+        unit="m/s",
+        computed=(start - crest) * unit.h / (steps * dt),
+        exact=exact,
+        tolerance=2e-3,
+    )
     verify(
-        WAVE, case=case, solver="explicit cycle", quantity="height of either crest", unit="m",
-        computed=[middle, u[start:].max()], exact=0.5e-3, tolerance=1e-2,
-    )  # fmt: skip
+        WAVE,
+        case=case,
+        solver="explicit cycle",
+        quantity="height of either crest",
+        unit="m",
+        computed=[middle, u[start:].max()],
+        exact=0.5e-3,
+        tolerance=1e-2,
+    )
 
 
 @pytest.mark.parametrize(("unit", "friction", "slope"), [(BRICK, 0.5, 0.6), (BLOCK, 0.3, 0.5), (STONE, 0.4, 0.6)])
@@ -269,7 +281,12 @@ def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: fl
     run.motion.displacement[:] = rest
     run._cycle(steps, 1.0, 0.0, 0.0)
     verify(
-        SLIDE, case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}", solver="explicit cycle",
-        quantity="distance", unit="m", computed=run.motion.displacement[0] - rest[0],
-        exact=G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2, tolerance=5e-3,
-    )  # fmt: skip
+        SLIDE,
+        case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}",
+        solver="explicit cycle",
+        quantity="distance",
+        unit="m",
+        computed=run.motion.displacement[0] - rest[0],
+        exact=G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2,
+        tolerance=5e-3,
+    )

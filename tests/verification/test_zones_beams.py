@@ -130,9 +130,16 @@ def errors(beam: Beam, assembly: Assembly, solver: Solver, plane: str) -> tuple[
 
 
 def converge(
-    verify: Verify, form: ClosedForm, name: str, solver: Solver, plane: str, beam: Beam,
-    build: Callable[[float], Assembly], height: float, tip: tuple[float, float],
-) -> None:  # fmt: skip
+    verify: Verify,
+    form: ClosedForm,
+    name: str,
+    solver: Solver,
+    plane: str,
+    beam: Beam,
+    build: Callable[[float], Assembly],
+    height: float,
+    tip: tuple[float, float],
+) -> None:
     """Compare on three meshes, and the orders."""
     sizes, moved, stressed = [height / n for n in (2, 4, 8)], [], []
     for size in sizes:
@@ -146,20 +153,38 @@ def converge(
         exact = beam.displacement(*np.array(tip))[1]
         nearest = int(np.abs(pair[1][:, 1] - exact).argmin())
         verify(
-            form, case=case, solver=solver.method, quantity="largest deflection", unit="m",
-            computed=pair[0][nearest, 1], exact=exact, tolerance=tolerance,
-        )  # fmt: skip
+            form,
+            case=case,
+            solver=solver.method,
+            quantity="largest deflection",
+            unit="m",
+            computed=pair[0][nearest, 1],
+            exact=exact,
+            tolerance=tolerance,
+        )
         verify(
-            form, case=case, solver=solver.method, quantity="error of the stress", computed=wrong, exact=0.0,
-            scale=1.0, tolerance=0.5 / cells,
-        )  # fmt: skip
+            form,
+            case=case,
+            solver=solver.method,
+            quantity="error of the stress",
+            computed=wrong,
+            exact=0.0,
+            scale=1.0,
+            tolerance=0.5 / cells,
+        )
     for quantity, found, expected, allowed in (
-        ("order, displacement", moved, 2.0, 0.1), ("order, stress", stressed, 1.0, 0.15)
-    ):  # fmt: skip
+        ("order, displacement", moved, 2.0, 0.1),
+        ("order, stress", stressed, 1.0, 0.15),
+    ):
         verify(
-            form, case=f"{name}, 2 to 8 cells", solver=solver.method, quantity=quantity, computed=order(sizes, found),
-            exact=expected, tolerance=allowed,
-        )  # fmt: skip
+            form,
+            case=f"{name}, 2 to 8 cells",
+            solver=solver.method,
+            quantity=quantity,
+            computed=order(sizes, found),
+            exact=expected,
+            tolerance=allowed,
+        )
 
 
 @pytest.mark.parametrize(
@@ -180,9 +205,11 @@ def test_a_cantilever_bends(
         assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), block=material)
         block = assembly.add_block(rectangle(0.0, -c, length, c), zone_size=size)
         assembly.hold_points(
-            block, at(0, 0.0), x=lambda x, y: beam.displacement(x, y)[:, 0],
+            block,
+            at(0, 0.0),
+            x=lambda x, y: beam.displacement(x, y)[:, 0],
             y=lambda x, y: beam.displacement(x, y)[:, 1],
-        )  # fmt: skip
+        )
         assembly.traction(block, at(0, length), y=lambda x, y: beam.stress(x, y)[:, 2])
         return assembly
 
@@ -203,9 +230,11 @@ def test_a_deep_beam_bends(verify: Verify, solver: Solver, height: float, materi
         block = assembly.add_block(rectangle(-half, -c, half, c), zone_size=size)
         for end in (-1.0, 1.0):
             assembly.traction(
-                block, at(0, end * half), x=lambda x, y: np.sign(x) * beam.stress(x, y)[:, 0],
+                block,
+                at(0, end * half),
+                x=lambda x, y: np.sign(x) * beam.stress(x, y)[:, 0],
                 y=lambda x, y: np.sign(x) * beam.stress(x, y)[:, 2],
-            )  # fmt: skip
+            )
             assembly.hold_points(block, lambda x, y, e=end: np.hypot(x - e * half, y) < 1e-9, y=0.0)  # type: ignore[misc]
         assembly.hold_points(block, lambda x, y: np.hypot(x, y) < 1e-9, x=0.0)
         assembly.traction(block, at(1, c), y=-load)
@@ -219,10 +248,14 @@ def test_a_deep_beam_bends(verify: Verify, solver: Solver, height: float, materi
 @pytest.mark.parametrize(
     ("length", "height", "material", "angle"),
     [
-        (0.24, 0.075, BRICKWORK, 0.0), (0.23, 0.076, RUBBER, 0.0), (0.29, 0.09, CONCRETE, 0.4),
-        (0.11, 0.075, BRICKWORK, 0.0), (0.2, 0.2, CONCRETE, 0.0), (1.2, 0.1, BRICKWORK, -1.0),
+        (0.24, 0.075, BRICKWORK, 0.0),
+        (0.23, 0.076, RUBBER, 0.0),
+        (0.29, 0.09, CONCRETE, 0.4),
+        (0.11, 0.075, BRICKWORK, 0.0),
+        (0.2, 0.2, CONCRETE, 0.0),
+        (1.2, 0.1, BRICKWORK, -1.0),
     ],
-)  # fmt: skip
+)
 def test_a_brick_of_default_zones_bends(
     verify: Verify, solver: Solver, length: float, height: float, material: BlockMaterial, angle: float, plane: str
 ) -> None:
@@ -243,9 +276,11 @@ def test_a_brick_of_default_zones_bends(
     assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), block=material)
     block = assembly.add_block(corners, zone_size=size)
     assembly.hold_points(
-        block, lambda x, y: np.abs(np.abs(own(x, y)[:, 0]) - half) < 1e-9, x=lambda x, y: exact(x, y)[:, 0],
+        block,
+        lambda x, y: np.abs(np.abs(own(x, y)[:, 0]) - half) < 1e-9,
+        x=lambda x, y: exact(x, y)[:, 0],
         y=lambda x, y: exact(x, y)[:, 1],
-    )  # fmt: skip
+    )
     model, path = solved(assembly, solver, plane, maximum_cycles=2_000_000)
     assert model.mesh is not None
     s_xx, s_yy, s_xy, s_zz = zones_of(path[-1]).stress.T
@@ -254,10 +289,15 @@ def test_a_brick_of_default_zones_bends(
     work = 0.5 * float(squares @ model.mesh.zone_area) * THICKNESS / material.elastic_modulus
     second = THICKNESS * height**3 / 12
     verify(
-        BRICK, case=f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}",
-        solver=solver.method, quantity="W", unit="J", computed=work,
-        exact=0.5 * moduli(material, plane)[0] * second * bend**2 * length, tolerance=1e-3,
-    )  # fmt: skip
+        BRICK,
+        case=f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}",
+        solver=solver.method,
+        quantity="W",
+        unit="J",
+        computed=work,
+        exact=0.5 * moduli(material, plane)[0] * second * bend**2 * length,
+        tolerance=1e-3,
+    )
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])

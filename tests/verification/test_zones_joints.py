@@ -52,9 +52,15 @@ WINKLER = ClosedForm(
 )
 @pytest.mark.parametrize("blocks", ["rigid", "deformable"])
 def test_a_stack_is_springs_in_series(
-    verify: Verify, solver: Solver, blocks: str, count: int, material: BlockMaterial, joint: Joint, stress: float,
+    verify: Verify,
+    solver: Solver,
+    blocks: str,
+    count: int,
+    material: BlockMaterial,
+    joint: Joint,
+    stress: float,
     size: float,
-) -> None:  # fmt: skip
+) -> None:
     length, height, thickness = 0.24, 0.075, 0.11
     # its shear stiffness only keeps the bricks from drifting sideways
     law = replace(joint, tensile_strength=1e9, cohesion=0.0, friction=0.0, shear_stiffness=1e6)
@@ -76,15 +82,27 @@ def test_a_stack_is_springs_in_series(
     case += f", {1e-6 * stress:g} MPa: {NAMES[material]}"
     exact = stress * (i / joint.normal_stiffness + (2 * i - 1) * height / (2 * material.elastic_modulus))
     verify(
-        SERIES, case=case, solver=solver.method, quantity="displacement of the blocks", unit="m",
-        computed=last.displacement[:, 1], exact=exact, tolerance=1e-6,
-    )  # fmt: skip
+        SERIES,
+        case=case,
+        solver=solver.method,
+        quantity="displacement of the blocks",
+        unit="m",
+        computed=last.displacement[:, 1],
+        exact=exact,
+        tolerance=1e-6,
+    )
     bed = model.interfaces.block_a < model.n_blocks
     soft = 1 / joint.normal_stiffness + (height / material.elastic_modulus if blocks == "rigid" else 0.0)
     verify(
-        SERIES, case=case, solver=solver.method, quantity="opening of the joints between blocks", unit="m",
-        computed=last.opening[bed], exact=np.full_like(last.opening[bed], stress * soft), tolerance=1e-6,
-    )  # fmt: skip
+        SERIES,
+        case=case,
+        solver=solver.method,
+        quantity="opening of the joints between blocks",
+        unit="m",
+        computed=last.opening[bed],
+        exact=np.full_like(last.opening[bed], stress * soft),
+        tolerance=1e-6,
+    )
 
 
 @pytest.mark.parametrize(
@@ -101,19 +119,31 @@ def test_a_joint_opens_under_a_deformable_block(verify: Verify, solver: Solver, 
     assembly.rest_on_ground([block])
     assembly.traction(
         block, lambda x, y: y > height - 1e-9, y=lambda x, y: -stress * (1 + 12 * share * (x - b / 2) / b)
-    )  # fmt: skip
+    )
     _, path = solved(assembly, solver, tolerance=1e-4 * stress * b * thickness)
     force, pressed = stress * b * thickness, 3 * b * (0.5 - share)
     theta = 2 * force / (k_n * thickness * pressed**2)
     case = f"e = {share:g} b, {4 * pieces * pieces // 2} zones"
     verify(
-        ROTATION, case=case, solver=solver.method, quantity="θ", unit="rad", computed=-path[-1].displacement[block, 2],
-        exact=theta, tolerance=3e-2,
-    )  # fmt: skip
+        ROTATION,
+        case=case,
+        solver=solver.method,
+        quantity="θ",
+        unit="rad",
+        computed=-path[-1].displacement[block, 2],
+        exact=theta,
+        tolerance=3e-2,
+    )
     verify(
-        ROTATION, case=case, solver=solver.method, quantity="gap at the free edge", unit="m",
-        computed=path[-1].opening.max(), exact=theta * (b - pressed), tolerance=3e-2,
-    )  # fmt: skip
+        ROTATION,
+        case=case,
+        solver=solver.method,
+        quantity="gap at the free edge",
+        unit="m",
+        computed=path[-1].opening.max(),
+        exact=theta * (b - pressed),
+        tolerance=3e-2,
+    )
 
 
 def beam_on_bed(
@@ -156,21 +186,31 @@ def test_a_brick_on_a_joint_is_a_beam_on_a_bed(
     block = assembly.add_block(rectangle(-half, 0.0, half, height), zone_size=size)
     assembly.rest_on_ground([block])
     strip = height
-    assembly.traction(
-        block, lambda x, y: (y > height - 1e-9) & (np.abs(x) < strip / 2), y=-load / (strip * thickness)
-    )  # fmt: skip
+    assembly.traction(block, lambda x, y: (y > height - 1e-9) & (np.abs(x) < strip / 2), y=-load / (strip * thickness))
     model, path = solved(assembly, solver, maximum_cycles=2_000_000, tolerance=1e-7 * load)
     face = model.interfaces
     place = (face.x[:, None] + face.normal_y[:, None] * face.contact_offset).ravel()
     exact = -k_n * beam_on_bed(place, material, height, thickness, k_n * thickness, strip, load)
     case = f"h = {height:g} m, λ h = {characteristic * height:.2g}, {round(height / size)} cells over h"
     verify(
-        WINKLER, case=f"{case}: {NAMES[material]}", solver=solver.method, quantity="stress of the joint", unit="Pa",
-        computed=path[-1].normal_stress.ravel(), exact=exact, tolerance=0.06,
-    )  # fmt: skip
+        WINKLER,
+        case=f"{case}: {NAMES[material]}",
+        solver=solver.method,
+        quantity="stress of the joint",
+        unit="Pa",
+        computed=path[-1].normal_stress.ravel(),
+        exact=exact,
+        tolerance=0.06,
+    )
     total = (path[-1].normal_stress * face.contact_area).sum()
     verify(
-        WINKLER, case=f"{case}: {NAMES[material]}", solver=solver.method, quantity="force of the joint", unit="N",
-        computed=total, exact=-load, tolerance=1e-4,
-    )  # fmt: skip
+        WINKLER,
+        case=f"{case}: {NAMES[material]}",
+        solver=solver.method,
+        quantity="force of the joint",
+        unit="N",
+        computed=total,
+        exact=-load,
+        tolerance=1e-4,
+    )
     assert np.isfinite(zones_of(path[-1]).stress).all()

@@ -58,10 +58,13 @@ GRADIENT = np.array([[3e-4, 1e-4], [-2.5e-4, -1.2e-4]])
 @pytest.mark.parametrize(
     ("shape", "size", "material"),
     [
-        ("trapezium", 0.08, BRICKWORK), ("triangle", 0.05, CONCRETE), ("pentagon", 0.06, RUBBER),
-        ("distorted quadrilateral", 0.1, BRICKWORK), ("sliver", 0.2, CONCRETE),
+        ("trapezium", 0.08, BRICKWORK),
+        ("triangle", 0.05, CONCRETE),
+        ("pentagon", 0.06, RUBBER),
+        ("distorted quadrilateral", 0.1, BRICKWORK),
+        ("sliver", 0.2, CONCRETE),
     ],
-)  # fmt: skip
+)
 def test_constant_strain_in_a_block_of_any_shape(
     verify: Verify, solver: Solver, shape: str, size: float, material: BlockMaterial, plane: str
 ) -> None:
@@ -75,9 +78,11 @@ def test_constant_strain_in_a_block_of_any_shape(
         return np.array([np.hypot(*(outline - p).T).min() < 1e-9 for p in np.column_stack((x, y))])
 
     assembly.hold_points(
-        block, on_outline, x=lambda x, y: GRADIENT[0, 0] * x + GRADIENT[0, 1] * y,
+        block,
+        on_outline,
+        x=lambda x, y: GRADIENT[0, 0] * x + GRADIENT[0, 1] * y,
         y=lambda x, y: GRADIENT[1, 0] * x + GRADIENT[1, 1] * y,
-    )  # fmt: skip
+    )
     model, path = solved(assembly, solver, plane)
     assert model.mesh is not None
     assert len(outline) < model.mesh.x.size, "nothing is free inside"
@@ -85,14 +90,26 @@ def test_constant_strain_in_a_block_of_any_shape(
     exact = stress_of(material, plane, GRADIENT)
     case = f"{shape}, {len(model.mesh.zones)} zones, plane {plane}: {NAMES[material]}"
     verify(
-        PATCH, case=case, solver=solver.method, quantity="s_xx, s_yy, s_xy, s_zz", unit="Pa", computed=zones.stress,
-        exact=np.broadcast_to(exact, zones.stress.shape), tolerance=1e-10,
-    )  # fmt: skip
+        PATCH,
+        case=case,
+        solver=solver.method,
+        quantity="s_xx, s_yy, s_xy, s_zz",
+        unit="Pa",
+        computed=zones.stress,
+        exact=np.broadcast_to(exact, zones.stress.shape),
+        tolerance=1e-10,
+    )
     place = np.column_stack((model.mesh.x, model.mesh.y))
     verify(
-        PATCH, case=case, solver=solver.method, quantity="displacement", unit="m", computed=zones.displacement,
-        exact=place @ GRADIENT.T, tolerance=1e-10,
-    )  # fmt: skip
+        PATCH,
+        case=case,
+        solver=solver.method,
+        quantity="displacement",
+        unit="m",
+        computed=zones.displacement,
+        exact=place @ GRADIENT.T,
+        tolerance=1e-10,
+    )
 
 
 Line = tuple[float, float, float]
@@ -149,9 +166,11 @@ def test_constant_stress_across_joints(
     plane: str,
 ) -> None:
     joint = Joint(
-        normal_stiffness=82e9 * material.elastic_modulus / 9e9, shear_stiffness=36e9 * material.elastic_modulus / 9e9,
-        tensile_strength=1e12, cohesion=1e12,
-    )  # fmt: skip
+        normal_stiffness=82e9 * material.elastic_modulus / 9e9,
+        shear_stiffness=36e9 * material.elastic_modulus / 9e9,
+        tensile_strength=1e12,
+        cohesion=1e12,
+    )
     polygons = [[(0.0, 0.0), (LENGTH, 0.0), (LENGTH, HEIGHT), (0.0, HEIGHT)]]
     for line in lines:
         polygons = [part for polygon in polygons for part in cut(polygon, line)]
@@ -193,11 +212,23 @@ def test_constant_stress_across_joints(
     name = "straight" if lines is STRAIGHT else "skewed"
     case = f"{len(polygons)} blocks, {name} joints, plane {plane}: {NAMES[material]}"
     verify(
-        JOINED, case=case, solver=solver.method, quantity="s_xx, s_yy, s_xy, s_zz", unit="Pa", computed=zones.stress,
-        exact=np.broadcast_to(exact, zones.stress.shape), tolerance=1e-7,
-    )  # fmt: skip
+        JOINED,
+        case=case,
+        solver=solver.method,
+        quantity="s_xx, s_yy, s_xy, s_zz",
+        unit="Pa",
+        computed=zones.stress,
+        exact=np.broadcast_to(exact, zones.stress.shape),
+        tolerance=1e-7,
+    )
     middle = np.array([np.mean(p, axis=0) for p in polygons])[mesh.gridpoint_block]
     verify(
-        JOINED, case=case, solver=solver.method, quantity="displacement", unit="m", computed=zones.displacement,
-        exact=displacement(mesh.x, mesh.y, middle), tolerance=1e-7,
-    )  # fmt: skip
+        JOINED,
+        case=case,
+        solver=solver.method,
+        quantity="displacement",
+        unit="m",
+        computed=zones.displacement,
+        exact=displacement(mesh.x, mesh.y, middle),
+        tolerance=1e-7,
+    )

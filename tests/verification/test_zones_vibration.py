@@ -115,13 +115,24 @@ def test_frequencies_of_a_bar(verify: Verify, material: BlockMaterial, plane: st
         found = frequency[along][:3]
         off.append(float(np.abs(found / exact - 1).max()))
         verify(
-            BAR, case=f"{name}, {round(length / size)} cells", solver="stiffness matrix", quantity="ω_1 ... ω_3",
-            unit="rad/s", computed=found, exact=exact, tolerance=2 * (size / length) ** 2,
-        )  # fmt: skip
+            BAR,
+            case=f"{name}, {round(length / size)} cells",
+            solver="stiffness matrix",
+            quantity="ω_1 ... ω_3",
+            unit="rad/s",
+            computed=found,
+            exact=exact,
+            tolerance=2 * (size / length) ** 2,
+        )
     verify(
-        BAR, case=f"{name}, 16 to 64 cells", solver="stiffness matrix", quantity="order", computed=order(sizes, off),
-        exact=2.0, tolerance=0.1,
-    )  # fmt: skip
+        BAR,
+        case=f"{name}, 16 to 64 cells",
+        solver="stiffness matrix",
+        quantity="order",
+        computed=order(sizes, off),
+        exact=2.0,
+        tolerance=0.1,
+    )
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
@@ -146,17 +157,33 @@ def test_lames_mode_of_a_square(verify: Verify, material: BlockMaterial, side: f
         off.append(abs(frequency[best] / exact - 1))
         case = f"{name}, {count} x {count} cells"
         verify(
-            LAME, case=case, solver="stiffness matrix", quantity="ω", unit="rad/s", computed=frequency[best],
-            exact=exact, tolerance=2 * (n / count) ** 2,
-        )  # fmt: skip
+            LAME,
+            case=case,
+            solver="stiffness matrix",
+            quantity="ω",
+            unit="rad/s",
+            computed=frequency[best],
+            exact=exact,
+            tolerance=2 * (n / count) ** 2,
+        )
         verify(
-            LAME, case=case, solver="stiffness matrix", quantity="cosine to Lamé's shape", computed=likeness[best],
-            exact=1.0, tolerance=2 * (n / count) ** 2,
-        )  # fmt: skip
+            LAME,
+            case=case,
+            solver="stiffness matrix",
+            quantity="cosine to Lamé's shape",
+            computed=likeness[best],
+            exact=1.0,
+            tolerance=2 * (n / count) ** 2,
+        )
     verify(
-        LAME, case=f"{name}, {cells[0]} to {cells[-1]} cells", solver="stiffness matrix", quantity="order",
-        computed=order([1 / c for c in cells], off), exact=2.0, tolerance=0.15,
-    )  # fmt: skip
+        LAME,
+        case=f"{name}, {cells[0]} to {cells[-1]} cells",
+        solver="stiffness matrix",
+        quantity="order",
+        computed=order([1 / c for c in cells], off),
+        exact=2.0,
+        tolerance=0.15,
+    )
 
 
 @pytest.mark.parametrize("material", [BRICKWORK, RUBBER], ids=["brickwork", "rubber"])
@@ -191,14 +218,25 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
         crests.append((x[at] + shift * (x[1] - x[0]), here - 0.25 * (before - after) * shift))
     case = f"16 x 0.2 m, {len(mesh.zones)} zones: {NAMES[material]}, ν = 0"
     verify(
-        PULSE, case=case, solver="explicit cycle", quantity="speed of both crests", unit="m/s",
-        computed=[(start - crests[0][0]) / (steps * dt), (crests[1][0] - start) / (steps * dt)], exact=speed,
+        PULSE,
+        case=case,
+        solver="explicit cycle",
+        quantity="speed of both crests",
+        unit="m/s",
+        computed=[(start - crests[0][0]) / (steps * dt), (crests[1][0] - start) / (steps * dt)],
+        exact=speed,
         tolerance=2e-3,
-    )  # fmt: skip
+    )
     verify(
-        PULSE, case=case, solver="explicit cycle", quantity="height of both crests", unit="m",
-        computed=[crests[0][1], crests[1][1]], exact=0.5e-4, tolerance=5e-3,
-    )  # fmt: skip
+        PULSE,
+        case=case,
+        solver="explicit cycle",
+        quantity="height of both crests",
+        unit="m",
+        computed=[crests[0][1], crests[1][1]],
+        exact=0.5e-4,
+        tolerance=5e-3,
+    )
     # the crest that runs to the right: s_xx = -rho c v
     assert run.zones is not None
     stress = run.zones.stresses(u)[:, 0]
@@ -206,9 +244,15 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     velocity = run.motion.velocity[mesh.dof_x][mesh.zones].mean(axis=1) / dt
     right = middle > start + 2 * width
     verify(
-        PULSE, case=case, solver="explicit cycle", quantity="stress of the wave to the right", unit="Pa",
-        computed=stress[right], exact=-material.density * speed * velocity[right], tolerance=6e-2,
-    )  # fmt: skip
+        PULSE,
+        case=case,
+        solver="explicit cycle",
+        quantity="stress of the wave to the right",
+        unit="Pa",
+        computed=stress[right],
+        exact=-material.density * speed * velocity[right],
+        tolerance=6e-2,
+    )
 
 
 @pytest.mark.parametrize(
@@ -235,19 +279,43 @@ def test_a_bar_runs_against_a_wall(verify: Verify, material: BlockMaterial, cell
     found = np.array([zones_of(i).displacement[:, 0] for i in path])
     case = f"2 m, {len(mesh.zones)} zones: {NAMES[material]}, ν = 0"
     verify(
-        IMPACT, case=case, solver="dynamic", quantity="displacement", unit="m", computed=found, exact=exact,
+        IMPACT,
+        case=case,
+        solver="dynamic",
+        quantity="displacement",
+        unit="m",
+        computed=found,
+        exact=exact,
         tolerance=0.2 * cells ** (-2 / 3),
-    )  # fmt: skip
+    )
     verify(
-        IMPACT, case=case, solver="dynamic", quantity="mean stress at L/c", unit="Pa",
-        computed=zones_of(path[5]).stress[:, 0].mean(), exact=material.density * speed * velocity,
+        IMPACT,
+        case=case,
+        solver="dynamic",
+        quantity="mean stress at L/c",
+        unit="Pa",
+        computed=zones_of(path[5]).stress[:, 0].mean(),
+        exact=material.density * speed * velocity,
         tolerance=0.3 * cells ** (-2 / 3),
-    )  # fmt: skip
+    )
     verify(
-        IMPACT, case=case, solver="dynamic", quantity="kinetic energy at 2 L/c", unit="J",
-        computed=path[-1].kinetic_energy, exact=path[0].kinetic_energy, tolerance=0.5 * cells ** (-2 / 3),
-    )  # fmt: skip
+        IMPACT,
+        case=case,
+        solver="dynamic",
+        quantity="kinetic energy at 2 L/c",
+        unit="J",
+        computed=path[-1].kinetic_energy,
+        exact=path[0].kinetic_energy,
+        tolerance=0.5 * cells ** (-2 / 3),
+    )
     verify(
-        IMPACT, case=case, solver="dynamic", quantity="energy that does not balance", unit="J",
-        computed=[i.energy_error for i in path], exact=0.0, scale=path[0].kinetic_energy, tolerance=1e-6,
-    )  # fmt: skip
+        IMPACT,
+        case=case,
+        solver="dynamic",
+        quantity="energy that does not balance",
+        unit="J",
+        computed=[i.energy_error for i in path],
+        exact=0.0,
+        scale=path[0].kinetic_energy,
+        tolerance=1e-6,
+    )

@@ -66,9 +66,13 @@ PUNCH = ClosedForm(
 def weak(cohesion: float, friction: float, tension: float | None = None, dilation: float = 0.0) -> BlockMaterial:
     """Return a material that yields."""
     return BlockMaterial(
-        elastic_modulus=2e9, poisson_ratio=0.2, cohesion=cohesion, friction=friction, dilation=dilation,
+        elastic_modulus=2e9,
+        poisson_ratio=0.2,
+        cohesion=cohesion,
+        friction=friction,
+        dilation=dilation,
         tensile_strength=tension,
-    )  # fmt: skip
+    )
 
 
 CLAY = weak(50e3, 0.0)
@@ -145,21 +149,38 @@ def test_a_block_reaches_the_yield_surface_and_stays(
     exact = modulus * progress[elastic] * movement / HEIGHT + ratio * lateral
     mean = stress[elastic] @ mesh.zone_area / mesh.zone_area.sum()
     verify(
-        SURFACE, case=case, solver=solver.method, quantity="σ_yy, elastic", unit="Pa", computed=mean, exact=exact,
-        scale=abs(limit), tolerance=1e-5,
-    )  # fmt: skip
+        SURFACE,
+        case=case,
+        solver=solver.method,
+        quantity="σ_yy, elastic",
+        unit="Pa",
+        computed=mean,
+        exact=exact,
+        scale=abs(limit),
+        tolerance=1e-5,
+    )
     verify(
-        SURFACE, case=case, solver=solver.method, quantity="σ_yy, limit", unit="Pa", computed=stress[-3:],
-        exact=np.full_like(stress[-3:], limit), tolerance=ALLOWED[solver.method],
-    )  # fmt: skip
+        SURFACE,
+        case=case,
+        solver=solver.method,
+        quantity="σ_yy, limit",
+        unit="Pa",
+        computed=stress[-3:],
+        exact=np.full_like(stress[-3:], limit),
+        tolerance=ALLOWED[solver.method],
+    )
     kinds = [ZoneState.TENSION if pull else ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION]
     if solver.method == "explicit":
         kinds.append(ZoneState.YIELDED)
     yielding = [np.isin(zones_of(i).state, kinds).any() for i in path[-3:]]
     verify(
-        SURFACE, case=case, solver=solver.method, quantity="yields in shear (pressed) or tension (pulled)",
-        computed=bool(np.all(yielding)), exact=True,
-    )  # fmt: skip
+        SURFACE,
+        case=case,
+        solver=solver.method,
+        quantity="yields in shear (pressed) or tension (pulled)",
+        computed=bool(np.all(yielding)),
+        exact=True,
+    )
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
@@ -168,9 +189,7 @@ def test_unloading_leaves_a_set(verify: Verify, solver: Solver, share: float, si
     """``share``: half the load over the strength of the weak column."""
     material = weak(1.0e6, 0.5, 1.0e6, dilation=0.5)
     strong = replace(material, cohesion=None, tensile_strength=None)
-    joint = Joint(
-        normal_stiffness=50e9, shear_stiffness=1e9, tensile_strength=1e9, cohesion=0.0, friction=0.0
-    )  # fmt: skip
+    joint = Joint(normal_stiffness=50e9, shear_stiffness=1e9, tensile_strength=1e9, cohesion=0.0, friction=0.0)
     assembly = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), joint=joint)
     columns = []
     for made_of, left in ((material, 0.0), (strong, 0.6)):
@@ -204,17 +223,29 @@ def test_unloading_leaves_a_set(verify: Verify, solver: Solver, share: float, si
         exact = -np.array([(load - most) / stiffness, left / stiffness])
         quantity = "settlement under P, and set"
     verify(
-        SET, case=case, solver=solver.method, quantity=quantity, unit="m", computed=sunk, exact=exact,
+        SET,
+        case=case,
+        solver=solver.method,
+        quantity=quantity,
+        unit="m",
+        computed=sunk,
+        exact=exact,
         tolerance=ALLOWED[solver.method],
-    )  # fmt: skip
+    )
     force = []
     for increment in (first, last):
         stress = zones_of(increment).stress[:, 1]
         force += [(stress * mesh.zone_area)[mesh.zone_block == c].sum() * THICKNESS / HEIGHT for c in columns]
     verify(
-        SET, case=case, solver=solver.method, quantity="forces of the columns under P and after", unit="N",
-        computed=force, exact=[-most, most - load, left, -left], tolerance=ALLOWED[solver.method],
-    )  # fmt: skip
+        SET,
+        case=case,
+        solver=solver.method,
+        quantity="forces of the columns under P and after",
+        unit="N",
+        computed=force,
+        exact=[-most, most - load, left, -left],
+        tolerance=ALLOWED[solver.method],
+    )
 
 
 def punch(solver: Solver, cells: int, increments: int = 4) -> tuple[Model, Increment, FloatArray]:
@@ -249,10 +280,15 @@ def test_without_dilation_bands_form(verify: Verify, solver: Solver, plane: str)
     assert mesh is not None
     mean = zones_of(path[-1]).stress[:, 1] @ mesh.zone_area / mesh.zone_area.sum()
     verify(
-        BANDS, case=f"soft brick, {len(mesh.zones)} zones, plane {plane}", solver=solver.method,
-        quantity="mean σ_yy over f_c", computed=mean / whole, exact=(1 + share) / 2, scale=1.0,
+        BANDS,
+        case=f"soft brick, {len(mesh.zones)} zones, plane {plane}",
+        solver=solver.method,
+        quantity="mean σ_yy over f_c",
+        computed=mean / whole,
+        exact=(1 + share) / 2,
+        scale=1.0,
         tolerance=(1 - share) / 2 + 1e-3,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("fine", [False, pytest.param(True, marks=pytest.mark.slow)])
@@ -265,17 +301,32 @@ def test_a_punch_sinks_at_its_limit_load(verify: Verify, solver: Solver, fine: b
         found.append(force[-1] / 1e4)
         assert not last.collapsed
         verify(
-            PUNCH, case=f"{count} cells under half the punch", solver=solver.method, quantity="q/C", computed=found[-1],
-            exact=2 + np.pi, tolerance=0.4 / count,
-        )  # fmt: skip
+            PUNCH,
+            case=f"{count} cells under half the punch",
+            solver=solver.method,
+            quantity="q/C",
+            computed=found[-1],
+            exact=2 + np.pi,
+            tolerance=0.4 / count,
+        )
         verify(
-            PUNCH, case=f"{count} cells under half the punch", solver=solver.method,
-            quantity="rise of q/C in the last quarter of the movement", computed=found[-1] - force[-2] / 1e4, exact=0.0,
-            scale=2 + np.pi, tolerance=2e-3,
-        )  # fmt: skip
+            PUNCH,
+            case=f"{count} cells under half the punch",
+            solver=solver.method,
+            quantity="rise of q/C in the last quarter of the movement",
+            computed=found[-1] - force[-2] / 1e4,
+            exact=0.0,
+            scale=2 + np.pi,
+            tolerance=2e-3,
+        )
     if not fine:
         return
     verify(
-        PUNCH, case=f"{cells[0]} and {cells[1]} cells, to size 0", solver=solver.method, quantity="q/C",
-        computed=2 * found[1] - found[0], exact=2 + np.pi, tolerance=0.02,
-    )  # fmt: skip
+        PUNCH,
+        case=f"{cells[0]} and {cells[1]} cells, to size 0",
+        solver=solver.method,
+        quantity="q/C",
+        computed=2 * found[1] - found[0],
+        exact=2 + np.pi,
+        tolerance=0.02,
+    )

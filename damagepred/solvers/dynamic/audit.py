@@ -153,9 +153,17 @@ class Audit:
             damping += float(self._grid.tallies[DRAGGED])
         change = kinetic - self._kinetic + elastic - self._elastic
         return Energies(
-            kinetic, elastic, external, boundary, friction, fracture, plastic, released, damping,
+            kinetic,
+            elastic,
+            external,
+            boundary,
+            friction,
+            fracture,
+            plastic,
+            released,
+            damping,
             external - change - friction - fracture - plastic - released - damping,
-        )  # fmt: skip
+        )
 
     def out_of_bounds(self, factor: float, made: float) -> bool:
         """Tell whether there is more energy than a multiple of what has gone about so far, or more was made of nothing.

@@ -124,15 +124,28 @@ def grid_of(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
     memory = np.cumsum(can_yield(model)[mesh.zone_block])
     yields = int(memory[-1])
     return Grid(
-        reference=np.column_stack((mesh.x, mesh.y)) - origin, displacement=nothing, velocity=nothing.copy(),
-        force=nothing.copy(), load=by_point(model, dead_load(model)), live_load=by_point(model, live_load(model)),
-        inverse_mass=inverse, held=held, held_start=np.zeros(len(held)),
+        reference=np.column_stack((mesh.x, mesh.y)) - origin,
+        displacement=nothing,
+        velocity=nothing.copy(),
+        force=nothing.copy(),
+        load=by_point(model, dead_load(model)),
+        live_load=by_point(model, live_load(model)),
+        inverse_mass=inverse,
+        held=held,
+        held_start=np.zeros(len(held)),
         held_displacement=model.supports.prescribed_displacement[single],
-        boundary=np.flatnonzero(mesh.on_boundary), seen=nothing.copy(), zones=_zones(model),
-        elasticity=block_moduli(model)[0], strength=block_moduli(model)[1],
-        plastic=np.zeros((yields, 4)), stress=np.zeros((yields, 4)), state=np.zeros(yields, dtype=np.int64),
-        past=np.zeros((len(mesh.zones) if damped else 0, 9)), sides=_sides(model), tallies=np.zeros(ZONE_TALLIES),
-    )  # fmt: skip
+        boundary=np.flatnonzero(mesh.on_boundary),
+        seen=nothing.copy(),
+        zones=_zones(model),
+        elasticity=block_moduli(model)[0],
+        strength=block_moduli(model)[1],
+        plastic=np.zeros((yields, 4)),
+        stress=np.zeros((yields, 4)),
+        state=np.zeros(yields, dtype=np.int64),
+        past=np.zeros((len(mesh.zones) if damped else 0, 9)),
+        sides=_sides(model),
+        tallies=np.zeros(ZONE_TALLIES),
+    )
 
 
 def _zones(model: Model) -> NDArray[Any]:
@@ -209,10 +222,12 @@ def stretches(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
     cosine, sine = trace / length, twist / length
     strain = np.column_stack(
         (
-            cosine * h_xx + sine * h_yx + (cosine - 1.0), cosine * h_yy - sine * h_xy + (cosine - 1.0),
-            2.0 * (cosine * h_xy + sine * (1.0 + h_yy)), np.zeros(len(zones)),
+            cosine * h_xx + sine * h_yx + (cosine - 1.0),
+            cosine * h_yy - sine * h_xy + (cosine - 1.0),
+            2.0 * (cosine * h_xy + sine * (1.0 + h_yy)),
+            np.zeros(len(zones)),
         )
-    )  # fmt: skip
+    )
     hourglass = np.repeat((zones["gamma"][:, None] * u[zones["a"]]).reshape(-1, 4, 2).sum(axis=1), 4, axis=0)
     p_x, p_y = cosine * hourglass[:, 0] + sine * hourglass[:, 1], cosine * hourglass[:, 1] - sine * hourglass[:, 0]
     for i, name in enumerate(("xx", "yy", "xy")):
@@ -234,10 +249,12 @@ def stresses(grid: Grid, strain: FloatArray) -> FloatArray:
     e_xx, e_yy, g_xy, e_zz = strain.T
     return np.column_stack(
         (
-            c11 * e_xx + c12 * e_yy + c13 * e_zz, c12 * e_xx + c11 * e_yy + c13 * e_zz, c33 * g_xy,
+            c11 * e_xx + c12 * e_yy + c13 * e_zz,
+            c12 * e_xx + c11 * e_yy + c13 * e_zz,
+            c33 * g_xy,
             c13 * (e_xx + e_yy) + czz * e_zz,
         )
-    )  # fmt: skip
+    )
 
 
 def zone_energy(grid: Grid) -> float:

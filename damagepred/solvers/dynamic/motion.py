@@ -98,9 +98,18 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     pose = np.zeros((bodies, 4))
     pose[: n + 1, :2], pose[:, 2] = place, 1.0
     return Motion(
-        place, pose, np.zeros((bodies, 3)), load, live, inverse, np.zeros((n + 1, 3)), np.zeros((n + 1, 3)),
-        held, np.zeros(len(held)), model.supports.prescribed_displacement[whole],
-    )  # fmt: skip
+        place,
+        pose,
+        np.zeros((bodies, 3)),
+        load,
+        live,
+        inverse,
+        np.zeros((n + 1, 3)),
+        np.zeros((n + 1, 3)),
+        held,
+        np.zeros(len(held)),
+        model.supports.prescribed_displacement[whole],
+    )
 
 
 def put_bodies(motion: Motion) -> None:

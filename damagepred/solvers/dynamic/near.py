@@ -70,10 +70,23 @@ def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
     while True:
         polygon, edge, distance = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
         count = near_pairs(
-            points, left, edges, scene.first_edge, pose, low, high, narrow, low[narrow, 0].copy(),
-            float(width[narrow].max(initial=0.0)), np.flatnonzero(is_wide), margin, first,
-            polygon, edge, distance,
-        )  # fmt: skip
+            points,
+            left,
+            edges,
+            scene.first_edge,
+            pose,
+            low,
+            high,
+            narrow,
+            low[narrow, 0].copy(),
+            float(width[narrow].max(initial=0.0)),
+            np.flatnonzero(is_wide),
+            margin,
+            first,
+            polygon,
+            edge,
+            distance,
+        )
         if count <= room:
             return Near(first, polygon[:count], edge[:count], distance[:count])
         room = count

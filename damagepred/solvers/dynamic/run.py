@@ -212,10 +212,23 @@ class DynamicRun:
             if done == line_ends:
                 imposed, line_ends = self._next_line(drive[:, 2], done)
             reached = run_steps(
-                self.scene, self.near, self.motion, self.grid, self.special, self.softening, imposed, self.pushed,
-                drive, done, min(line_ends, done + stretch), self.damping, self.time_step, self.seen, self.far,
+                self.scene,
+                self.near,
+                self.motion,
+                self.grid,
+                self.special,
+                self.softening,
+                imposed,
+                self.pushed,
+                drive,
+                done,
+                min(line_ends, done + stretch),
+                self.damping,
+                self.time_step,
+                self.seen,
+                self.far,
                 self.counts,
-            )  # fmt: skip
+            )
             self.steps += reached - done
             done = reached
             if not all(np.isfinite(part.displacement).all() for part in self._moving):

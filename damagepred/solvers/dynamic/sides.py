@@ -82,6 +82,16 @@ def sides_of(model: Model) -> Sides:
     high = -((clockwise_last - at[end]) * way).sum(axis=1)
     place = (1.0 - share)[:, None] * at[start[facet]] + share[:, None] * at[end[facet]]
     return Sides(
-        start[facet], end[facet], share, mesh.facet_block[facet], face[facet], place, at[start[facet]], at[end[facet]],
-        low[facet], high[facet], count, piece,
-    )  # fmt: skip
+        start[facet],
+        end[facet],
+        share,
+        mesh.facet_block[facet],
+        face[facet],
+        place,
+        at[start[facet]],
+        at[end[facet]],
+        low[facet],
+        high[facet],
+        count,
+        piece,
+    )

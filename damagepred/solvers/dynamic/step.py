@@ -116,9 +116,11 @@ def _on_gridpoints(model: Model, scene: Scenery, grid: Grid) -> sparse.sparray:
         x, y = mesh.dof_x[point], mesh.dof_y[point]
         cross = weight * (k_s - k_n) * t_x * t_y
         parts += [
-            (x, x, weight * (k_n * t_y**2 + k_s * t_x**2)), (y, y, weight * (k_n * t_x**2 + k_s * t_y**2)),
-            (x, y, cross), (y, x, cross),
-        ]  # fmt: skip
+            (x, x, weight * (k_n * t_y**2 + k_s * t_x**2)),
+            (y, y, weight * (k_n * t_x**2 + k_s * t_y**2)),
+            (x, y, cross),
+            (y, x, cross),
+        ]
     rows, columns, values = (np.concatenate(part) for part in zip(*parts))
     return sparse.coo_array((values, (rows, columns)), shape=(model.size, model.size)).tocsr()
 

@@ -220,9 +220,17 @@ class LevelEquations:
         weight = np.ascontiguousarray(loads[:, self.dofs])
         self._hang = np.zeros(weight.shape)
         hang(
-            self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.up, in_play,
-            weight, self._hang,
-        )  # fmt: skip
+            self.start,
+            self.inverses,
+            self.at_inverse,
+            self.first_bridge,
+            self.at_far,
+            self.at_near,
+            self.up,
+            in_play,
+            weight,
+            self._hang,
+        )
         self._load_beyond = loads[:, self.dofs[self.start[in_play] :]]
         edge = slice(self.start[in_play - 1], self.start[in_play])
         self.edge_dofs = self.dofs[edge]
@@ -252,9 +260,18 @@ class LevelEquations:
         moved = displacement[self.dofs]
         hanging = load * self._hang[0] + live * self._hang[1]
         reach(
-            self.start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near, self.down,
-            self.in_play, 1.0, hanging[None], moved[None],
-        )  # fmt: skip
+            self.start,
+            self.inverses,
+            self.at_inverse,
+            self.first_bridge,
+            self.at_far,
+            self.at_near,
+            self.down,
+            self.in_play,
+            1.0,
+            hanging[None],
+            moved[None],
+        )
         displacement[self.dofs] = moved
 
     # -- factorising and solving ------------------------------------------------------------------------------------
@@ -370,10 +387,18 @@ class LevelEquations:
 
     def _sweep(self, force: FloatArray, farthest: int | None = None) -> FloatArray:
         sweep(
-            self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
-            self.at_near, self.up, self.down, self.in_play - 1 if farthest is None else farthest, force,
+            self.start[: self.in_play + 1],
+            self.inverses,
+            self.at_inverse,
+            self.first_bridge,
+            self.at_far,
+            self.at_near,
+            self.up,
+            self.down,
+            self.in_play - 1 if farthest is None else farthest,
+            force,
             np.zeros_like(force),
-        )  # fmt: skip
+        )
         return force
 
     def _forget_changes(self) -> None:
@@ -392,9 +417,18 @@ class LevelEquations:
             self._sweep(reached, farthest)
         else:
             sweep_together(
-                self.start[: self.in_play + 1], self.inverses, self.at_inverse, self.first_bridge, self.at_far,
-                self.at_near, self.up, self.down, farthest, force, np.empty_like(force),
-            )  # fmt: skip
+                self.start[: self.in_play + 1],
+                self.inverses,
+                self.at_inverse,
+                self.first_bridge,
+                self.at_far,
+                self.at_near,
+                self.up,
+                self.down,
+                farthest,
+                force,
+                np.empty_like(force),
+            )
             reached[:] = force.T
         self._listed[known:now] = new
         self._slot[new] = np.arange(known, now)

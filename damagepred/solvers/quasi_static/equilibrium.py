@@ -121,9 +121,14 @@ class State:
     def at(self, load: float, progress: float) -> State:
         """Return a copy that stands at another load and movement, the blocks not having moved yet."""
         return replace(
-            self, load=load, progress=progress, displacement=self.displacement.copy(), memory=self.memory.copy(),
-            plastic=self.plastic.copy(), sections=self.sections.copy(),
-        )  # fmt: skip
+            self,
+            load=load,
+            progress=progress,
+            displacement=self.displacement.copy(),
+            memory=self.memory.copy(),
+            plastic=self.plastic.copy(),
+            sections=self.sections.copy(),
+        )
 
 
 class Equilibrium:
@@ -203,13 +208,26 @@ class Equilibrium:
         if model.sections is not None:
             active = active[~self._in_section[active]]
             section_forces(
-                model.sections, state.sections, model.interfaces, model.properties, displacement, self.force,
+                model.sections,
+                state.sections,
+                model.interfaces,
+                model.properties,
+                displacement,
+                self.force,
                 self.stiffness,
-            )  # fmt: skip
+            )
         joint_forces(
-            active, model.interfaces, model.properties, model.ground.at(state.progress), state.memory, self._frozen,
-            live, displacement, self.force, self.stiffness,
-        )  # fmt: skip
+            active,
+            model.interfaces,
+            model.properties,
+            model.ground.at(state.progress),
+            state.memory,
+            self._frozen,
+            live,
+            displacement,
+            self.force,
+            self.stiffness,
+        )
         if solids is not None:
             solids.hand_on(self.force)
             solids.push_back(state.load, state.progress, displacement, state.plastic, self.force)
@@ -330,9 +348,14 @@ class Equilibrium:
             return -1
         model, equations = self.model, self.equations
         farthest = farthest_sliding(
-            equations.beyond, equations.interface_level, model.interfaces, model.properties,
-            model.ground.at(state.progress), state.memory, state.displacement,
-        )  # fmt: skip
+            equations.beyond,
+            equations.interface_level,
+            model.interfaces,
+            model.properties,
+            model.ground.at(state.progress),
+            state.memory,
+            state.displacement,
+        )
         return int(farthest)
 
     def _farthest_yielding(self, state: State) -> int:
@@ -524,9 +547,15 @@ class Equilibrium:
     def _freeze(self, state: State, share: float) -> None:
         model = self.model
         freeze(
-            self.equations.active, model.interfaces, model.properties, model.ground.at(state.progress), state.memory,
-            state.displacement, self._frozen, share,
-        )  # fmt: skip
+            self.equations.active,
+            model.interfaces,
+            model.properties,
+            model.ground.at(state.progress),
+            state.memory,
+            state.displacement,
+            self._frozen,
+            share,
+        )
 
     def _minimise(self, state: State, tolerance: float) -> float:
         """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""

@@ -263,10 +263,16 @@ class Path:
         """
         model = self.model
         most = bond_loads(
-            self._everything if listed is None else listed, model.interfaces, model.properties,
-            model.ground.at(state.progress), state.memory, state.displacement, self._no_strength, self._block_stress,
+            self._everything if listed is None else listed,
+            model.interfaces,
+            model.properties,
+            model.ground.at(state.progress),
+            state.memory,
+            state.displacement,
+            self._no_strength,
+            self._block_stress,
             self._load,
-        )  # fmt: skip
+        )
         return self._load, most
 
     def break_bonds(self, state: State, load: FloatArray) -> BoolArray:
@@ -304,9 +310,14 @@ class Path:
         """Let the joints remember this equilibrium, which bonds that broke or a snap-through led to, or a step."""
         model = self.model
         friction, crushing, torn = settle(
-            self.equilibrium.equations.active, model.interfaces, model.properties,
-            model.ground.at(state.progress), state.memory, state.displacement, self.unopened,
-        )  # fmt: skip
+            self.equilibrium.equations.active,
+            model.interfaces,
+            model.properties,
+            model.ground.at(state.progress),
+            state.memory,
+            state.displacement,
+            self.unopened,
+        )
         self.note_broken(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
@@ -542,9 +553,15 @@ class Path:
         model = self.model
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
         contact_stresses(
-            model.interfaces, model.properties, model.ground.at(state.progress), state.memory, state.displacement,
-            opening, sigma, tau,
-        )  # fmt: skip
+            model.interfaces,
+            model.properties,
+            model.ground.at(state.progress),
+            state.memory,
+            state.displacement,
+            opening,
+            sigma,
+            tau,
+        )
         if model.sections is not None:
             as_if_straight(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
         return opening, sigma, tau
@@ -610,9 +627,13 @@ class Path:
     def keep(self) -> Kept:
         """Return what it takes to come back here."""
         return Kept(
-            self.state.copy(), self.unopened.copy(), self.broken_at.copy(), copy(self.balance), self.events,
+            self.state.copy(),
+            self.unopened.copy(),
+            self.broken_at.copy(),
+            copy(self.balance),
+            self.events,
             self.carried(),
-        )  # fmt: skip
+        )
 
     def go_back(self, kept: Kept) -> None:
         """Go back to a point of the path."""
@@ -624,9 +645,13 @@ class Path:
         """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
         beyond = self.keep()
         search = Vanishing(
-            before.state.progress, before.carried, beyond.state.progress, beyond.carried,
-            enough=NOTHING * float(np.abs(self.model.supports.load).sum()), close=CLOSE,
-        )  # fmt: skip
+            before.state.progress,
+            before.carried,
+            beyond.state.progress,
+            beyond.carried,
+            enough=NOTHING * float(np.abs(self.model.supports.load).sum()),
+            close=CLOSE,
+        )
         for _ in range(MOST_TRIES):
             if search.found:
                 break

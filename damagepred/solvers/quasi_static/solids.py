@@ -220,10 +220,22 @@ class Solids:
         block = int(mesh.block[d])
         force, tangent = np.zeros(count), np.zeros((count, count))
         solid_response(
-            mesh.zones[zones] - mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
-            self._elasticity[block], self._strength[block], plastic[zones], self._bent(zones), place, count,
-            kin.flexibility, acting, INNER, u, force, tangent,
-        )  # fmt: skip
+            mesh.zones[zones] - mesh.first_gridpoint[d],
+            self._slopes[zones],
+            self._volume[zones],
+            self._elasticity[block],
+            self._strength[block],
+            plastic[zones],
+            self._bent(zones),
+            place,
+            count,
+            kin.flexibility,
+            acting,
+            INNER,
+            u,
+            force,
+            tangent,
+        )
         if np.isfinite(force).all():
             self._apart[d] = u[place[count:]] - elastic
         displacement[kin.inside[at]] = u[place[count:]]
@@ -296,10 +308,16 @@ class Solids:
             zones = slice(self.mesh.first_zone[d], self.mesh.first_zone[d + 1])
             block = int(self.mesh.block[d])
             work += yield_work(
-                self.mesh.zones[zones] - self.mesh.first_gridpoint[d], self._slopes[zones], self._volume[zones],
-                self._elasticity[block], self._strength[block], self._bent(zones), displacement[self._dofs(d)],
-                plastic[zones], self.state[zones],
-            )  # fmt: skip
+                self.mesh.zones[zones] - self.mesh.first_gridpoint[d],
+                self._slopes[zones],
+                self._volume[zones],
+                self._elasticity[block],
+                self._strength[block],
+                self._bent(zones),
+                displacement[self._dofs(d)],
+                plastic[zones],
+                self.state[zones],
+            )
         return work
 
     def picture(self, displacement: FloatArray, plastic: FloatArray) -> ZonePicture:

@@ -177,9 +177,15 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     weight = sample_weights(ds)[known]
     increments = 1 if single else ds.sizes["increment"] - 1
     return Walls(
-        Capacities(lower, upper, failed, end), weight, single, marks if alike else None, largest, increments,
-        np.flatnonzero(known), bool(int(ds.attrs.get("crossed", 0))),
-    )  # fmt: skip
+        Capacities(lower, upper, failed, end),
+        weight,
+        single,
+        marks if alike else None,
+        largest,
+        increments,
+        np.flatnonzero(known),
+        bool(int(ds.attrs.get("crossed", 0))),
+    )
 
 
 def _intervals(reached: NDArray[np.int8], given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:

@@ -152,8 +152,11 @@ def fit_fragility(
     require_ascending(wanted)
     require_categories(ds, wanted)
     for what, number, least in (
-        ("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("seed", seed, 0), ("points", points, 2),
-    ):  # fmt: skip
+        ("bootstrap", bootstrap, 0),
+        ("goodness", goodness, 0),
+        ("seed", seed, 0),
+        ("points", points, 2),
+    ):
         require_count(what, number, least)
         if what != "seed":
             require_number(what, number, least, MOST)
@@ -162,11 +165,17 @@ def fit_fragility(
     asked = _Asked(model, band, confidence, bootstrap, goodness, seed, wanted, grid)
     columns, more = _curves(walls, asked)
     attrs = {
-        "model": model, "band": "percentile" if model == "empirical" else band, "confidence": confidence,
-        "bootstrap_samples": bootstrap, "bootstrap_seed": seed, "intensity_measure": name,
-        "samples": len(walls.sample), "samples_failed": int((ds["status"].values == FAILED).sum()),
-        "curves_cross": int(_cross(columns)), **more,
-    }  # fmt: skip
+        "model": model,
+        "band": "percentile" if model == "empirical" else band,
+        "confidence": confidence,
+        "bootstrap_samples": bootstrap,
+        "bootstrap_seed": seed,
+        "intensity_measure": name,
+        "samples": len(walls.sample),
+        "samples_failed": int((ds["status"].values == FAILED).sum()),
+        "curves_cross": int(_cross(columns)),
+        **more,
+    }
     if walls.crossed:
         attrs["crossed"] = 1
     return curves_dataset(ds, columns, wanted, names, grid, name, attrs)

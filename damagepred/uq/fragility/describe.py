@@ -108,8 +108,14 @@ def lognormal_of(curves: xr.Dataset) -> Lognormal:
 
 
 _COPIED = (
-    "source", "damagepred_version", "damagepred_commit", "seed", "damage_table", "damage_measure", "count_footing_gap",
-)  # fmt: skip
+    "source",
+    "damagepred_version",
+    "damagepred_commit",
+    "seed",
+    "damage_table",
+    "damage_measure",
+    "count_footing_gap",
+)
 """Attributes of a study that its curves bear, too."""
 
 

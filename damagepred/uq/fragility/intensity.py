@@ -15,9 +15,13 @@ from damagepred.scene.mound import Mound
 FloatArray = NDArray[np.float64]
 
 MEASURES = (
-    "surface_movement", "differential_movement", "central_deflection", "deflection_ratio", "curvature",
+    "surface_movement",
+    "differential_movement",
+    "central_deflection",
+    "deflection_ratio",
+    "curvature",
     "footing_curvature",
-)  # fmt: skip
+)
 """What curves can be drawn against:
 
 - ``surface_movement``: y_s of a mound (m);

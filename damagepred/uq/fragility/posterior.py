@@ -86,9 +86,10 @@ def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Gen
     normal = random.standard_normal((_DRAWS, others))
     draws = np.column_stack((np.exp(drawn_g), middle + np.einsum("nij,nj->ni", factor, normal)))
     proposed = (
-        np.log(share[panel] / np.diff(log_g)[panel]) - 0.5 * (normal**2).sum(axis=1)
+        np.log(share[panel] / np.diff(log_g)[panel])
+        - 0.5 * (normal**2).sum(axis=1)
         - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
-    )  # fmt: skip
+    )
     here = of(draws)
     log_weight = here.value + log_prior(draws, here) + drawn_g - proposed
     log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)

@@ -100,8 +100,11 @@ def fit_surface(
     cells = tally(
         np.vstack((found.lower[:, known], z[known])), np.vstack((found.upper[:, known], z[known])), walls.weight[known]
     )
-    grid_z = np.geomspace(z[known].min(), z[known].max(), points[1]) if logarithmic else (
-        np.linspace(z[known].min(), z[known].max(), points[1]))  # fmt: skip
+    grid_z = (
+        np.geomspace(z[known].min(), z[known].max(), points[1])
+        if logarithmic
+        else (np.linspace(z[known].min(), z[known].max(), points[1]))
+    )
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic)
     columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
@@ -119,13 +122,21 @@ def fit_surface(
         columns,
         coords={"second": ("second", grid_z, stated), "intensity": ("intensity", grid, measured)},
         attrs={
-            "Conventions": "CF-1.11", "title": f"fragility of {ds.attrs.get('title', 'a wall')}",
-            "intensity_measure": name, "second_variable": second, "scale": "log" if logarithmic else "linear",
-            "category": category, "category_name": names[category] if category < len(names) else str(category),
-            "confidence": confidence, "bootstrap_samples": bootstrap, "bootstrap_seed": seed,
-            "samples": int(known.sum()), "samples_failed": int(found.failed.sum()), **attrs,
+            "Conventions": "CF-1.11",
+            "title": f"fragility of {ds.attrs.get('title', 'a wall')}",
+            "intensity_measure": name,
+            "second_variable": second,
+            "scale": "log" if logarithmic else "linear",
+            "category": category,
+            "category_name": names[category] if category < len(names) else str(category),
+            "confidence": confidence,
+            "bootstrap_samples": bootstrap,
+            "bootstrap_seed": seed,
+            "samples": int(known.sum()),
+            "samples_failed": int(found.failed.sum()),
+            **attrs,
         },
-    )  # fmt: skip
+    )
 
 
 def _second(ds: xr.Dataset, name: str) -> FloatArray:
@@ -170,9 +181,13 @@ class _Regression(Shared):
 
 
 def _fitted(
-    model: _Regression, grid: FloatArray, grid_z: FloatArray, confidence: float, bootstrap: int,
+    model: _Regression,
+    grid: FloatArray,
+    grid_z: FloatArray,
+    confidence: float,
+    bootstrap: int,
     random: np.random.Generator,
-) -> tuple[dict[str, Any], dict[str, float]]:  # fmt: skip
+) -> tuple[dict[str, Any], dict[str, float]]:
     """Return the variables of the dataset, and its attributes that tell what the second variable explains."""
     status = reasons(model.cells)[0] or FITTED
     at, alone = np.full(3, np.nan), np.full(2, np.nan)

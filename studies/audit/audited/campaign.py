@@ -26,10 +26,28 @@ WARM_UP, SMALL = 60, 9
 """Scenes of which those with at most so many bricks are solved beforehand, so that no run waits for the compiler."""
 METHODS = ("quasi_static", "explicit")
 COLUMNS = (
-    "seed", "scene", "solver", "outcome", "progress", "collapse_progress", "must_collapse", "category", "crack_width",
-    "band_width", "unbalanced", "energy_error", "silent", "stated", "seconds", "seconds_of_checks", "blocks",
-    "increments", "refused", "features", "words",
-)  # fmt: skip
+    "seed",
+    "scene",
+    "solver",
+    "outcome",
+    "progress",
+    "collapse_progress",
+    "must_collapse",
+    "category",
+    "crack_width",
+    "band_width",
+    "unbalanced",
+    "energy_error",
+    "silent",
+    "stated",
+    "seconds",
+    "seconds_of_checks",
+    "blocks",
+    "increments",
+    "refused",
+    "features",
+    "words",
+)
 
 
 @dataclass(frozen=True)
@@ -112,9 +130,14 @@ def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
     if wall.collapsed:
         row |= {"collapse_progress": ds.attrs["collapse_progress"], "must_collapse": must_collapse(wall)}
     last = max(wall.standing - 1, 0)
-    for name, column in (("progress", "progress"), ("damage_category", "category"), ("crack_width_max", "crack_width"),
-                         ("crack_band_width_max", "band_width"), ("unbalanced_force_ratio", "unbalanced"),
-                         ("energy_error", "energy_error")):  # fmt: skip
+    for name, column in (
+        ("progress", "progress"),
+        ("damage_category", "category"),
+        ("crack_width_max", "crack_width"),
+        ("crack_band_width_max", "band_width"),
+        ("unbalanced_force_ratio", "unbalanced"),
+        ("energy_error", "energy_error"),
+    ):
         if name in ds:
             row[column] = wall[name][last]
     silent, stated = ([v for v in found if v.stated == said] for said in (False, True))

@@ -82,9 +82,17 @@ def _beyond(name: str, step: int, excess: FloatArray, allowed: FloatArray, what:
 ABSENT = {"contact_broken_at", "opening_width_change", "opening_distortion", "opening_diagonal_change"}
 """What may be no number: a bond that holds, an opening at the wall's end."""
 NOT_EXPLICIT = {
-    "joint_law_violation", "external_work", "elastic_energy", "friction_work", "fracture_work", "crushing_work",
-    "plastic_work", "released_energy", "snap_through_energy", "energy_error",
-}  # fmt: skip
+    "joint_law_violation",
+    "external_work",
+    "elastic_energy",
+    "friction_work",
+    "fracture_work",
+    "crushing_work",
+    "plastic_work",
+    "released_energy",
+    "snap_through_energy",
+    "energy_error",
+}
 """What the explicit solver does not tell."""
 
 
@@ -215,9 +223,10 @@ def joint_law(wall: ArchivedWall, allowed: Tolerances) -> Found:
         # linear in what is left of the bond: the larger of the ends
         limit = np.maximum(
             law.residual_cohesion - sigma * law.residual_friction,
-            law.residual_cohesion + left * (law.cohesion - law.residual_cohesion)
+            law.residual_cohesion
+            + left * (law.cohesion - law.residual_cohesion)
             - sigma * (law.residual_friction + left * (law.friction - law.residual_friction)),
-        )  # fmt: skip
+        )
         limit = np.maximum(limit, 0.0)
         f_c = law.compressive_strength
         pressed = np.clip(-sigma, 0.0, f_c)
@@ -258,12 +267,14 @@ def elasticity(wall: ArchivedWall, allowed: Tolerances) -> Found:
         whole = joint & (law.dilation == 0) & ~capped & ~is_open
         whole &= (state != CRACKED) | (reach < 0)
         whole &= (kind != CONTROL) | (reach < 0)
-        yield from _beyond("elastic relation", step, np.abs(sigma - elastic)[whole],
-                           (allowed.elastic * np.abs(elastic) + slack)[whole])  # fmt: skip
+        yield from _beyond(
+            "elastic relation", step, np.abs(sigma - elastic)[whole], (allowed.elastic * np.abs(elastic) + slack)[whole]
+        )
         # a cap crushes: less pressure than the elastic one, dilation presses: more
         crushed = joint & capped & (reach < 0)
-        yield from _beyond("crushed contacts", step, (elastic - sigma)[crushed],
-                           (allowed.elastic * np.abs(elastic) + slack)[crushed])  # fmt: skip
+        yield from _beyond(
+            "crushed contacts", step, (elastic - sigma)[crushed], (allowed.elastic * np.abs(elastic) + slack)[crushed]
+        )
         _, shear = wall.motion(step)
         known = joint & ~np.isnan(shear) & ~is_open & (kind != CONTROL)
         known &= (state != CRACKED) | (reach < 0)
@@ -300,9 +311,12 @@ def cracking(wall: ArchivedWall, allowed: Tolerances) -> Found:
     beyond = known & ((at > progress[-1] + near) | (at < 0))
     # what breaks as the wall collapses belongs to no equilibrium
     unsaid = cracked[: wall.standing].any(axis=0) & ~known & bonded & (wall["contact_kind"] != CONTROL)
-    for wrong, words in ((late, "broken_at outside the increment in which the state says it"),
-                         (beyond, "broken_at beyond the path"), (known & ~ever, "broken_at of a bond that holds"),
-                         (unsaid, "broken without broken_at")):  # fmt: skip
+    for wrong, words in (
+        (late, "broken_at outside the increment in which the state says it"),
+        (beyond, "broken_at beyond the path"),
+        (known & ~ever, "broken_at of a bond that holds"),
+        (unsaid, "broken without broken_at"),
+    ):
         if wrong.any():
             yield Violation("broken at", -1, float(wrong.sum()), f"{wrong.sum()} contacts: {words}")
 
@@ -333,12 +347,18 @@ def energy(wall: ArchivedWall, allowed: Tolerances) -> Found:
             )
         own = strain_energy(wall, step)
         if own is not None:
-            yield from _beyond("elastic energy", step, np.array([abs(own - stored[step])]),
-                               np.array([1e-5 * size[step] + tiny]), "J")  # fmt: skip
+            yield from _beyond(
+                "elastic energy", step, np.array([abs(own - stored[step])]), np.array([1e-5 * size[step] + tiny]), "J"
+            )
         most = fracture_limit(wall, step)
         if most is not None:
-            yield from _beyond("fracture energy", step, np.array([taken["fracture_work"][step]]),
-                               np.array([most * (1 + 0.01) + error[step] + tiny]), "J")  # fmt: skip
+            yield from _beyond(
+                "fracture energy",
+                step,
+                np.array([taken["fracture_work"][step]]),
+                np.array([most * (1 + 0.01) + error[step] + tiny]),
+                "J",
+            )
         put_in = max(work[: step + 1].max(), 0.0)
         spent = sum(values[step] for values in taken.values())
         yield from _beyond("work put in", step, np.array([spent]), np.array([put_in + error[step] + tiny]), "J")
@@ -404,6 +424,12 @@ def external_work(wall: ArchivedWall, allowed: Tolerances, size: FloatArray) -> 
 
 
 CHECKS: tuple[Callable[[ArchivedWall, Tolerances], Found], ...] = (
-    equilibrium, compatibility, joint_law, elasticity, cracking, energy, damage,
-)  # fmt: skip
+    equilibrium,
+    compatibility,
+    joint_law,
+    elasticity,
+    cracking,
+    energy,
+    damage,
+)
 """All checks of a wall whose numbers are finite."""

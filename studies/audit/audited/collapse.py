@@ -56,14 +56,23 @@ def must_collapse(wall: ArchivedWall) -> bool:
         loads = loads - wall.jack_force(float(wall["jack_load"][step]))
     return out_of_reach(
         Statics(
-            wall.sides[0][first], wall.sides[1][first], wall.middle, wall.normal[first],
+            wall.sides[0][first],
+            wall.sides[1][first],
+            wall.middle,
+            wall.normal[first],
             np.bincount(wall.interface, wall["contact_length"]),
             carried(law.tensile_strength, law.residual_tensile_strength),
-            np.minimum(np.bincount(wall.interface, np.minimum(law.compressive_strength, 1e12) * wall.contact_area),
-                       UNBROKEN * unit),
+            np.minimum(
+                np.bincount(wall.interface, np.minimum(law.compressive_strength, 1e12) * wall.contact_area),
+                UNBROKEN * unit,
+            ),
             carried(law.cohesion, law.residual_cohesion),
             np.where(some, np.maximum(law.friction, law.residual_friction)[first], law.residual_friction[first]),
-            wall.centroid, wall.gyration, loads, np.ones((wall.n, 3), dtype=bool),
-            np.moveaxis(np.array(jacks).reshape(-1, wall.n, 3), 0, -1), unit,
+            wall.centroid,
+            wall.gyration,
+            loads,
+            np.ones((wall.n, 3), dtype=bool),
+            np.moveaxis(np.array(jacks).reshape(-1, wall.n, 3), 0, -1),
+            unit,
         )
-    )  # fmt: skip
+    )

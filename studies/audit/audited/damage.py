@@ -162,9 +162,8 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
         "dpc_slip_max": np.array(np.abs(slip[dpc]).max(initial=0.0)),
         "dpc_separation_length": np.array(separation(wall, parts, DPC, opening, rules["dpc_threshold"])),
         "footing_opening_max": np.array(footing),
-        "footing_separation_length": np.array(
-            separation(wall, parts, FOOTING, opening, rules["footing_threshold"])),
-    }  # fmt: skip
+        "footing_separation_length": np.array(separation(wall, parts, FOOTING, opening, rules["footing_threshold"])),
+    }
 
 
 def up_to_ends(wall: ArchivedWall, opening: FloatArray) -> FloatArray:
@@ -182,8 +181,9 @@ def up_to_ends(wall: ArchivedWall, opening: FloatArray) -> FloatArray:
         order = mine[np.argsort(way)]
         way = np.sort(way)
         for outer, inner, a, b, at in (
-            (order[0], order[1], way[0], way[1], 0.0), (order[-1], order[-2], way[-1], way[-2], 1.0),
-        ):  # fmt: skip
+            (order[0], order[1], way[0], way[1], 0.0),
+            (order[-1], order[-2], way[-1], way[-2], 1.0),
+        ):
             if abs(at - a) > 1e-9:
                 on = opening[outer] + (at - a) / (b - a) * (opening[inner] - opening[outer])
                 found[outer] = max(found[outer], on)
@@ -251,9 +251,10 @@ class Gauges:
         shares, here = own.read(at), own
         while True:
             onward = [
-                one for one in ahead_of.get(here.ahead, [])
+                one
+                for one in ahead_of.get(here.ahead, [])
                 if one.low <= inside <= one.high and here.level < one.level <= own.level + length * (1 + 1e-9)
-            ]  # fmt: skip
+            ]
             if not onward:
                 return shares
             here = min(onward, key=lambda one: abs((one.low + one.high) / 2 - inside) / (one.high - one.low))

@@ -71,11 +71,15 @@ def feature_counts(rows: pd.DataFrame) -> pd.DataFrame:
     table = []
     for name in names:
         there = own[[name in split(cell) for cell in own["features"]]]
-        table.append({
-            "feature": name, "scenes": len(there), "crack of 0.1 mm or more": int((there["crack_width"] >= 1e-4).sum()),
-            "collapsed": int(there["outcome"].str.startswith("collapsed").sum()),
-            "silent violation": int((there["silent"] != "").sum()),
-        })  # fmt: skip
+        table.append(
+            {
+                "feature": name,
+                "scenes": len(there),
+                "crack of 0.1 mm or more": int((there["crack_width"] >= 1e-4).sum()),
+                "collapsed": int(there["outcome"].str.startswith("collapsed").sum()),
+                "silent violation": int((there["silent"] != "").sum()),
+            }
+        )
     return pd.DataFrame(table)
 
 
@@ -86,9 +90,16 @@ def costs(rows: pd.DataFrame) -> pd.DataFrame:
         own = rows[rows["solver"] == method]
         if len(own):
             seconds = own["seconds"] + own["seconds_of_checks"].fillna(0.0)
-            table.append({"solver": method, "runs": len(own), "mean (s)": seconds.mean(),
-                          "median (s)": seconds.median(), "longest (s)": seconds.max(),
-                          "in all (min)": seconds.sum() / 60})  # fmt: skip
+            table.append(
+                {
+                    "solver": method,
+                    "runs": len(own),
+                    "mean (s)": seconds.mean(),
+                    "median (s)": seconds.median(),
+                    "longest (s)": seconds.max(),
+                    "in all (min)": seconds.sum() / 60,
+                }
+            )
     return pd.DataFrame(table)
 
 
@@ -116,9 +127,13 @@ def text(rows: pd.DataFrame) -> str:
     """Return all tables of the page."""
     silent = rows[rows["silent"] != ""]
     parts = [
-        in_a_word(rows), markdown(counts(rows)), "### Violations by check, in runs", markdown(by_check(rows)),
-        "### Silent violations", listed(silent),
-    ]  # fmt: skip
+        in_a_word(rows),
+        markdown(counts(rows)),
+        "### Violations by check, in runs",
+        markdown(by_check(rows)),
+        "### Silent violations",
+        listed(silent),
+    ]
     for outcome in OUTCOMES:
         if outcome not in GOOD:
             parts += [f"### Outcome: {outcome}", listed(rows[rows["outcome"] == outcome])]

@@ -117,12 +117,20 @@ def _masonry(found: dict[str, Any], draw: Draw) -> None:
     for hole in found.get("opening", []):
         for key, axis in (("x", "x"), ("width", "x"), ("y", "y"), ("height", "y")):
             hole[key] = round(hole[key] * factors[axis], 3)
-    wall |= {"length": units * length, "height": courses * height, "block_length": length, "block_height": height,
-             "thickness": draw.uniform(0.09, 0.25)}  # fmt: skip
+    wall |= {
+        "length": units * length,
+        "height": courses * height,
+        "block_length": length,
+        "block_height": height,
+        "thickness": draw.uniform(0.09, 0.25),
+    }
     found["block"] = {"elastic_modulus": draw.log(1e9, 3e10), "density": draw.uniform(1000, 2400)}
     joint, k_n = found["joint"], draw.log(5e9, 5e11)
-    joint |= {"normal_stiffness": k_n, "shear_stiffness": k_n * draw.uniform(0.2, 0.6),
-              "friction": draw.uniform(0.3, 1.1)}  # fmt: skip
+    joint |= {
+        "normal_stiffness": k_n,
+        "shear_stiffness": k_n * draw.uniform(0.2, 0.6),
+        "friction": draw.uniform(0.3, 1.1),
+    }
     strength = draw.one("none", "weak", "usual", "usual", "usual", "strong")
     f_t = {"none": 0.0, "weak": draw.log(10, 1e4), "usual": draw.log(2e4, 5e5), "strong": 1e6}[strength]
     joint |= {"tensile_strength": f_t, "cohesion": f_t * draw.log(0.5, 3.0)}
@@ -167,8 +175,10 @@ def _parts(found: dict[str, Any], draw: Draw) -> None:
     wall = found["wall"]
     courses, length = round(wall["height"] / wall["block_height"]), wall["length"]
     if "dpc" in found:
-        found["dpc"] |= {"course": int(draw.rng.integers(1, max(2, min(4, courses)))),
-                         "cohesion": draw.one(0.0, 0.0, draw.log(100, 1e5))}  # fmt: skip
+        found["dpc"] |= {
+            "course": int(draw.rng.integers(1, max(2, min(4, courses)))),
+            "cohesion": draw.one(0.0, 0.0, draw.log(100, 1e5)),
+        }
         if draw.chance(0.3):
             found["dpc"]["normal_stiffness"] = draw.log(5e8, 5e11)
             found["dpc"]["shear_stiffness"] = found["dpc"]["normal_stiffness"] * draw.uniform(0.1, 0.6)
@@ -201,8 +211,11 @@ def _movement(found: dict[str, Any], draw: Draw) -> None:
             movement["central_deflection"] = draw.log(1e-4, min(0.01, length / 100))
     elif shape == "mound":
         found["mound"] = _mound(length, draw)
-        found["soil"] = {"swelling_stiffness": draw.log(3e5, 1e8), "shrinking_stiffness": draw.log(3e5, 1e8),
-                         "friction": draw.uniform(0.0, 1.0)}  # fmt: skip
+        found["soil"] = {
+            "swelling_stiffness": draw.log(3e5, 1e8),
+            "shrinking_stiffness": draw.log(3e5, 1e8),
+            "friction": draw.uniform(0.0, 1.0),
+        }
         if draw.chance(0.3):
             found["soil"]["shear_stiffness"] = draw.log(1e5, 1e8)
     elif draw.chance(0.05):
@@ -211,19 +224,23 @@ def _movement(found: dict[str, Any], draw: Draw) -> None:
 
 def _footing(found: dict[str, Any], draw: Draw) -> dict[str, Any]:
     footing: dict[str, Any] = {
-        "width": draw.uniform(0.2, 0.6), "depth": draw.uniform(0.15, 0.6), "elastic_modulus": draw.log(1e9, 3e10),
+        "width": draw.uniform(0.2, 0.6),
+        "depth": draw.uniform(0.15, 0.6),
+        "elastic_modulus": draw.log(1e9, 3e10),
         "density": draw.uniform(1900, 2500),
-    }  # fmt: skip
+    }
     if draw.chance(0.2):
         footing["segment_length"] = found["wall"]["block_length"] * draw.uniform(0.4, 1.5)
     if draw.chance(0.2):
         footing["joint"] = dict(found["joint"]) | {"friction": draw.uniform(0.3, 1.0)}
     if draw.chance(0.25):
-        footing["concrete"] = {"grade": draw.one("N20", "N25", "N32"),
-                               "bottom": draw.one("3-L8TM", "3-L11TM", "4-L12TM"),
-                               "top": draw.one("none", "3-L8TM", "3-L11TM"),
-                               "law": draw.one("cracked", "branson"),
-                               "earlier_moment": draw.one(0.0, draw.log(1e2, 3e4))}  # fmt: skip
+        footing["concrete"] = {
+            "grade": draw.one("N20", "N25", "N32"),
+            "bottom": draw.one("3-L8TM", "3-L11TM", "4-L12TM"),
+            "top": draw.one("none", "3-L8TM", "3-L11TM"),
+            "law": draw.one("cracked", "branson"),
+            "earlier_moment": draw.one(0.0, draw.log(1e2, 3e4)),
+        }
     return footing
 
 
@@ -274,13 +291,19 @@ def _settings(found: dict[str, Any], draw: Draw) -> None:
     if draw.chance(0.3):
         solver["symmetric_half"] = False
     table = draw.one("as2870", "as2870", "bre251")
-    found["damage"] = {"table": table, "plasterboard": table == "as2870" and draw.chance(0.2),
-                       "count_rule": draw.chance(0.8), "group_distance": draw.uniform(0.3, 2.0),
-                       "group_count": draw.one(2, 2, 3), "dpc_threshold": draw.log(1e-4, 2e-3),
-                       "measure": draw.one("joint", "joint", "band"),
-                       "band_gauge": draw.uniform(0.2, 1.5),
-                       "band_threshold": draw.one(0.0, 0.0, draw.log(1e-5, 1e-3)),
-                       "footing_threshold": draw.log(1e-4, 2e-3), "count_footing_gap": draw.chance(0.5)}  # fmt: skip
+    found["damage"] = {
+        "table": table,
+        "plasterboard": table == "as2870" and draw.chance(0.2),
+        "count_rule": draw.chance(0.8),
+        "group_distance": draw.uniform(0.3, 2.0),
+        "group_count": draw.one(2, 2, 3),
+        "dpc_threshold": draw.log(1e-4, 2e-3),
+        "measure": draw.one("joint", "joint", "band"),
+        "band_gauge": draw.uniform(0.2, 1.5),
+        "band_threshold": draw.one(0.0, 0.0, draw.log(1e-5, 1e-3)),
+        "footing_threshold": draw.log(1e-4, 2e-3),
+        "count_footing_gap": draw.chance(0.5),
+    }
     if found["movement"]["shape"] not in ("jacks", "mound") and draw.chance(0.2):
         found["footing"] = {"joint": dict(found["joint"]) | {"friction": draw.uniform(0.3, 1.0)}}
 
@@ -300,8 +323,11 @@ def features(scene: Scene) -> tuple[str, ...]:
         "cap": joint.compressive_strength is not None,
         "residual values": joint.residual_cohesion > 0.0 or joint.residual_tensile_strength > 0.0,
         "residual friction": joint.residual_friction is not None,
-        "dpc": scene.dpc is not None, "opening": bool(scene.opening), "control joint": bool(scene.control_joint),
-        "stack bond": scene.wall.bond == "stack", "roof": scene.loads.roof > 0.0,
+        "dpc": scene.dpc is not None,
+        "opening": bool(scene.opening),
+        "control joint": bool(scene.control_joint),
+        "stack bond": scene.wall.bond == "stack",
+        "roof": scene.loads.roof > 0.0,
         "prescribed shape": movement.prescribed,
         f"jacks by {scene.rig.control}": movement.shape == "jacks",
         f"mound, {scene.mound.shape}": movement.shape == "mound",
@@ -309,5 +335,5 @@ def features(scene: Scene) -> tuple[str, ...]:
         "joint of the footing": scene.footing.joint is not None,
         "category by band": scene.damage.measure == "band",
         f"{scene.solver.blocks} blocks": True,
-    }  # fmt: skip
+    }
     return tuple(name for name, there in names.items() if there)

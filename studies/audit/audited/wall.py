@@ -276,17 +276,31 @@ class ArchivedWall:
         """Law of each contact."""
         scene, kind = self.scene, self["contact_kind"]
         joint = scene["joint"]
-        dpc = joint | {"tensile_strength": 0.0, "dilation": 0.0, "residual_tensile_strength": 0.0,
-                       "residual_cohesion": 0.0, "residual_friction": None, "fracture_energy": 0.0,
-                       "shear_fracture_energy": 0.0} | scene.get("dpc", {})  # fmt: skip
+        dpc = (
+            joint
+            | {
+                "tensile_strength": 0.0,
+                "dilation": 0.0,
+                "residual_tensile_strength": 0.0,
+                "residual_cohesion": 0.0,
+                "residual_friction": None,
+                "fracture_energy": 0.0,
+                "shear_fracture_energy": 0.0,
+            }
+            | scene.get("dpc", {})
+        )
         bare = {"tensile_strength": 0.0, "cohesion": 0.0, "friction": 0.0}
         held = bare | {"tensile_strength": np.inf, "cohesion": np.inf}
         table = {
-            BED: joint, HEAD: joint | scene.get("head_joint", {}), DPC: dpc,
+            BED: joint,
+            HEAD: joint | scene.get("head_joint", {}),
+            DPC: dpc,
             FOOTING: scene["footing"].get("joint", joint),
-            SOIL: bare | self._soil(), SUPPORT: self._support(bare, held), SECTION: held,
+            SOIL: bare | self._soil(),
+            SUPPORT: self._support(bare, held),
+            SECTION: held,
             CONTROL: bare | {name: joint[name] for name in ("normal_stiffness", "shear_stiffness")},
-        }  # fmt: skip
+        }
 
         def each(name: str, missing: float) -> FloatArray:
             values = [table[k].get(name, missing) for k in range(len(table))]
@@ -305,19 +319,31 @@ class ArchivedWall:
             opening = np.where((energy > 0) & (f_t > 0), 2.0 * energy / f_t, 0.0)
         softens = opening > f_t / k_n
         return Law(
-            k_n, k_s, f_t, cohesion, friction, residual, residual_cohesion, residual_friction,
+            k_n,
+            k_s,
+            f_t,
+            cohesion,
+            friction,
+            residual,
+            residual_cohesion,
+            residual_friction,
             np.where(np.isfinite(strongest), 0.0, each("dilation", 0.0)),
             np.where(softens, opening, 0.0),
             np.where(softens, energy + each("shear_fracture_energy", 0.0), 0.0),
-            strongest, each("cap_shear", 9.0), self._gaps(),
-        )  # fmt: skip
+            strongest,
+            each("cap_shear", 9.0),
+            self._gaps(),
+        )
 
     def _soil(self) -> dict[str, float]:
         soil = self.scene["soil"]
         swells = self.scene["movement"]["kind"] == "dishing"
         k_n = soil["swelling_stiffness" if swells else "shrinking_stiffness"]
-        return {"normal_stiffness": k_n, "shear_stiffness": soil.get("shear_stiffness", k_n),
-                "friction": soil["friction"]}  # fmt: skip
+        return {
+            "normal_stiffness": k_n,
+            "shear_stiffness": soil.get("shear_stiffness", k_n),
+            "friction": soil["friction"],
+        }
 
     def _support(self, bare: dict[str, float], held: dict[str, float]) -> dict[str, float]:
         """Return the law of supports, whose stiffness for a bearing of 0.1 mm is that of the rig."""

@@ -22,8 +22,10 @@ LENGTH, HEIGHT = 0.24, 0.075  # of a brick (m), as in the paper's wall
 SIZES = {"5x6": (5, 6), "10x12": (10, 12), "25x28": (25, 28), "3x12": (3, 12), "6x28": (6, 28)}
 """Bricks in a course, and courses; every other course has a half brick at either end."""
 SIZES_OF = {
-    "settling": ("5x6", "10x12", "25x28"), "gap": ("5x6", "10x12", "25x28"), "tilt": ("5x6", "3x12", "6x28"),
-}  # fmt: skip
+    "settling": ("5x6", "10x12", "25x28"),
+    "gap": ("5x6", "10x12", "25x28"),
+    "tilt": ("5x6", "3x12", "6x28"),
+}
 """What is asked of which wall: pushed, only slender ones do more than slide."""
 DROPPED = {"5x6": 3, "10x12": 4, "25x28": 9}
 """Bricks of the lowest course under whose middle the ground goes down."""
@@ -32,9 +34,15 @@ DEPTH = 0.2
 LEVELS = (1e-1, 1e-2, 1e-3, 1e-4)
 
 MATERIAL: Case = {
-    "thickness": 0.11, "density": 2000.0, "gravity": 9.81, "friction": 0.75,
-    "elastic_modulus": 9000e6, "poisson_ratio": 0.19, "normal_stiffness": 82e9, "shear_stiffness": 36e9,
-}  # fmt: skip
+    "thickness": 0.11,
+    "density": 2000.0,
+    "gravity": 9.81,
+    "friction": 0.75,
+    "elastic_modulus": 9000e6,
+    "poisson_ratio": 0.19,
+    "normal_stiffness": 82e9,
+    "shear_stiffness": 36e9,
+}
 """The paper's brick and joint, without bond."""
 
 
@@ -60,9 +68,16 @@ def settling(size: str) -> Case:
     units, courses = SIZES[size]
     ground = [box(-LENGTH, -DEPTH, (units + 1) * LENGTH, 0.0)]
     return {
-        "name": "settling", "size": size, "blocks": running_bond(units, courses), "ground": ground, "drop": [0.0],
-        "drop_from": 0.0, "drop_until": 0.0, "levels": list(LEVELS), **MATERIAL,
-    }  # fmt: skip
+        "name": "settling",
+        "size": size,
+        "blocks": running_bond(units, courses),
+        "ground": ground,
+        "drop": [0.0],
+        "drop_from": 0.0,
+        "drop_until": 0.0,
+        "levels": list(LEVELS),
+        **MATERIAL,
+    }
 
 
 def gap(size: str, drop: float = 8e-3) -> Case:
@@ -76,9 +91,16 @@ def gap(size: str, drop: float = 8e-3) -> Case:
         box(right * LENGTH + GAP / 2, -DEPTH, (units + 1) * LENGTH, 0.0),
     ]
     return {
-        "name": "gap", "size": size, "blocks": running_bond(units, courses), "ground": ground,
-        "drop": [0.0, drop, 0.0], "drop_from": 0.25, "drop_until": 0.5, "levels": list(LEVELS), **MATERIAL,
-    }  # fmt: skip
+        "name": "gap",
+        "size": size,
+        "blocks": running_bond(units, courses),
+        "ground": ground,
+        "drop": [0.0, drop, 0.0],
+        "drop_from": 0.25,
+        "drop_until": 0.5,
+        "levels": list(LEVELS),
+        **MATERIAL,
+    }
 
 
 def tilt(size: str) -> Case:

@@ -19,8 +19,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 SOLVERS = ("pymunk", "lmgc90", "openseespy", "exudyn")
 IMPORTED = {
-    "pymunk": "pymunk", "lmgc90": "compas_lmgc90._lmgc90", "openseespy": "openseespy.opensees", "exudyn": "exudyn",
-}  # fmt: skip
+    "pymunk": "pymunk",
+    "lmgc90": "compas_lmgc90._lmgc90",
+    "openseespy": "openseespy.opensees",
+    "exudyn": "exudyn",
+}
 LIBRARIES = ("libblas3", "liblapack3", "libgfortran5", "libquadmath0")
 
 

@@ -109,9 +109,13 @@ class System:
             j = (i + 1) % 4
             triangles += [[i, j, j + 4], [i, j + 4, i + 4]]
         self.contact.AddTrianglesRigidBodyBased(
-            rigidBodyMarkerIndex=marker, contactStiffness=STIFFNESS, contactDamping=DAMPING, frictionMaterialIndex=0,
-            pointList=points, triangleList=triangles,
-        )  # fmt: skip
+            rigidBodyMarkerIndex=marker,
+            contactStiffness=STIFFNESS,
+            contactDamping=DAMPING,
+            frictionMaterialIndex=0,
+            pointList=points,
+            triangleList=triangles,
+        )
 
     def _spheres(self, body: int, size: np.ndarray) -> None:
         x, y = size / 2 - RADIUS
@@ -134,8 +138,11 @@ class System:
         time_settings = self.settings.timeIntegration
         time_settings.startTime, time_settings.endTime = self.now, self.now + self.slab
         self.system.SolveDynamic(
-            self.settings, solverType=self.method, updateInitialValues=True, storeSolver=False,
-        )  # fmt: skip
+            self.settings,
+            solverType=self.method,
+            updateInitialValues=True,
+            storeSolver=False,
+        )
         self.now += self.slab
 
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
@@ -165,9 +172,14 @@ def settle(case: dict, settings: dict, limit: float) -> dict:
         force, base = system.forces()
         go_on = record.look(system.now, system.wall.residual(force), float(base.sum()))
     return {
-        "build": build, "steps": steps, "settled": record.settled(), "looks": thinned(record.looks), "base": base,
-        "displacement": system.displacement(), "version": exu.__version__,
-    }  # fmt: skip
+        "build": build,
+        "steps": steps,
+        "settled": record.settled(),
+        "looks": thinned(record.looks),
+        "base": base,
+        "displacement": system.displacement(),
+        "version": exu.__version__,
+    }
 
 
 def stands(case: dict, settings: dict, factor: float) -> bool:

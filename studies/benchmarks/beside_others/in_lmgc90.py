@@ -15,9 +15,19 @@ from record import FALLEN, Record, Wall, answer, push, read_case, thinned
 ALERT = 1e-3
 """Distance from which a pair of blocks is looked at (m)."""
 FACES = [
-    (0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6), (0, 4, 5), (0, 5, 1),
-    (1, 5, 6), (1, 6, 2), (2, 6, 7), (2, 7, 3), (3, 7, 4), (3, 4, 0),
-]  # fmt: skip
+    (0, 1, 2),
+    (0, 2, 3),
+    (4, 6, 5),
+    (4, 7, 6),
+    (0, 4, 5),
+    (0, 5, 1),
+    (1, 5, 6),
+    (1, 6, 2),
+    (2, 6, 7),
+    (2, 7, 3),
+    (3, 7, 4),
+    (3, 4, 0),
+]
 """Triangles of a block, seen from outside counter-clockwise; corners 0 to 3 in front, 4 to 7 behind."""
 
 
@@ -110,9 +120,15 @@ def settle(case: dict, settings: dict, limit: float) -> dict:
         go_on = record.look(simulation.now, simulation.wall.residual(force), float(base.sum()))
     gaps = np.array(simulation.result.interaction_gap)
     return {
-        "build": build, "steps": steps, "settled": record.settled(), "looks": thinned(record.looks), "base": base,
-        "displacement": simulation.displacement(), "penetration": float(-gaps.min()), "version": "0.1.11",
-    }  # fmt: skip
+        "build": build,
+        "steps": steps,
+        "settled": record.settled(),
+        "looks": thinned(record.looks),
+        "base": base,
+        "displacement": simulation.displacement(),
+        "penetration": float(-gaps.min()),
+        "version": "0.1.11",
+    }
 
 
 def stands(case: dict, settings: dict, factor: float) -> bool:

@@ -60,9 +60,16 @@ class Model:
         case = self.case
         self.element += 1
         ops.element(
-            "zeroLengthContact2D", self.element, upper, lower, case["normal_stiffness"] * area,
-            case["shear_stiffness"] * area, case["friction"], "-normal", *normal,
-        )  # fmt: skip
+            "zeroLengthContact2D",
+            self.element,
+            upper,
+            lower,
+            case["normal_stiffness"] * area,
+            case["shear_stiffness"] * area,
+            case["friction"],
+            "-normal",
+            *normal,
+        )
         return self.element
 
     def _joints(self) -> None:
@@ -176,10 +183,14 @@ def own_weight(case: dict, limit: float) -> dict:
             residual = model.wall.residual(model.unbalanced())
         times.append(seconds if converged and residual <= level else None)
         found = {
-            "build": build, "seconds": seconds, "steps": ops.testIter(), "residual": residual,
-            "base": model.base_force(), "displacement": model.displacement(),
+            "build": build,
+            "seconds": seconds,
+            "steps": ops.testIter(),
+            "residual": residual,
+            "base": model.base_force(),
+            "displacement": model.displacement(),
             "note": "" if converged else "static Newton did not converge",
-        }  # fmt: skip
+        }
     return {**found, "settled": {"seconds": times}}
 
 
@@ -240,10 +251,14 @@ def in_time(case: dict, settings: dict, limit: float) -> dict:
         residual = model.wall.residual(model.unbalanced())
         go_on = record.look(ops.getTime(), residual, float(model.base_force().sum()))
     return {
-        "build": build, "steps": steps, "settled": record.settled() if record.looks else {"seconds": [None] * 4},
+        "build": build,
+        "steps": steps,
+        "settled": record.settled() if record.looks else {"seconds": [None] * 4},
         "looks": thinned(record.looks) if record.looks else [[record.seconds, 0.0, np.nan, 0.0]],
-        "base": model.base_force(), "displacement": model.displacement(), "note": note,
-    }  # fmt: skip
+        "base": model.base_force(),
+        "displacement": model.displacement(),
+        "note": note,
+    }
 
 
 def pushed(case: dict, settings: dict, limit: float) -> dict:

@@ -104,9 +104,14 @@ def settle(case: dict, settings: dict, limit: float) -> dict:
         go_on = record.look(space.now, residual, float(space.base().sum()))
     base, moved = space.base(), space.displacement()
     return {
-        "build": build, "steps": steps, "settled": record.settled(), "looks": thinned(record.looks), "base": base,
-        "displacement": moved, "version": pymunk.version,
-    }  # fmt: skip
+        "build": build,
+        "steps": steps,
+        "settled": record.settled(),
+        "looks": thinned(record.looks),
+        "base": base,
+        "displacement": moved,
+        "version": pymunk.version,
+    }
 
 
 def stands(case: dict, settings: dict, factor: float) -> bool:

@@ -25,13 +25,16 @@ def assembly(case: Case) -> Assembly:
         thickness=case["thickness"],
         gravity=(0.0, -case["gravity"]),
         joint=Joint(
-            normal_stiffness=case["normal_stiffness"], shear_stiffness=case["shear_stiffness"],
-            tensile_strength=0.0, cohesion=0.0, friction=case["friction"],
+            normal_stiffness=case["normal_stiffness"],
+            shear_stiffness=case["shear_stiffness"],
+            tensile_strength=0.0,
+            cohesion=0.0,
+            friction=case["friction"],
         ),
         block=BlockMaterial(
             elastic_modulus=case["elastic_modulus"], poisson_ratio=case["poisson_ratio"], density=case["density"]
         ),
-    )  # fmt: skip
+    )
     for corners in case["blocks"]:
         wall.add_block(corners)
     for corners, drop in zip(case["ground"], case["drop"], strict=True):
@@ -65,11 +68,14 @@ def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> dict[st
             last = increment
     seconds = time.process_time() - built
     return {
-        "build": built - began, "seconds": seconds, "residual": last.unbalanced_force_ratio,
-        "status": "collapsed" if last.collapsed else "standing", "steps": int(last.cycles),
+        "build": built - began,
+        "seconds": seconds,
+        "residual": last.unbalanced_force_ratio,
+        "status": "collapsed" if last.collapsed else "standing",
+        "steps": int(last.cycles),
         "base": base_forces(model, last, len(wall.mass), wall.lowest),
         "displacement": last.displacement[: len(wall.mass)],
-    }  # fmt: skip
+    }
 
 
 def collapse_factor(case: Case, settings: Solver, top: float) -> tuple[float, float]:

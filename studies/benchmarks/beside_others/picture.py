@@ -17,9 +17,13 @@ from damagepred.archive.files import write_whole
 from damagepred.plotting.sheet import DPI, new_figure
 
 LOOKS = {
-    "quasi_static": ("#0b5394", "o"), "explicit": ("#6fa8dc", "s"), "pymunk": ("#38761d", "^"),
-    "lmgc90": ("#990000", "D"), "openseespy": ("#b45f06", "v"), "exudyn": ("#674ea7", "P"),
-}  # fmt: skip
+    "quasi_static": ("#0b5394", "o"),
+    "explicit": ("#6fa8dc", "s"),
+    "pymunk": ("#38761d", "^"),
+    "lmgc90": ("#990000", "D"),
+    "openseespy": ("#b45f06", "v"),
+    "exudyn": ("#674ea7", "P"),
+}
 LEVEL = "s at 0.001"
 TITLES = {"settling": "Under its own weight", "gap": "Ground dropped by 8 mm under the middle"}
 SETTLED = 1e-2
@@ -69,17 +73,23 @@ def draw_gap(runs: pd.DataFrame, moved: pd.DataFrame, size: str, path: Path) -> 
         ax.axis("off")
     for ax, run in zip(panels.flat, chosen):
         own = moved[
-            (moved["case"] == "gap") & (moved["size"] == size) & (moved["solver"] == run["solver"])
+            (moved["case"] == "gap")
+            & (moved["size"] == size)
+            & (moved["solver"] == run["solver"])
             & (moved["settings"] == run["settings"])
-        ].sort_values("block")  # fmt: skip
+        ].sort_values("block")
         shift = larger * own[["x", "y"]].to_numpy()[:, None] / 1e3
         arm = corners - corners.mean(axis=1, keepdims=True)
         turn = larger * own["turn"].to_numpy()[:, None]
         rotated = np.stack((-arm[..., 1] * turn, arm[..., 0] * turn), axis=-1)
         faces = PolyCollection(
-            corners + shift + rotated, array=-own["y"].to_numpy(), cmap="viridis_r", norm=norm, edgecolors="white",
+            corners + shift + rotated,
+            array=-own["y"].to_numpy(),
+            cmap="viridis_r",
+            norm=norm,
+            edgecolors="white",
             linewidths=0.4,
-        )  # fmt: skip
+        )
         ax.add_collection(faces)
         for piece, drop in zip(case["ground"], case["drop"]):
             ground = np.array(piece) - (0.0, larger * drop)

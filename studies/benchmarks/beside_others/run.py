@@ -60,9 +60,13 @@ def other(solver: str, case: Case, settings: dict[str, Any], limit: float, folde
         command += [json.dumps({**settings, "limit": limit}), str(answer)]
         try:
             done = subprocess.run(
-                command, env=environments.variables(solver, folder), capture_output=True, timeout=8 * limit + 60,
-                cwd=place, check=False,
-            )  # fmt: skip
+                command,
+                env=environments.variables(solver, folder),
+                capture_output=True,
+                timeout=8 * limit + 60,
+                cwd=place,
+                check=False,
+            )
         except subprocess.TimeoutExpired:
             return {"note": "stopped by the clock"}
         if not answer.exists():
@@ -181,8 +185,9 @@ def run(options: argparse.Namespace) -> None:
         print(
             f"{name} {size} {solver} {words}: {found.get('seconds', np.nan):.3g} s, residual "
             f"{found.get('residual', np.nan):.2g} {found.get('note', '')}",
-            file=sys.stderr, flush=True,
-        )  # fmt: skip
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 def main(arguments: list[str] | None = None) -> None:

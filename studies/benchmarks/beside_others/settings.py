@@ -54,5 +54,9 @@ def our_solver(name: str, settings: Settings) -> Solver:
 
 def described(settings: Settings) -> str:
     """Return settings in one line."""
-    return ", ".join(f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}"
-                     for name, value in settings.items()) or "default"  # fmt: skip
+    return (
+        ", ".join(
+            f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in settings.items()
+        )
+        or "default"
+    )

@@ -15,8 +15,10 @@ TITLE = "The same dry wall in other public solvers"
 def text(folder: Path) -> str:
     """Return how many times longer others take to the same residual, by size."""
     runs = pd.read_csv(folder / "runs.csv")
-    parts = ["How many times as long as the quasi-static solver, to the same largest unbalanced force (mean block "
-             "weights); fastest of the settings tried; `>` what was not reached in the time given."]  # fmt: skip
+    parts = [
+        "How many times as long as the quasi-static solver, to the same largest unbalanced force (mean block "
+        "weights); fastest of the settings tried; `>` what was not reached in the time given."
+    ]
     for case, words in RUNS_OF:
         own = fastest(runs, case).query("solver == 'quasi_static'").sort_values("blocks")
         took = ", ".join(f"{1e3 * s:.3g} ms ({n} blocks)" for n, s in zip(own["blocks"], own["s at 0.0001"]))

@@ -18,9 +18,13 @@ from record import Wall  # noqa: E402
 
 KEY = ["case", "size", "solver", "settings"]
 NAMES = {
-    "quasi_static": "damagepred, quasi-static", "explicit": "damagepred, explicit", "pymunk": "pymunk",
-    "lmgc90": "LMGC90", "openseespy": "OpenSees", "exudyn": "Exudyn",
-}  # fmt: skip
+    "quasi_static": "damagepred, quasi-static",
+    "explicit": "damagepred, explicit",
+    "pymunk": "pymunk",
+    "lmgc90": "LMGC90",
+    "openseespy": "OpenSees",
+    "exudyn": "Exudyn",
+}
 RUNS_OF = (("settling", "under its own weight"), ("gap", "the ground dropped under the middle"))
 """Cases that are timed to rest, in words."""
 COLUMNS = [f"s at {level:g}" for level in LEVELS]

@@ -119,10 +119,20 @@ def row_of(
     square = _mean_square(away, truth.error, runs if apart is None else apart) if len(known) > 1 else np.nan
     low, high = (float(np.sqrt(square * runs / stats.chi2.ppf(q, runs))) for q in (0.95, 0.05))
     return {
-        "question": question.name, "at": question.at, "method": method, "walls": count, "seconds": seconds,
-        "error": np.sqrt(square), "lower": low, "upper": high, "bias": float(away.mean()), "runs": runs,
-        "no answer": 1 - len(known) / len(found), "truth": truth.value, "truth error": truth.error,
-    }  # fmt: skip
+        "question": question.name,
+        "at": question.at,
+        "method": method,
+        "walls": count,
+        "seconds": seconds,
+        "error": np.sqrt(square),
+        "lower": low,
+        "upper": high,
+        "bias": float(away.mean()),
+        "runs": runs,
+        "no answer": 1 - len(known) / len(found),
+        "truth": truth.value,
+        "truth error": truth.error,
+    }
 
 
 def _mean_square(away: FloatArray, reference: float, runs: float) -> float:
@@ -267,9 +277,9 @@ def rare_rows(wall: str, folder: Path, banks: dict[str, Bank], cost: pd.Series) 
             continue
         bank = banks[name]
         for n in powers(64 if name == "rare sobol" else 16, bank.lower.shape[1]):
-            found = np.array([
-                estimate(question, a[:n], b[:n], w[:n]) for a, b, w in zip(bank.lower, bank.upper, bank.weight)
-            ])  # fmt: skip
+            found = np.array(
+                [estimate(question, a[:n], b[:n], w[:n]) for a, b, w in zip(bank.lower, bank.upper, bank.weight)]
+            )
             rows.append(row_of(question, method, n, n * cost[form], found, truth, len(found)))
     for _, runs in subset.groupby("level"):
         found = runs["probability"].to_numpy()

@@ -56,6 +56,10 @@ def _form(lower: FloatArray, upper: FloatArray) -> float:
 
 def _row(question: Any, what: str, value: float, error: float, size: int) -> dict[str, object]:
     return {
-        "question": question.name, "at": question.at, "what": what, "difference": value, "error": error,
+        "question": question.name,
+        "at": question.at,
+        "what": what,
+        "difference": value,
+        "error": error,
         "walls": size,
-    }  # fmt: skip
+    }

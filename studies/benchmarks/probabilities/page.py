@@ -19,11 +19,17 @@ WALLS = {
 }
 QUESTIONS = ("median", "probability near 0.1", "small probability")
 COLOURS = {
-    "random": "black", "Latin hypercube": "tab:orange", "Sobol": "tab:blue", "Sobol, 8 scrambles": "tab:cyan",
-    "importance": "tab:green", "importance, Sobol": "tab:olive", "subset simulation": "tab:red",
-    "two-level, larger blocks": "tab:purple", "two-level, two contacts": "tab:pink",
+    "random": "black",
+    "Latin hypercube": "tab:orange",
+    "Sobol": "tab:blue",
+    "Sobol, 8 scrambles": "tab:cyan",
+    "importance": "tab:green",
+    "importance, Sobol": "tab:olive",
+    "subset simulation": "tab:red",
+    "two-level, larger blocks": "tab:purple",
+    "two-level, two contacts": "tab:pink",
     "two-level, half the increments": "tab:brown",
-}  # fmt: skip
+}
 IN_PICTURE = {"larger blocks", "two contacts", "half the increments", "lognormal form"}
 
 
@@ -82,10 +88,13 @@ def tables(data: pd.DataFrame, floors: pd.DataFrame, costs: pd.DataFrame) -> lis
             )
             parts.append(markdown(_summary(part)))
     if not floors.empty:
-        told = floors.assign(**{
-            "difference %": 100 * floors["difference"], "its standard error %": 100 * floors["error"],
-            "random walls": [_walls_until(data, row, "random") for row in floors.itertuples()],
-        })  # fmt: skip
+        told = floors.assign(
+            **{
+                "difference %": 100 * floors["difference"],
+                "its standard error %": 100 * floors["error"],
+                "random walls": [_walls_until(data, row, "random") for row in floors.itertuples()],
+            }
+        )
         names = ["wall", "question", "what", "difference %", "its standard error %", "random walls"]
         parts += ["### What no number of walls mends", markdown(told[names])]
     return parts
@@ -100,13 +109,18 @@ def _summary(part: pd.DataFrame) -> pd.DataFrame:
         slope, spread = order(own)
         shown = own if len(own) <= 3 else own.iloc[[0, len(own) // 2, len(own) - 1]]
         for k, row in enumerate(shown.itertuples()):
-            rows.append({
-                "method": method if k == 0 else "", "walls": round(row.walls), "seconds": row.seconds,
-                "error %": 100 * row.error,
-                "90 %": "" if np.isnan(row.lower) else f"{100 * row.lower:.2g}-{100 * row.upper:.2g}",
-                "bias %": 100 * row.bias if row.runs else np.nan, "random takes as long times": row.gain,
-                "order": f"{slope:.2f} ± {spread:.2f}" if k == 0 and slope == slope else "",
-            })  # fmt: skip
+            rows.append(
+                {
+                    "method": method if k == 0 else "",
+                    "walls": round(row.walls),
+                    "seconds": row.seconds,
+                    "error %": 100 * row.error,
+                    "90 %": "" if np.isnan(row.lower) else f"{100 * row.lower:.2g}-{100 * row.upper:.2g}",
+                    "bias %": 100 * row.bias if row.runs else np.nan,
+                    "random takes as long times": row.gain,
+                    "order": f"{slope:.2f} ± {spread:.2f}" if k == 0 and slope == slope else "",
+                }
+            )
     return pd.DataFrame(rows)
 
 
@@ -160,9 +174,13 @@ def draw(data: pd.DataFrame, floors: pd.DataFrame, path: Path) -> None:
                 ax.set_ylabel("relative error, root mean square")
             ax.grid(True, which="major", color="0.9")
     figure.legend(
-        list(handles.values()), list(handles), loc="outside lower center", ncols=5, frameon=False,
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=5,
+        frameon=False,
         title="bars: 90 % confidence; grey: error of the reference; dashed: difference that a form of the model makes",
-    )  # fmt: skip
+    )
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 
 
@@ -172,5 +190,12 @@ def _floors(ax, floors: pd.DataFrame, wall: str, question: str) -> None:  # type
     for row in floors[(floors["wall"] == wall) & (floors["question"] == question)].itertuples():
         if row.what in IN_PICTURE and abs(row.difference) > 2 * row.error:
             ax.axhline(abs(row.difference), ls="--", lw=0.8, color="0.4")
-            ax.annotate(row.what, (1.0, abs(row.difference)), xycoords=("axes fraction", "data"),
-                        ha="right", va="bottom", fontsize=7, color="0.3")  # fmt: skip
+            ax.annotate(
+                row.what,
+                (1.0, abs(row.difference)),
+                xycoords=("axes fraction", "data"),
+                ha="right",
+                va="bottom",
+                fontsize=7,
+                color="0.3",
+            )

@@ -45,12 +45,21 @@ def subsets(folder: Path, wall: str, quick: bool, over: Callable[[], bool], say:
                 return False
             began = time.process_time()
             found = subset_simulation(limit_state, size, samples=level, seed=1000 * level + run)
-            rows.append({
-                "level": level, "run": run, "probability": found.probability, "variation": found.variation,
-                "lower": found.lower, "upper": found.upper, "walls": found.evaluations, "levels": len(found.levels),
-                "failed": found.failed, "reached": found.reached,
-                "seconds": time.process_time() - began,
-            })  # fmt: skip
+            rows.append(
+                {
+                    "level": level,
+                    "run": run,
+                    "probability": found.probability,
+                    "variation": found.variation,
+                    "lower": found.lower,
+                    "upper": found.upper,
+                    "walls": found.evaluations,
+                    "levels": len(found.levels),
+                    "failed": found.failed,
+                    "reached": found.reached,
+                    "seconds": time.process_time() - began,
+                }
+            )
             table = pd.DataFrame(rows)
             write_whole(file, lambda path, table=table: table.to_csv(path, index=False))
             say(f"{wall}, subset simulation, {level} a level, run {run}: {found.probability:.3g}")

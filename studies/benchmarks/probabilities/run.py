@@ -46,8 +46,10 @@ def curve_plans(wall: str, quick: bool = False) -> list[Plan]:
 def rare_plans(wall: str, quick: bool = False) -> list[Plan]:
     """Return the sets that tell errors of a small probability, subset simulation apart."""
     if quick:
-        return [Plan("rare random", "random", 24, 1, rare=True),
-                Plan("importance", "random", 8, 2, rare=True, shifted=True)]  # fmt: skip
+        return [
+            Plan("rare random", "random", 24, 1, rare=True),
+            Plan("importance", "random", 8, 2, rare=True, shifted=True),
+        ]
     if wall == "joints":  # nothing that holds for a wall decides: there is nothing to shift
         return [Plan("rare random", "random", 1024, 1, rare=True)]
     return [

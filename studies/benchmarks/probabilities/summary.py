@@ -26,15 +26,21 @@ def text(folder: Path) -> str:
                 if own.empty:
                     continue
                 value = own["truth"].iloc[0]
-                rows.append({
-                    "wall": wall,
-                    "asked for": f"median, {1e3 * value:.3g} mm" if question == "median" else
-                                 f"probability of {value:.2g} by {1e3 * own['at'].iloc[0]:.3g} mm",
-                    "method": method,
-                    **{f"s to {100 * limit:g} %": seconds_to(own["seconds"], own["error"], limit) for limit in LIMITS},
-                    "error with most walls": f"{100 * own['error'].iloc[-1]:.2g} % ({own['walls'].iloc[-1]:.0f})",
-                    "random takes as long times": own["gain"].iloc[-1],
-                })  # fmt: skip
+                rows.append(
+                    {
+                        "wall": wall,
+                        "asked for": f"median, {1e3 * value:.3g} mm"
+                        if question == "median"
+                        else f"probability of {value:.2g} by {1e3 * own['at'].iloc[0]:.3g} mm",
+                        "method": method,
+                        **{
+                            f"s to {100 * limit:g} %": seconds_to(own["seconds"], own["error"], limit)
+                            for limit in LIMITS
+                        },
+                        "error with most walls": f"{100 * own['error'].iloc[-1]:.2g} % ({own['walls'].iloc[-1]:.0f})",
+                        "random takes as long times": own["gain"].iloc[-1],
+                    }
+                )
     said = (
         "Time of the processor to a relative error, between the numbers of walls that were run; `<`, `>`: before the "
     )

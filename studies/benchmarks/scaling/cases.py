@@ -96,15 +96,20 @@ GROWING: dict[str, dict[str, Curve]] = {
         "quasi-static, no dpc": Curve("quasi_static", False, False, STEPS),
         "explicit, dpc": Curve("explicit", True, False, STEPS[:5]),
     },
-    "samples": {"small walls solved": Curve("quasi_static", True, False, (16, 64, 256, 1024)),
-                "walls made up": Curve("", True, False, (1e3, 1e4, 1e5, 1e6))},
-}  # fmt: skip
+    "samples": {
+        "small walls solved": Curve("quasi_static", True, False, (16, 64, 256, 1024)),
+        "walls made up": Curve("", True, False, (1e3, 1e4, 1e5, 1e6)),
+    },
+}
 """Curves, by what grows along them."""
 QUICK = [
-    Case("blocks", "quasi-static, dpc", 30), Case("blocks", "quasi-static, dpc", 60),
-    Case("blocks", "explicit, own weight", 30), Case("blocks", "explicit, own weight", 60),
-    Case("contacts", "quasi-static, no dpc", 4), Case("samples", "walls made up", 200),
-]  # fmt: skip
+    Case("blocks", "quasi-static, dpc", 30),
+    Case("blocks", "quasi-static, dpc", 60),
+    Case("blocks", "explicit, own weight", 30),
+    Case("blocks", "explicit, own weight", 60),
+    Case("contacts", "quasi-static, no dpc", 4),
+    Case("samples", "walls made up", 200),
+]
 """A few small ones."""
 
 

@@ -47,10 +47,15 @@ def measure(case: Case, say: Say) -> None:
     model = wall_model(scene)
     mesh = model.mesh
     say(
-        assemble=time.process_time() - began, blocks=model.n_blocks, contacts=model.n_contacts,
-        zones=0 if mesh is None else len(mesh.zones), dofs=model.size, increments=scene.movement.increments,
-        length=scene.wall.length, height=scene.wall.height,
-    )  # fmt: skip
+        assemble=time.process_time() - began,
+        blocks=model.n_blocks,
+        contacts=model.n_contacts,
+        zones=0 if mesh is None else len(mesh.zones),
+        dofs=model.size,
+        increments=scene.movement.increments,
+        length=scene.wall.length,
+        height=scene.wall.height,
+    )
     times: list[float] = []
     while len(times) < REPEATS and sum(times) < ENOUGH:
         row: dict[str, Any] = {}

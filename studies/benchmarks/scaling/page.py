@@ -53,10 +53,27 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
 def _columns(rows: pd.DataFrame) -> list[str]:
     """Return the columns, also those that a quick form does not fill."""
     wanted = (
-        "memory", "memory_before", "cycles", "zones", "blocks", "contacts", "cholesky", "increments", "samples",
-        "message", "events", "factorisations", "cracked", "archive", "open_seconds", "judge_seconds", "fit_seconds",
-        "parent_seconds", "band", "files",
-    )  # fmt: skip
+        "memory",
+        "memory_before",
+        "cycles",
+        "zones",
+        "blocks",
+        "contacts",
+        "cholesky",
+        "increments",
+        "samples",
+        "message",
+        "events",
+        "factorisations",
+        "cracked",
+        "archive",
+        "open_seconds",
+        "judge_seconds",
+        "fit_seconds",
+        "parent_seconds",
+        "band",
+        "files",
+    )
     return [*rows.columns, *(c for c in wanted if c not in rows.columns)]
 
 
@@ -79,17 +96,25 @@ def exponents(found: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each curve: the exponents of time and memory, and what the former is made of."""
     lines: list[dict[str, Any]] = []
     for (what, curve), own in found.groupby(["grows", "curve"], sort=False):
-        powers = {name: power(own, name, NOT_MORE if name == "wall_memory" else 0.0) for name in
-                  ("seconds", "cycles", "a_step", "wall_memory")}  # fmt: skip
+        powers = {
+            name: power(own, name, NOT_MORE if name == "wall_memory" else 0.0)
+            for name in ("seconds", "cycles", "a_step", "wall_memory")
+        }
         largest, fitted = own.loc[own["at"].idxmax()], powers["seconds"]
-        lines.append({
-            "grows": what, "walls and solver": curve,
-            "time": _two(powers["seconds"]), "steps": _two(powers["cycles"]), "time of a step": _two(powers["a_step"]),
-            "memory": _two(powers["wall_memory"]),
-            "fitted over": "" if fitted is None else f"{fitted.low:.7g} to {fitted.high:.7g}",
-            "largest": f"{largest['at']:.7g}", "its time, s": largest["seconds"],
-            "its memory, MB": largest["wall_memory"],
-        })  # fmt: skip
+        lines.append(
+            {
+                "grows": what,
+                "walls and solver": curve,
+                "time": _two(powers["seconds"]),
+                "steps": _two(powers["cycles"]),
+                "time of a step": _two(powers["a_step"]),
+                "memory": _two(powers["wall_memory"]),
+                "fitted over": "" if fitted is None else f"{fitted.low:.7g} to {fitted.high:.7g}",
+                "largest": f"{largest['at']:.7g}",
+                "its time, s": largest["seconds"],
+                "its memory, MB": largest["wall_memory"],
+            }
+        )
     return pd.DataFrame(lines)
 
 
@@ -101,23 +126,37 @@ def points(found: pd.DataFrame, what: str) -> pd.DataFrame:
     """Return a row for each case in which something grows."""
     own = found[found["grows"] == what]
     if what == "samples":
-        return pd.DataFrame({
-            "walls": own["curve"], "samples": _whole(own["samples"]),
-            "solved in s": own["seconds"].where(own["curve"] != "walls made up"),
-            "parent's own time, s": own["parent_seconds"], "memory, MB": own["wall_memory"],
-            "archive, MB": own["archive"], "opened in s": own["open_seconds"],
-            "judged again in s": own["judge_seconds"], "curves with bands in s": own["fit_seconds"],
-        })  # fmt: skip
+        return pd.DataFrame(
+            {
+                "walls": own["curve"],
+                "samples": _whole(own["samples"]),
+                "solved in s": own["seconds"].where(own["curve"] != "walls made up"),
+                "parent's own time, s": own["parent_seconds"],
+                "memory, MB": own["wall_memory"],
+                "archive, MB": own["archive"],
+                "opened in s": own["open_seconds"],
+                "judged again in s": own["judge_seconds"],
+                "curves with bands in s": own["fit_seconds"],
+            }
+        )
     explicit = own["curve"].str.startswith("explicit")
-    table = pd.DataFrame({
-        "walls and solver": own["curve"], "blocks": _whole(own["blocks"]), "contacts": _whole(own["contacts"]),
-        "zones": _whole(own["zones"]), "increments": _whole(own["increments"]), "time, s": own["seconds"],
-        "memory, MB": own["wall_memory"], "Newton steps or cycles": _whole(own["cycles"]),
-        "events": _whole(own["events"].where(~explicit)),
-        "factorisations": _whole(own["factorisations"].where(~explicit)),
-        "contacts cracked": _whole(own["cracked"]),
-        "ns a contact (zone) and cycle": own["ns"].where(explicit), "in banded Choleskys": own["choleskys"],
-    })  # fmt: skip
+    table = pd.DataFrame(
+        {
+            "walls and solver": own["curve"],
+            "blocks": _whole(own["blocks"]),
+            "contacts": _whole(own["contacts"]),
+            "zones": _whole(own["zones"]),
+            "increments": _whole(own["increments"]),
+            "time, s": own["seconds"],
+            "memory, MB": own["wall_memory"],
+            "Newton steps or cycles": _whole(own["cycles"]),
+            "events": _whole(own["events"].where(~explicit)),
+            "factorisations": _whole(own["factorisations"].where(~explicit)),
+            "contacts cracked": _whole(own["cracked"]),
+            "ns a contact (zone) and cycle": own["ns"].where(explicit),
+            "in banded Choleskys": own["choleskys"],
+        }
+    )
     return table.dropna(axis=1, how="all").loc[:, lambda t: (t != "").any()]
 
 
@@ -141,11 +180,17 @@ def text(rows: pd.DataFrame, found: pd.DataFrame) -> str:
     """Return what goes into the page."""
     parts = [
         f"Machine: {machine()}. Each case ran {int(rows['round'].max())} times at most.",
-        "Exponents: time, steps and memory grow as what grows to the power of", markdown(exponents(found)),
-    ]  # fmt: skip
+        "Exponents: time, steps and memory grow as what grows to the power of",
+        markdown(exponents(found)),
+    ]
     same = f", {ALIKE} blocks"
-    titles = {"blocks": "More blocks", "contacts": f"More contacts{same}", "zones": f"Smaller zones{same}",
-              "increments": f"More increments{same}", "samples": "More samples"}  # fmt: skip
+    titles = {
+        "blocks": "More blocks",
+        "contacts": f"More contacts{same}",
+        "zones": f"Smaller zones{same}",
+        "increments": f"More increments{same}",
+        "samples": "More samples",
+    }
     for what, title in titles.items():
         if (found["grows"] == what).any():
             parts += [f"### {title}", markdown(points(found, what).fillna(math.nan))]
@@ -165,9 +210,13 @@ def look(curve: str) -> dict[str, Any]:
     wall = next((w for w in ("no dpc", "own weight", "dpc") if w in curve), "dpc")
     zoned = "deformable" in curve
     return {
-        "color": COLOURS[wall], "ls": "--" if curve.startswith("explicit") else "-", "marker": "s" if zoned else "o",
-        "ms": 4, "lw": 1.2, "mfc": "white" if zoned else COLOURS[wall],
-    }  # fmt: skip
+        "color": COLOURS[wall],
+        "ls": "--" if curve.startswith("explicit") else "-",
+        "marker": "s" if zoned else "o",
+        "ms": 4,
+        "lw": 1.2,
+        "mfc": "white" if zoned else COLOURS[wall],
+    }
 
 
 def lines(ax: Axes, found: pd.DataFrame, what: str, column: str, only: str = "", least: float = 0.0) -> None:
@@ -243,7 +292,7 @@ def draw_others(found: pd.DataFrame, file: Path) -> None:
         (made_up | {"color": "tab:green"}, "judge_seconds", "judged again (s)"),
         (made_up | {"color": "tab:red"}, "fit_seconds", "curves fitted, with bands (s)"),
         (made_up | {"color": "tab:purple", "ls": "--"}, "wall_memory", "memory to judge and fit (MB)"),
-    ):  # fmt: skip
+    ):
         curve = style.pop("curve")
         part = own[(own["curve"] == curve) & (own[column] > 0)].sort_values("at")
         if part.empty:

@@ -15,11 +15,14 @@ def text(folder: Path) -> str:
     """Return the exponents of time and memory, and what was not solved."""
     rows = pd.read_csv(folder / "data.csv")
     missing = left_out(rows)
-    return "\n\n".join((
-        "Time, steps and memory grow as what grows to the power of:",
-        markdown(exponents(medians(rows)).drop(columns=["time of a step"])),
-        "Not solved:", "\n".join(missing) if missing else "- none of those tried",
-    ))  # fmt: skip
+    return "\n\n".join(
+        (
+            "Time, steps and memory grow as what grows to the power of:",
+            markdown(exponents(medians(rows)).drop(columns=["time of a step"])),
+            "Not solved:",
+            "\n".join(missing) if missing else "- none of those tried",
+        )
+    )
 
 
 def minutes(folder: Path) -> float:

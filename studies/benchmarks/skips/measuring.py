@@ -90,11 +90,13 @@ def compare(known: Known, skip: Skip, first: bool) -> Row:
     row: Row = {}
     for name, one in (("on", on), ("off", off)):
         row |= {
-            f"seconds_{name}": one.seconds, f"end_{name}": one.end, f"steps_{name}": sum(s.cycles for s in one.steps),
+            f"seconds_{name}": one.seconds,
+            f"end_{name}": one.end,
+            f"steps_{name}": sum(s.cycles for s in one.steps),
             f"factorisations_{name}": sum(s.factorisations for s in one.steps),
             f"searches_{name}": max((s.searches for s in one.steps), default=0),
             f"reached_{name}": one.steps[-1].number if one.steps else -1,
-        }  # fmt: skip
+        }
     return row | differences(on, off)
 
 
@@ -116,9 +118,13 @@ def differences(on: Ran, off: Ran) -> Row:
         if same:
             cracked = max(cracked, int(((a.state == ContactState.CRACKED) != (b.state == ContactState.CRACKED)).sum()))
     return {
-        "sideways": moved[0] / movement, "upwards": moved[1] / movement, "dpc_opening": gap,
-        "cracked_on": _cracked(on), "cracked_off": _cracked(off), "otherwise": cracked if same else np.nan,
-    }  # fmt: skip
+        "sideways": moved[0] / movement,
+        "upwards": moved[1] / movement,
+        "dpc_opening": gap,
+        "cracked_on": _cracked(on),
+        "cracked_off": _cracked(off),
+        "otherwise": cracked if same else np.nan,
+    }
 
 
 def _cracked(ran: Ran) -> int:

@@ -20,10 +20,27 @@ from studies import PARTS
 SOME = (0.5, 2, 3, 5, 20, 30, 50)
 """Ratios that are written on the axis besides powers of ten."""
 COLUMNS = (
-    "seconds_on", "seconds_off", "bytes_on", "bytes_off", "sideways", "upwards", "dpc_opening", "cracked_on",
-    "cracked_off", "otherwise", "steps_on", "steps_off", "factorisations_on", "factorisations_off", "searches_on",
-    "searches_off", "end_on", "end_off", "reached_on", "reached_off",
-)  # fmt: skip
+    "seconds_on",
+    "seconds_off",
+    "bytes_on",
+    "bytes_off",
+    "sideways",
+    "upwards",
+    "dpc_opening",
+    "cracked_on",
+    "cracked_off",
+    "otherwise",
+    "steps_on",
+    "steps_off",
+    "factorisations_on",
+    "factorisations_off",
+    "searches_on",
+    "searches_off",
+    "end_on",
+    "end_off",
+    "reached_on",
+    "reached_off",
+)
 
 
 def told(name: str) -> tuple[str, str]:
@@ -40,8 +57,14 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
     lines: list[dict[str, Any]] = []
     for (skip, wall), own in rows.assign(ratio=ratio).groupby(["skip", "wall"], sort=False):
         last = own.iloc[-1]
-        line = {"skip": skip, "wall": wall, "rounds": len(own), "ratio": own["ratio"].median(),
-                "low": own["ratio"].min(), "high": own["ratio"].max()}  # fmt: skip
+        line = {
+            "skip": skip,
+            "wall": wall,
+            "rounds": len(own),
+            "ratio": own["ratio"].median(),
+            "low": own["ratio"].min(),
+            "high": own["ratio"].max(),
+        }
         line |= {name: own[name].median() for name in ("seconds_on", "seconds_off", "bytes_on", "bytes_off")}
         line |= {name: own[name].max() for name in ("sideways", "upwards", "dpc_opening", "otherwise")}
         lines.append(line | {name: last[name] for name in COLUMNS if name not in line})
@@ -57,11 +80,15 @@ def overview(found: pd.DataFrame) -> pd.DataFrame:
         what, how = told(skip)
         times = [f"{r['wall']} {r['ratio']:.3g}" for _, r in own.iterrows()]
         worst = own[["upwards", "sideways"]].max(axis=1).max()
-        lines.append({
-            "skip": skip, "what is skipped": what, "turned off by": how,
-            "times as fast, or as small": "; ".join(times) or "not measured yet",
-            "largest difference of a displacement over the movement": "" if worst != worst else f"{worst:.1e}",
-        })  # fmt: skip
+        lines.append(
+            {
+                "skip": skip,
+                "what is skipped": what,
+                "turned off by": how,
+                "times as fast, or as small": "; ".join(times) or "not measured yet",
+                "largest difference of a displacement over the movement": "" if worst != worst else f"{worst:.1e}",
+            }
+        )
     return pd.DataFrame(lines)
 
 
@@ -76,17 +103,25 @@ def table(found: pd.DataFrame) -> pd.DataFrame:
     def small(values: pd.Series) -> list[str]:
         return ["" if v != v else f"{v:.1e}" if v else "0" for v in values]
 
-    return pd.DataFrame({
-        "skip": timed["skip"], "wall": timed["wall"], "with, s": timed["seconds_on"],
-        "without, s": timed["seconds_off"],
-        "times as fast (from, to)": [f"{r:.2f} ({a:.2f}, {b:.2f})" for r, a, b in
-                                     timed[["ratio", "low", "high"]].to_numpy()],
-        "upwards": small(timed["upwards"]), "sideways": small(timed["sideways"]),
-        "dpc opening, um": small(1e6 * timed["dpc_opening"]),
-        "cracked contacts": both("cracked"),
-        "cracked otherwise": ["" if v != v else f"{v:.0f}" for v in timed["otherwise"]],
-        "steps": both("steps"), "factorisations": both("factorisations"), "searches": both("searches"),
-    })  # fmt: skip
+    return pd.DataFrame(
+        {
+            "skip": timed["skip"],
+            "wall": timed["wall"],
+            "with, s": timed["seconds_on"],
+            "without, s": timed["seconds_off"],
+            "times as fast (from, to)": [
+                f"{r:.2f} ({a:.2f}, {b:.2f})" for r, a, b in timed[["ratio", "low", "high"]].to_numpy()
+            ],
+            "upwards": small(timed["upwards"]),
+            "sideways": small(timed["sideways"]),
+            "dpc opening, um": small(1e6 * timed["dpc_opening"]),
+            "cracked contacts": both("cracked"),
+            "cracked otherwise": ["" if v != v else f"{v:.0f}" for v in timed["otherwise"]],
+            "steps": both("steps"),
+            "factorisations": both("factorisations"),
+            "searches": both("searches"),
+        }
+    )
 
 
 def endings(found: pd.DataFrame) -> list[str]:
@@ -102,18 +137,26 @@ def endings(found: pd.DataFrame) -> list[str]:
 def text(found: pd.DataFrame) -> str:
     """Return what goes into the page."""
     sizes = found[found["bytes_on"].notna()]
-    kept = pd.DataFrame({
-        "skip": sizes["skip"], "wall": sizes["wall"], "with, kB": sizes["bytes_on"] / 1e3,
-        "without, kB": sizes["bytes_off"] / 1e3, "times as small": sizes["bytes_off"] / sizes["bytes_on"],
-    })  # fmt: skip
+    kept = pd.DataFrame(
+        {
+            "skip": sizes["skip"],
+            "wall": sizes["wall"],
+            "with, kB": sizes["bytes_on"] / 1e3,
+            "without, kB": sizes["bytes_off"] / 1e3,
+            "times as small": sizes["bytes_off"] / sizes["bytes_on"],
+        }
+    )
     never = pd.DataFrame({"skipped": list(NOT_TURNED_OFF), "why it is not turned off here": NOT_TURNED_OFF.values()})
     parts = [
         f"Machine: {machine()}.",
         f"With and without in turn, {found['rounds'].min()} to {found['rounds'].max()} times each.",
-        markdown(overview(found)), "### Wall by wall",
+        markdown(overview(found)),
+        "### Wall by wall",
         "Differences of displacements, the largest of all increments, are over the movement; pairs are with, without.",
-        markdown(table(found)), "### Kept in memory or on disk", markdown(kept),
-    ]  # fmt: skip
+        markdown(table(found)),
+        "### Kept in memory or on disk",
+        markdown(kept),
+    ]
     if lines := endings(found):
         parts += ["### Not to the end of the movement", "\n".join(lines)]
     return "\n\n".join([*parts, "### Not turned off", markdown(never)])
@@ -129,9 +172,16 @@ def draw(found: pd.DataFrame, file: Path) -> None:
     for k, wall in enumerate(walls):
         own = found[found["wall"] == wall]
         ax.scatter(
-            own["ratio"], [names.index(s) for s in own["skip"]], s=34, color=colours(k % 20),
-            marker="osD^v"[k % 5], label=wall, edgecolors="0.3", linewidths=0.4, zorder=3,
-        )  # fmt: skip
+            own["ratio"],
+            [names.index(s) for s in own["skip"]],
+            s=34,
+            color=colours(k % 20),
+            marker="osD^v"[k % 5],
+            label=wall,
+            edgecolors="0.3",
+            linewidths=0.4,
+            zorder=3,
+        )
     ax.axvline(1.0, color="0.3", lw=0.8)
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

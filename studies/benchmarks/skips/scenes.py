@@ -77,19 +77,25 @@ def explicit_deformable() -> Known:
 def in_time() -> Known:
     """Return a small wall without mortar on ground that shakes: bricks slide and fall."""
     pulse = BaseMotion(kind="full_sine", acceleration=20.0, duration=0.3)
-    return Known(Scene(
-        wall=Wall(length=1.44, height=0.6), joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6),
-        dynamics=Dynamics(duration=0.5, outputs=10, base=(pulse,)),
-    ))  # fmt: skip
+    return Known(
+        Scene(
+            wall=Wall(length=1.44, height=0.6),
+            joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6),
+            dynamics=Dynamics(duration=0.5, outputs=10, base=(pulse,)),
+        )
+    )
 
 
 def in_time_at_rest() -> Known:
     """Return a small wall with its mortar that the ground moves gently, until it rests."""
-    return Known(Scene(
-        wall=Wall(length=1.44, height=0.6), loads=Loads(roof=1440.0),
-        movement=Movement(kind="dishing", central_deflection=0.5e-3),
-        dynamics=Dynamics(duration=1.0, outputs=50, movement_time=0.1, damping="local"),
-    ))  # fmt: skip
+    return Known(
+        Scene(
+            wall=Wall(length=1.44, height=0.6),
+            loads=Loads(roof=1440.0),
+            movement=Movement(kind="dishing", central_deflection=0.5e-3),
+            dynamics=Dynamics(duration=1.0, outputs=50, movement_time=0.1, damping="local"),
+        )
+    )
 
 
 def part_of_test(scene: Scene, length: float, height: float) -> Scene:

@@ -211,72 +211,139 @@ def search_always() -> AbstractContextManager[Any]:
 
 SKIPS: dict[str, Skip] = {
     "condense": Skip(
-        "courses that stay elastic, condensed", "`[solver] condense = false`", QUASI_STATIC,
-        off=with_solver(condense=False)),
+        "courses that stay elastic, condensed",
+        "`[solver] condense = false`",
+        QUASI_STATIC,
+        off=with_solver(condense=False),
+    ),
     "half": Skip(
-        "the second half of a symmetric wall", "`[solver] symmetric_half = false`",
-        ("dishing", "doming", "window", "no dpc", "explicit"), off=with_solver(symmetric_half=False)),
+        "the second half of a symmetric wall",
+        "`[solver] symmetric_half = false`",
+        ("dishing", "doming", "window", "no dpc", "explicit"),
+        off=with_solver(symmetric_half=False),
+    ),
     "condense and half": Skip(
-        "both of these", "both settings", RIGID[:4], off=with_solver(condense=False, symmetric_half=False)),
+        "both of these", "both settings", RIGID[:4], off=with_solver(condense=False, symmetric_half=False)
+    ),
     "correct": Skip(
-        "factorising anew where it is dearer than correcting the answer for what changed", "patched", RIGID,
-        put=always_factorise),
-    "restart": Skip(
-        "factorising levels beyond the farthest that changed", "patched", RIGID, put=factorise_all_levels),
+        "factorising anew where it is dearer than correcting the answer for what changed",
+        "patched",
+        RIGID,
+        put=always_factorise,
+    ),
+    "restart": Skip("factorising levels beyond the farthest that changed", "patched", RIGID, put=factorise_all_levels),
     "keep": Skip("answers to unit forces in joints that were changed before", "patched", RIGID, put=learn_again),
-    "astray": Skip("Newton steps after it went astray", "patched", ("dishing", "window", "no dpc", "random joints"),
-                   put=never_astray),
-    "direct": Skip("minima with frozen friction limits, where Newton on the law as it is arrives", "patched",
-                   ("dishing", "window", "no dpc"), put=frozen_first),
-    "foresee": Skip("equilibria between which a bond's breaking is bracketed: the tangent tells where", "patched",
-                    ("dishing", "window", "no dpc", "random joints"), put=blind),
-    "some bonds": Skip("bonds that were not overloaded, when their earlier load is asked for", "patched",
-                       ("no dpc", "random joints"), put=all_bonds),
-    "auto": Skip("zones in bricks that hardly deform", '`[solver] blocks = "auto"`, not `"deformable"`',
-                 ("deformable",), on=with_solver(blocks="auto"), off=with_solver(blocks="deformable")),
-    "rigid": Skip("zones in all bricks", '`[solver] blocks = "rigid"`, not `"deformable"`', ("deformable",),
-                  on=with_solver(blocks="rigid"), off=with_solver(blocks="deformable")),
-    "kin": Skip("condensing bricks of one shape one by one", "patched", ("deformable", "deformable, yields"),
-                put=no_kin),
-    "rims": Skip("zones inside bricks that do not yield: only rims count", "patched", ("deformable, yields",),
-                 put=all_open),
-    "no limits": Skip("looking at the limits of zones that have none", "a strength of 1e12 Pa", ("deformable",),
-                      off=strong_bricks),
-    "elastic start": Skip("cycles under dead load: the elastic solution is taken", "patched", ("explicit",),
-                          put=cycled_start),
-    "short law": Skip("parts of the joint law that no joint of the wall has", "patched",
-                      ("explicit", "in time, falls"), put=whole_law),
-    "look seldom": Skip("looking at the unbalanced force, but every 50 cycles", "patched", ("explicit",),
-                        put=look_always),
-    "no memory": Skip("memory and limits of zones that have no strength", "a strength of 1e12 Pa",
-                      ("explicit, deformable",), on=without_strength, off=strong_bricks),
-    "search seldom": Skip("looking for what is near, while nothing has moved far", "patched",
-                          ("in time, falls", "in time, rests"), put=search_always),
-    "no search": Skip("looking for what is near at all, where movement is small",
-                      "`[dynamics] new_contacts = true`, the default", ("in time, rests",),
-                      on=with_dynamics(new_contacts=False), off=with_dynamics(new_contacts=True)),
-    "rest": Skip("time after the wall has come to rest", "`[dynamics] stop_at_rest = false`, the default",
-                 ("in time, rests",), on=with_dynamics(stop_at_rest=True), off=with_dynamics(stop_at_rest=False)),
-}  # fmt: skip
+    "astray": Skip(
+        "Newton steps after it went astray",
+        "patched",
+        ("dishing", "window", "no dpc", "random joints"),
+        put=never_astray,
+    ),
+    "direct": Skip(
+        "minima with frozen friction limits, where Newton on the law as it is arrives",
+        "patched",
+        ("dishing", "window", "no dpc"),
+        put=frozen_first,
+    ),
+    "foresee": Skip(
+        "equilibria between which a bond's breaking is bracketed: the tangent tells where",
+        "patched",
+        ("dishing", "window", "no dpc", "random joints"),
+        put=blind,
+    ),
+    "some bonds": Skip(
+        "bonds that were not overloaded, when their earlier load is asked for",
+        "patched",
+        ("no dpc", "random joints"),
+        put=all_bonds,
+    ),
+    "auto": Skip(
+        "zones in bricks that hardly deform",
+        '`[solver] blocks = "auto"`, not `"deformable"`',
+        ("deformable",),
+        on=with_solver(blocks="auto"),
+        off=with_solver(blocks="deformable"),
+    ),
+    "rigid": Skip(
+        "zones in all bricks",
+        '`[solver] blocks = "rigid"`, not `"deformable"`',
+        ("deformable",),
+        on=with_solver(blocks="rigid"),
+        off=with_solver(blocks="deformable"),
+    ),
+    "kin": Skip(
+        "condensing bricks of one shape one by one", "patched", ("deformable", "deformable, yields"), put=no_kin
+    ),
+    "rims": Skip(
+        "zones inside bricks that do not yield: only rims count", "patched", ("deformable, yields",), put=all_open
+    ),
+    "no limits": Skip(
+        "looking at the limits of zones that have none", "a strength of 1e12 Pa", ("deformable",), off=strong_bricks
+    ),
+    "elastic start": Skip(
+        "cycles under dead load: the elastic solution is taken", "patched", ("explicit",), put=cycled_start
+    ),
+    "short law": Skip(
+        "parts of the joint law that no joint of the wall has", "patched", ("explicit", "in time, falls"), put=whole_law
+    ),
+    "look seldom": Skip(
+        "looking at the unbalanced force, but every 50 cycles", "patched", ("explicit",), put=look_always
+    ),
+    "no memory": Skip(
+        "memory and limits of zones that have no strength",
+        "a strength of 1e12 Pa",
+        ("explicit, deformable",),
+        on=without_strength,
+        off=strong_bricks,
+    ),
+    "search seldom": Skip(
+        "looking for what is near, while nothing has moved far",
+        "patched",
+        ("in time, falls", "in time, rests"),
+        put=search_always,
+    ),
+    "no search": Skip(
+        "looking for what is near at all, where movement is small",
+        "`[dynamics] new_contacts = true`, the default",
+        ("in time, rests",),
+        on=with_dynamics(new_contacts=False),
+        off=with_dynamics(new_contacts=True),
+    ),
+    "rest": Skip(
+        "time after the wall has come to rest",
+        "`[dynamics] stop_at_rest = false`, the default",
+        ("in time, rests",),
+        on=with_dynamics(stop_at_rest=True),
+        off=with_dynamics(stop_at_rest=False),
+    ),
+}
 """Skips of the solvers, by short names."""
 
 NOT_TURNED_OFF = {
-    "joints that are condensed are not asked for forces, nor levels beyond those in play for displacements":
-        "it is what condensing is; `condense = false` turns off all of it",
-    "stiffness that did not change is not added up again (elimination restarts level by level)":
-        "measured with `restart`: the compiled sums have no switch of their own",
-    "zones are returned to the yield surface only where beyond it (`surely_elastic`)":
-        "compiled into the law; the study `zone_return` beside the table measures it on the kernel alone",
-    "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered":
+    "joints that are condensed are not asked for forces, nor levels beyond those in play for displacements": (
+        "it is what condensing is; `condense = false` turns off all of it"
+    ),
+    "stiffness that did not change is not added up again (elimination restarts level by level)": (
+        "measured with `restart`: the compiled sums have no switch of their own"
+    ),
+    "zones are returned to the yield surface only where beyond it (`surely_elastic`)": (
+        "compiled into the law; the study `zone_return` beside the table measures it on the kernel alone"
+    ),
+    "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered": (
         "without them there is nothing to loop over; what they cost where they are is in "
-        "studies/benchmarks/footing_path.py",
-    "sections of a footing that cracks remember only every 8th cycle (`settle_every`)":
-        "an argument of the explicit solver; a footing on jacks takes it minutes, and its tests compare 8 with 1",
-    "no more walls once an estimate is good enough (`[study] stop_when`)":
-        "changes how many walls there are, not what a wall takes: studies/benchmarks/probabilities",
-    "walls that take less than a second share a part of the archive":
-        "a part for each would be the same bytes in more files: studies/throughput counts and times them",
-    "libraries are loaded when they are needed; kernels are compiled once":
-        "start-up and compiling are measured by tests/regressions",
-}  # fmt: skip
+        "studies/benchmarks/footing_path.py"
+    ),
+    "sections of a footing that cracks remember only every 8th cycle (`settle_every`)": (
+        "an argument of the explicit solver; a footing on jacks takes it minutes, and its tests compare 8 with 1"
+    ),
+    "no more walls once an estimate is good enough (`[study] stop_when`)": (
+        "changes how many walls there are, not what a wall takes: studies/benchmarks/probabilities"
+    ),
+    "walls that take less than a second share a part of the archive": (
+        "a part for each would be the same bytes in more files: studies/throughput counts and times them"
+    ),
+    "libraries are loaded when they are needed; kernels are compiled once": (
+        "start-up and compiling are measured by tests/regressions"
+    ),
+}
 """What cannot be turned off here, and why."""

@@ -161,17 +161,31 @@ def returned(number: int, quick: bool) -> Row:
 
 
 PARTS: dict[str, Part] = {
-    "stop": Part("the movement after the category of interest (3)", '`[study] stop_at_category = "none"`',
-                 "sampled window walls", stop),
+    "stop": Part(
+        "the movement after the category of interest (3)",
+        '`[study] stop_at_category = "none"`',
+        "sampled window walls",
+        stop,
+    ),
     "shared": Part("geometry and gauges of samples that share them", "caches emptied", "sampled window walls", shared),
-    "return": Part("the return to the yield surface of zones that are within it", "another loop over the same kernels",
-                   "elastic zones with a strength", returned),
+    "return": Part(
+        "the return to the yield surface of zones that are within it",
+        "another loop over the same kernels",
+        "elastic zones with a strength",
+        returned,
+    ),
     "zones kept": Part("zones in the results", "`solve(..., store_zones=True)`, the default", "deformable", zones_kept),
-    "path kept": Part("increments before the end of a sample's movement",
-                      '`[study] movement = "path"`, the default; without: `"sampled"`', "small sampled walls",
-                      archive_of({"movement": "sampled"})),
-    "fields kept": Part("values of joints in the design file, which follow from the seed",
-                        "`[study] store_fields = true`, the default", "small sampled walls",
-                        archive_of({"store_fields": False})),
-}  # fmt: skip
+    "path kept": Part(
+        "increments before the end of a sample's movement",
+        '`[study] movement = "path"`, the default; without: `"sampled"`',
+        "small sampled walls",
+        archive_of({"movement": "sampled"}),
+    ),
+    "fields kept": Part(
+        "values of joints in the design file, which follow from the seed",
+        "`[study] store_fields = true`, the default",
+        "small sampled walls",
+        archive_of({"store_fields": False}),
+    ),
+}
 """Skips of studies, by short names."""

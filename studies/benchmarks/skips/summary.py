@@ -26,15 +26,20 @@ def text(folder: Path) -> str:
             unmeasured.append(f"{what} ({skip})")
             continue
         changes = own[["upwards", "sideways"]].max(axis=1)
-        lines.append({
-            "skip": skip, "what is not done": what,
-            "times as fast, or as small": "; ".join(f"{r['wall']} {r['ratio']:.2f}" for _, r in own.iterrows()),
-            "saved of the time, or size": "; ".join(f"{1 - 1 / r['ratio']:.0%}" for _, r in own.iterrows()),
-            "displacements differ by, over the movement": "; ".join(
-                "" if v != v else f"{v:.0e}" if v else "0" for v in changes
-            ).strip("; "),
-            "contacts cracked otherwise": "; ".join("" if v != v else f"{v:.0f}" for v in own["otherwise"]).strip("; "),
-        })  # fmt: skip
+        lines.append(
+            {
+                "skip": skip,
+                "what is not done": what,
+                "times as fast, or as small": "; ".join(f"{r['wall']} {r['ratio']:.2f}" for _, r in own.iterrows()),
+                "saved of the time, or size": "; ".join(f"{1 - 1 / r['ratio']:.0%}" for _, r in own.iterrows()),
+                "displacements differ by, over the movement": "; ".join(
+                    "" if v != v else f"{v:.0e}" if v else "0" for v in changes
+                ).strip("; "),
+                "contacts cracked otherwise": "; ".join("" if v != v else f"{v:.0f}" for v in own["otherwise"]).strip(
+                    "; "
+                ),
+            }
+        )
     parts = [
         f"With and without in turn, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
         "the same order in each column.",
@@ -42,8 +47,9 @@ def text(folder: Path) -> str:
     ]
     if unmeasured:
         parts += ["Not measured yet:", "\n".join(f"- {line}" for line in unmeasured)]
-    return "\n\n".join((*parts, "Not turned off there:", "\n".join(f"- {what}: {why}" for what, why in
-                                                                  NOT_TURNED_OFF.items())))  # fmt: skip
+    return "\n\n".join(
+        (*parts, "Not turned off there:", "\n".join(f"- {what}: {why}" for what, why in NOT_TURNED_OFF.items()))
+    )
 
 
 def minutes(folder: Path) -> float:

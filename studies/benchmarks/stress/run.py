@@ -45,14 +45,20 @@ def tables() -> str:
     whole = len(jobs())
     left = [f"**So far {len(rows)} of {whole} runs have been made; the command goes on from there.**"]
     parts = (left if len(rows) < whole else []) + [
-        page.in_a_word(rows), page.summary(rows), "![Share of the runs of each solver](verdicts.png)",
+        page.in_a_word(rows),
+        page.summary(rows),
+        "![Share of the runs of each solver](verdicts.png)",
         f"Measured on {MACHINE.read_text(encoding='utf-8').strip()}.",
-        "### What answers were checked against", page.second_answers(rows),
-    ]  # fmt: skip
+        "### What answers were checked against",
+        page.second_answers(rows),
+    ]
     for verdict, title in (
-        ("FAILED", "Failed"), ("WRONG", "Wrong"), ("gave up", "Gave up, with these words"),
-        ("fell", "Fell, where statics alone do not say that they must"), ("refused", "Refused, with these words"),
-    ):  # fmt: skip
+        ("FAILED", "Failed"),
+        ("WRONG", "Wrong"),
+        ("gave up", "Gave up, with these words"),
+        ("fell", "Fell, where statics alone do not say that they must"),
+        ("refused", "Refused, with these words"),
+    ):
         parts += [f"### {title}", page.listed(rows, verdict)]
     steps = pd.read_csv(STEPS)
     steps["cell"] = [r.verdict if r.verdict != "right" else f"{r.off:.0e}" for r in steps.itertuples()]

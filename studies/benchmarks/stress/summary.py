@@ -19,10 +19,16 @@ def text(folder: Path) -> str:
     counts["all"] = counts.sum(axis=1)
     counts.index = [page.WORDS[v] for v in VERDICTS]
     table = counts[counts["all"] > 0].rename_axis("what came of it").reset_index()
-    return "\n\n".join((
-        page.in_a_word(rows), markdown(table),
-        "Wrong:", page.listed(rows, "WRONG"), "Failed:", page.listed(rows, "FAILED"),
-    ))  # fmt: skip
+    return "\n\n".join(
+        (
+            page.in_a_word(rows),
+            markdown(table),
+            "Wrong:",
+            page.listed(rows, "WRONG"),
+            "Failed:",
+            page.listed(rows, "FAILED"),
+        )
+    )
 
 
 def minutes(folder: Path) -> float:

@@ -81,17 +81,29 @@ def numerical() -> list[Choice]:
         *_axis("explicit time step", "time_step_safety", [0.5, 0.7, 1.0], **explicit),
         Choice("explicit", "slow", slow),
         *[
-            Choice("in time, true mass", f"local 0.8, {t:g} s", dynamics={
-                **time, "duration": 2.0 * t, "movement_time": t, "damping": "local"})
+            Choice(
+                "in time, true mass",
+                f"local 0.8, {t:g} s",
+                dynamics={**time, "duration": 2.0 * t, "movement_time": t, "damping": "local"},
+            )
             for t in (0.05, 0.2)
         ],
         *[
-            Choice("in time, true mass", f"{kind}, 0.2 s", dynamics={
-                **time, "movement_time": 0.2, "damping": kind, "damping_ratio": 0.3, "frequency": 20.0,
-                "second_frequency": 2000.0})
+            Choice(
+                "in time, true mass",
+                f"{kind}, 0.2 s",
+                dynamics={
+                    **time,
+                    "movement_time": 0.2,
+                    "damping": kind,
+                    "damping_ratio": 0.3,
+                    "frequency": 20.0,
+                    "second_frequency": 2000.0,
+                },
+            )
             for kind in ("viscous", "rayleigh")
         ],
-    ]  # fmt: skip
+    ]
 
 
 def of_the_model() -> list[Choice]:
@@ -107,21 +119,27 @@ def of_the_model() -> list[Choice]:
         Choice("auto", "3 %", {"blocks": "auto", "rigid_error": 0.03}, model=True),
         Choice("auto", "1 %", {"blocks": "auto", "rigid_error": 0.01}, model=True),
         *[
-            Choice("auto", f"{share:.0%}, 40 mm".replace("%", " %"),
-                   {"blocks": "auto", "rigid_error": share, "zone_size": 0.04}, model=True)
+            Choice(
+                "auto",
+                f"{share:.0%}, 40 mm".replace("%", " %"),
+                {"blocks": "auto", "rigid_error": share, "zone_size": 0.04},
+                model=True,
+            )
             for share in (0.1, 0.03, 0.01)
         ],
         Choice("parts", "below the dpc deformable", {"below_dpc": "deformable"}, model=True),
         Choice("parts", "below the dpc deformable, 40 mm", {"below_dpc": "deformable", "zone_size": 0.04}, model=True),
         Choice("zones", "default size", FINE, model=True),
         *[Choice("zones", f"{1e3 * size:g} mm", {**FINE, "zone_size": size}, model=True) for size in (0.06, 0.04)],
-        *[Choice("zones", f"default size, Lobatto {n}", {**FINE, "contacts_per_interface": n}, model=True)
-          for n in (5, 7)],
+        *[
+            Choice("zones", f"default size, Lobatto {n}", {**FINE, "contacts_per_interface": n}, model=True)
+            for n in (5, 7)
+        ],
         Choice("zones", "60 mm, Lobatto 5", {**FINE, "zone_size": 0.06, "contacts_per_interface": 5}, model=True),
         Choice(FINEST, "40 mm, Lobatto 5", {**FINE, "zone_size": 0.04, "contacts_per_interface": 5}, model=True),
         Choice(FINEST, "40 mm, Lobatto 7", {**FINE, "zone_size": 0.04, "contacts_per_interface": 7}, model=True),
         Choice(FINEST, "30 mm, Lobatto 7", {**FINE, "zone_size": 0.03, "contacts_per_interface": 7}, model=True),
-    ]  # fmt: skip
+    ]
     return found
 
 
@@ -133,8 +151,11 @@ def presets() -> list[Choice]:
     ]
 
 
-PRESET = {"draft": ("contacts", "midpoint 2"), "standard": ("default", "quasi-static"),
-          "reference": (FINEST, "40 mm, Lobatto 5")}  # fmt: skip
+PRESET = {
+    "draft": ("contacts", "midpoint 2"),
+    "standard": ("default", "quasi-static"),
+    "reference": (FINEST, "40 mm, Lobatto 5"),
+}
 """Which choice each preset of the quasi-static solver is."""
 
 
@@ -144,9 +165,15 @@ def choices() -> list[Choice]:
 
 
 SPARED = {
-    "in time, true mass", "explicit damping", "explicit time step", "explicit increments", "rigid blocks", "skips",
-    "finest model", "preset, explicit",
-}  # fmt: skip
+    "in time, true mass",
+    "explicit damping",
+    "explicit time step",
+    "explicit increments",
+    "rigid blocks",
+    "skips",
+    "finest model",
+    "preset, explicit",
+}
 """What the large wall is spared: it would take long and say what smaller walls say."""
 
 

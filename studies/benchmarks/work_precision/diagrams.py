@@ -12,18 +12,35 @@ from quantities import QUANTITIES
 from damagepred.archive.files import write_whole
 from damagepred.plotting.sheet import new_figure
 
-DRAWN = ("dpc_opening", "separation_length", "crack_width", "base_crack_width", "window", "first_crack",
-         "block_compression")  # fmt: skip
+DRAWN = (
+    "dpc_opening",
+    "separation_length",
+    "crack_width",
+    "base_crack_width",
+    "window",
+    "first_crack",
+    "block_compression",
+)
 FAMILIES = {
     "default": ("*", "black"),
-    "increments": ("o", "#0072b2"), "tolerance": ("s", "#0072b2"), "skips": ("^", "#0072b2"),
+    "increments": ("o", "#0072b2"),
+    "tolerance": ("s", "#0072b2"),
+    "skips": ("^", "#0072b2"),
     "same model": ("P", "#0072b2"),
-    "explicit": ("o", "#d55e00"), "explicit increments": ("v", "#d55e00"), "explicit damping": ("s", "#d55e00"),
-    "explicit ramp": ("^", "#d55e00"), "explicit tolerance": ("D", "#d55e00"), "explicit time step": ("x", "#d55e00"),
+    "explicit": ("o", "#d55e00"),
+    "explicit increments": ("v", "#d55e00"),
+    "explicit damping": ("s", "#d55e00"),
+    "explicit ramp": ("^", "#d55e00"),
+    "explicit tolerance": ("D", "#d55e00"),
+    "explicit time step": ("x", "#d55e00"),
     "in time, true mass": ("X", "#cc79a7"),
-    "contacts": ("o", "#009e73"), "rigid blocks": ("x", "#009e73"),
-    "auto": ("^", "#56b4e9"), "parts": ("v", "#56b4e9"), "zones": ("s", "#e69f00"), "finest model": ("P", "#e69f00"),
-}  # fmt: skip
+    "contacts": ("o", "#009e73"),
+    "rigid blocks": ("x", "#009e73"),
+    "auto": ("^", "#56b4e9"),
+    "parts": ("v", "#56b4e9"),
+    "zones": ("s", "#e69f00"),
+    "finest model": ("P", "#e69f00"),
+}
 """Mark and colour of each axis."""
 LEAST_DRAWN = 1e-6
 ROWS = {"solution": "against the same equations,\nsolved closely", "model": "against the finest model"}
@@ -54,9 +71,14 @@ def draw(scene: str, what: str, lines: pd.DataFrame, path: Path) -> None:
                 part = own[own["axis"] == axis]
                 if len(part):
                     drawn = ax.plot(
-                        part["seconds"], part[error].clip(LEAST_DRAWN), mark, color=colour, alpha=0.85,
-                        markersize=11 if axis == "default" else 5.5, zorder=4 if axis == "default" else 3,
-                    )  # fmt: skip
+                        part["seconds"],
+                        part[error].clip(LEAST_DRAWN),
+                        mark,
+                        color=colour,
+                        alpha=0.85,
+                        markersize=11 if axis == "default" else 5.5,
+                        zorder=4 if axis == "default" else 3,
+                    )
                     seen.setdefault(axis, drawn[0])
             front = edge(own, error)
             if len(front):
@@ -74,9 +96,14 @@ def draw(scene: str, what: str, lines: pd.DataFrame, path: Path) -> None:
                 ax.set_xlabel("processor time of a path (s)")
         panels[row][0].set_ylabel(f"error, share of the value,\n{label}")
     figure.legend(
-        list(seen.values()), list(seen), loc="outside lower center", ncols=6, frameon=False, fontsize="small",
+        list(seen.values()),
+        list(seen),
+        loc="outside lower center",
+        ncols=6,
+        frameon=False,
+        fontsize="small",
         title="grey: own error of the reference; stepped line: edge; dashed: 1 %",
-    )  # fmt: skip
+    )
     figure.suptitle(f"{scene}: {what}", fontsize=11)
     write_whole(path, lambda p: figure.savefig(p, dpi=90, format="png"))
 

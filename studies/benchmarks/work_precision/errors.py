@@ -15,27 +15,53 @@ from quantities import QUANTITIES, SHARES
 FloatArray = NDArray[np.float64]
 
 LEAST = {
-    "dpc_opening": 1e-4, "separation_length": 0.1, "crack_width": 1e-4, "base_crack_width": 1e-4, "window": 1e-4,
-    "window_diagonal": 1e-4, "first_crack": 1e-4, "category": 1.0, "base_reaction": 1.0, "block_tension": 1e4,
+    "dpc_opening": 1e-4,
+    "separation_length": 0.1,
+    "crack_width": 1e-4,
+    "base_crack_width": 1e-4,
+    "window": 1e-4,
+    "window_diagonal": 1e-4,
+    "first_crack": 1e-4,
+    "category": 1.0,
+    "base_reaction": 1.0,
+    "block_tension": 1e4,
     "block_compression": 1e4,
-}  # fmt: skip
+}
 """Errors are shares of the reference, or of this where it is larger (SI): a hairline crack, 0.1 m, 0.01 MPa."""
 SOLUTIONS = [(SOLID, "320 increments"), (SOLID, "160 increments")]
 MODELS = [
-    (FINEST, "30 mm, Lobatto 7"), (FINEST, "40 mm, Lobatto 7"), (FINEST, "40 mm, Lobatto 5"), ("zones", "40 mm"),
-    ("zones", "60 mm, Lobatto 5"), ("zones", "60 mm"), ("zones", "default size, Lobatto 5"), ("zones", "default size"),
-]  # fmt: skip
+    (FINEST, "30 mm, Lobatto 7"),
+    (FINEST, "40 mm, Lobatto 7"),
+    (FINEST, "40 mm, Lobatto 5"),
+    ("zones", "40 mm"),
+    ("zones", "60 mm, Lobatto 5"),
+    ("zones", "60 mm"),
+    ("zones", "default size, Lobatto 5"),
+    ("zones", "default size"),
+]
 """References, the best first; the next two tell the error of the first that there is."""
 SEQUENCES = {
     "zone size, Lobatto 7 and 3": [("zones", "60 mm"), ("zones", "40 mm"), (FINEST, "30 mm, Lobatto 7")],
     "increments": [("increments", "40"), ("increments", "80"), (SOLID, "160 increments"), (SOLID, "320 increments")],
-    "explicit ramp": [("explicit ramp", "300"), ("explicit ramp", "1000"), ("explicit ramp", "3000"),
-                      ("explicit", "default")],
-    "explicit tolerance": [("explicit tolerance", "0.1"), ("explicit tolerance", "0.01"), ("explicit", "default"),
-                           ("explicit tolerance", "0.0001")],
-    "midpoint contacts": [("contacts", "midpoint 2"), ("contacts", "midpoint 3"), ("contacts", "midpoint 5"),
-                          ("contacts", "midpoint 9")],
-}  # fmt: skip
+    "explicit ramp": [
+        ("explicit ramp", "300"),
+        ("explicit ramp", "1000"),
+        ("explicit ramp", "3000"),
+        ("explicit", "default"),
+    ],
+    "explicit tolerance": [
+        ("explicit tolerance", "0.1"),
+        ("explicit tolerance", "0.01"),
+        ("explicit", "default"),
+        ("explicit tolerance", "0.0001"),
+    ],
+    "midpoint contacts": [
+        ("contacts", "midpoint 2"),
+        ("contacts", "midpoint 3"),
+        ("contacts", "midpoint 5"),
+        ("contacts", "midpoint 9"),
+    ],
+}
 """Refinements of which the order is observed: the last step of each over the one before."""
 
 FINE_ENOUGH = 0.01
@@ -129,8 +155,13 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
         changes = {(c.axis, c.value) for c in choices() if c.model}
         for _, row in solved(own).iterrows():
             for quantity in QUANTITIES:
-                line = {"scene": scene, "axis": row["axis"], "value": row["value"], "seconds": row["seconds"],
-                        "quantity": quantity}  # fmt: skip
+                line = {
+                    "scene": scene,
+                    "axis": row["axis"],
+                    "value": row["value"],
+                    "seconds": row["seconds"],
+                    "quantity": quantity,
+                }
                 for name, found in (("solution", same), ("model", finest)):
                     if found is None or (name == "solution" and (row["axis"], row["value"]) in changes):
                         line |= {name: np.nan, f"{name}_floor": np.nan}
@@ -179,9 +210,13 @@ def orders(rows: pd.DataFrame) -> pd.DataFrame:
     With values f_1, f_2, f_3 at sizes h_1 > h_2 > h_3 the order p solves
     (f_1 - f_2)/(f_2 - f_3) = (h_1^p - h_2^p)/(h_2^p - h_3^p).
     """
-    sizes = {"zone size, Lobatto 7 and 3": (60.0, 40.0, 30.0), "increments": (8.0, 4.0, 2.0, 1.0),
-             "explicit ramp": (1 / 300, 1 / 1000, 1 / 3000, 1 / 10000), "explicit tolerance": (1e-1, 1e-2, 1e-3, 1e-4),
-             "midpoint contacts": (1 / 2, 1 / 3, 1 / 5, 1 / 9)}  # fmt: skip
+    sizes = {
+        "zone size, Lobatto 7 and 3": (60.0, 40.0, 30.0),
+        "increments": (8.0, 4.0, 2.0, 1.0),
+        "explicit ramp": (1 / 300, 1 / 1000, 1 / 3000, 1 / 10000),
+        "explicit tolerance": (1e-1, 1e-2, 1e-3, 1e-4),
+        "midpoint contacts": (1 / 2, 1 / 3, 1 / 5, 1 / 9),
+    }
     found = []
     for scene, own in solved(rows).groupby("scene", sort=False):
         known = {(r["axis"], r["value"]): r for _, r in own.iterrows()}

@@ -58,12 +58,17 @@ def cheapest(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.
             continue
         fine = own[own[error] <= limit].sort_values("seconds")
         rows.append(
-            {"wall": scene, "quantity": QUANTITIES[quantity], "floor": float(own[f"{error}_floor"].iloc[0]),
-             "error": float(default[error].iloc[0]), "default, s": float(default["seconds"].iloc[0]),
-             "fastest within 1 %": f"{fine['axis'].iloc[0]}: {fine['value'].iloc[0]}" if len(fine) else "none",
-             "its time, s": float(fine["seconds"].iloc[0]) if len(fine) else np.nan,
-             "default on the edge": "yes" if on_edge(edge(own, error), default.iloc[0], error) else "no"}
-        )  # fmt: skip
+            {
+                "wall": scene,
+                "quantity": QUANTITIES[quantity],
+                "floor": float(own[f"{error}_floor"].iloc[0]),
+                "error": float(default[error].iloc[0]),
+                "default, s": float(default["seconds"].iloc[0]),
+                "fastest within 1 %": f"{fine['axis'].iloc[0]}: {fine['value'].iloc[0]}" if len(fine) else "none",
+                "its time, s": float(fine["seconds"].iloc[0]) if len(fine) else np.nan,
+                "default on the edge": "yes" if on_edge(edge(own, error), default.iloc[0], error) else "no",
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -86,14 +91,19 @@ def summary(lines: pd.DataFrame, error: str) -> pd.DataFrame:
         fine = worse[(worse["scene"] == scene) & (worse["worst"] <= FINE_ENOUGH)].sort_values("seconds")
         untold = own.loc[own["floor"] > FINE_ENOUGH, "quantity"]
         rows.append(
-            {"wall": scene, "default, s": float(own["default, s"].iloc[0]),
-             "within 1 %": f"{len(told) - len(beyond)} of {len(told)}",
-             "beyond": ", ".join(f"{r['quantity']} {percent(r['error'])} %" for _, r in beyond.iterrows()),
-             "default on the edge": f"{int((told['default on the edge'] == 'yes').sum())} of {len(told)}",
-             "fastest with all within 1 %": f"{fine['axis'].iloc[0]}: {fine['value'].iloc[0]}" if len(fine) else "none",
-             "its time, s": float(fine["seconds"].iloc[0]) if len(fine) else np.nan,
-             "not known to 1 %": ", ".join(untold)}
-        )  # fmt: skip
+            {
+                "wall": scene,
+                "default, s": float(own["default, s"].iloc[0]),
+                "within 1 %": f"{len(told) - len(beyond)} of {len(told)}",
+                "beyond": ", ".join(f"{r['quantity']} {percent(r['error'])} %" for _, r in beyond.iterrows()),
+                "default on the edge": f"{int((told['default on the edge'] == 'yes').sum())} of {len(told)}",
+                "fastest with all within 1 %": f"{fine['axis'].iloc[0]}: {fine['value'].iloc[0]}"
+                if len(fine)
+                else "none",
+                "its time, s": float(fine["seconds"].iloc[0]) if len(fine) else np.nan,
+                "not known to 1 %": ", ".join(untold),
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -145,8 +155,14 @@ def references(rows: pd.DataFrame) -> pd.DataFrame:
         if best is None:
             continue
         floors = {QUANTITIES[q]: percent(v) for q, v in best[0].floor.items()}
-        found.append({"wall": scene, "finest model": f"{best[0].axis}: {best[0].value}",
-                      "time, s": float(best[1]["seconds"]), **floors})  # fmt: skip
+        found.append(
+            {
+                "wall": scene,
+                "finest model": f"{best[0].axis}: {best[0].value}",
+                "time, s": float(best[1]["seconds"]),
+                **floors,
+            }
+        )
     return pd.DataFrame(found)
 
 
@@ -167,25 +183,34 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
         [{"wall": n, "what": known[n].what, "blocks": int(rows[rows["scene"] == n]["blocks"].max())} for n in names]
     )
     sections = [
-        f"Measured on {pages.machine()}.", pages.markdown(walls),
+        f"Measured on {pages.machine()}.",
+        pages.markdown(walls),
         "### The default: error against the finest model, %",
         "In brackets the own error of the reference, where it is more than 1 %.",
         pages.markdown(at_default(lines, "model")),
         "### The default: error against the same equations solved closely, %",
         pages.markdown(at_default(lines, "solution")),
-        "### References, and their own errors, %", pages.markdown(references(rows)),
+        "### References, and their own errors, %",
+        pages.markdown(references(rows)),
         "### What the default reaches, and what reaches 1 % soonest",
         "Of ways that give as many points of the path; on the edge is what none beats in both time and error. By "
         "quantity: [edges_solution.csv](edges_solution.csv), [edges_model.csv](edges_model.csv).",
-        "*Against the same equations solved closely*", pages.markdown(summary(lines, "solution")),
-        "*Against the finest model*", pages.markdown(summary(lines, "model")),
+        "*Against the same equations solved closely*",
+        pages.markdown(summary(lines, "solution")),
+        "*Against the finest model*",
+        pages.markdown(summary(lines, "model")),
         "### Every choice: worst error over the quantities, and time over the default's",
-        "*Solving: against the same equations solved closely*", pages.markdown(by_choice(lines, "solution")),
-        "*Model: against the finest, of quantities that it knows to 1 %*", pages.markdown(by_choice(lines, "model")),
-        "### Observed orders of convergence", pages.markdown(observed(rows)),
-        "### What did not come to its end", pages.markdown(unfinished(rows)),
-        "### Diagrams", *[f"![{n}]({n.replace(', ', '_').replace(' ', '_')}.png)" for n in names],
-    ]  # fmt: skip
+        "*Solving: against the same equations solved closely*",
+        pages.markdown(by_choice(lines, "solution")),
+        "*Model: against the finest, of quantities that it knows to 1 %*",
+        pages.markdown(by_choice(lines, "model")),
+        "### Observed orders of convergence",
+        pages.markdown(observed(rows)),
+        "### What did not come to its end",
+        pages.markdown(unfinished(rows)),
+        "### Diagrams",
+        *[f"![{n}]({n.replace(', ', '_').replace(' ', '_')}.png)" for n in names],
+    ]
     pages.put_in(page, "\n\n".join(sections))
     for error in ("solution", "model"):
         table = cheapest(lines, error).round({"floor": 6, "error": 6})
@@ -224,9 +249,16 @@ def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
                     continue
                 scene = known[line["scene"]].scene
                 rows.append(
-                    {"accuracy": accuracy, "method": method, "wall": line["scene"].replace(",", ""),
-                     "dpc": int(scene.dpc is not None), "opening": int(bool(scene.opening)),
-                     "quantity": QUANTITIES[line["quantity"]], "error": f"{line['model']:.3g}",
-                     "floor": f"{line['model_floor']:.3g}", "times": f"{line['seconds'] / usual[line['scene']]:.3g}"}
-                )  # fmt: skip
+                    {
+                        "accuracy": accuracy,
+                        "method": method,
+                        "wall": line["scene"].replace(",", ""),
+                        "dpc": int(scene.dpc is not None),
+                        "opening": int(bool(scene.opening)),
+                        "quantity": QUANTITIES[line["quantity"]],
+                        "error": f"{line['model']:.3g}",
+                        "floor": f"{line['model_floor']:.3g}",
+                        "times": f"{line['seconds'] / usual[line['scene']]:.3g}",
+                    }
+                )
     return pd.DataFrame(rows)

@@ -51,10 +51,14 @@ def measured(scene: Scene) -> dict[str, Any]:
         ds = solve(scene, on_failure="return", store_zones=False)
         times.append(time.process_time() - began)
     row = {
-        "status": ds.attrs["status"], "seconds": min(times), "build_seconds": built, "blocks": model.n_blocks,
-        "contacts": model.n_contacts, "zones": 0 if model.mesh is None else len(model.mesh.zones),
+        "status": ds.attrs["status"],
+        "seconds": min(times),
+        "build_seconds": built,
+        "blocks": model.n_blocks,
+        "contacts": model.n_contacts,
+        "zones": 0 if model.mesh is None else len(model.mesh.zones),
         "cycles": int(ds["cycles"].sum()),
-    }  # fmt: skip
+    }
     for name, values in read(ds, model).items():
         row |= {f"{name}@{share:g}": value for share, value in zip(SHARES, values)}
     return row

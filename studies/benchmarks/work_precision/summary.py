@@ -20,18 +20,25 @@ def text(folder: Path) -> str:
     rows = load(folder / "data.csv")
     lines = with_errors(rows)
     left = unfinished(rows)
-    return "\n\n".join((
-        "*The default, error in %*: against the same equations solved closely / against the finest model (in brackets "
-        "its own error, where it is more than 1 %; - where there is none yet).",
-        markdown(both(lines)),
-        "*What reaches 1 % soonest* in all that the reference knows to 1 %.", markdown(soonest(lines)),
-        "*Presets*: worst error against the finest model, in % of quantities that it knows to 1 %, x time over that of "
-        "`standard`.", markdown(presets(lines)),
-        "*Observed orders of convergence*, over walls and quantities whose last steps shrink.", markdown(orders(rows)),
-        f"Not to its end: {len(left)} of {len(rows)} paths" + "".join(
-            f"; {r.wall}, {r.axis} {r.value}: {what}" for r, what in zip(left.itertuples(), left.iloc[:, -1])
-        ) + ".",
-    ))  # fmt: skip
+    return "\n\n".join(
+        (
+            "*The default, error in %*: against the same equations solved closely / against the finest model "
+            "(in brackets "
+            "its own error, where it is more than 1 %; - where there is none yet).",
+            markdown(both(lines)),
+            "*What reaches 1 % soonest* in all that the reference knows to 1 %.",
+            markdown(soonest(lines)),
+            "*Presets*: worst error against the finest model, in % of quantities that it knows to 1 %, x time "
+            "over that of "
+            "`standard`.",
+            markdown(presets(lines)),
+            "*Observed orders of convergence*, over walls and quantities whose last steps shrink.",
+            markdown(orders(rows)),
+            f"Not to its end: {len(left)} of {len(rows)} paths"
+            + "".join(f"; {r.wall}, {r.axis} {r.value}: {what}" for r, what in zip(left.itertuples(), left.iloc[:, -1]))
+            + ".",
+        )
+    )
 
 
 def both(lines: pd.DataFrame) -> pd.DataFrame:
@@ -76,8 +83,15 @@ def orders(rows: pd.DataFrame) -> pd.DataFrame:
     found = []
     for refinement, own in table.groupby("refinement", sort=False) if len(table) else ():
         orders = pd.to_numeric(own[names].stack(), errors="coerce").dropna()
-        found.append({"refinement": refinement, "median": orders.median(), "from": orders.min(), "to": orders.max(),
-                      "found in": len(orders)})  # fmt: skip
+        found.append(
+            {
+                "refinement": refinement,
+                "median": orders.median(),
+                "from": orders.min(),
+                "to": orders.max(),
+                "found in": len(orders),
+            }
+        )
     return pd.DataFrame(found)
 
 

@@ -77,9 +77,7 @@ def predicted(costs: Costs, samples: int, workers: int) -> Time:
     solving = max(work, handing_out) + waiting
     once, merging = costs.start + samples * costs.drawing, samples * costs.merging
     total = once + solving + merging
-    return Time(
-        total, once, solving, waiting, merging, samples * costs.wall / (workers * total), handing_out > work
-    )  # fmt: skip
+    return Time(total, once, solving, waiting, merging, samples * costs.wall / (workers * total), handing_out > work)
 
 
 def most_workers(costs: Costs) -> float:
@@ -100,11 +98,17 @@ def expected(measured: pd.DataFrame) -> list[dict[str, Any]]:
         for samples in (100_000, 1_000_000):
             for workers in (2, 16, 128, 1024):
                 found = predicted(costs, samples, workers)
-                table.append({
-                    "study": wall, "walls": f"{samples:.0e}".replace("+0", ""), "workers": workers,
-                    "hours": found.total / 3600,
-                    "of that before the first wall": f"{found.once / found.total:.0%}",
-                    "merging": f"{found.merging / found.total:.0%}", "efficiency": f"{found.efficiency:.0%}",
-                    "GB": samples * costs.bytes / 1e9, "waits for": "handing out" if found.bound else "walls",
-                })  # fmt: skip
+                table.append(
+                    {
+                        "study": wall,
+                        "walls": f"{samples:.0e}".replace("+0", ""),
+                        "workers": workers,
+                        "hours": found.total / 3600,
+                        "of that before the first wall": f"{found.once / found.total:.0%}",
+                        "merging": f"{found.merging / found.total:.0%}",
+                        "efficiency": f"{found.efficiency:.0%}",
+                        "GB": samples * costs.bytes / 1e9,
+                        "waits for": "handing out" if found.bound else "walls",
+                    }
+                )
     return table

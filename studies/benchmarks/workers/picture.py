@@ -38,8 +38,13 @@ def draw(costs: Mapping[str, Costs], runs: pd.DataFrame, path: Path) -> None:
             inside = "none" if way == "Dask" else "black"
             above.plot(part["workers"], part["seconds"] / 3600, mark, color="black", mfc=inside, label=label)
         if len(measured):
-            above.plot(workers, [predicted(own, count, w).total / 3600 for w in workers], ":", color="black",
-                       label=f"model, {count} walls")  # fmt: skip
+            above.plot(
+                workers,
+                [predicted(own, count, w).total / 3600 for w in workers],
+                ":",
+                color="black",
+                label=f"model, {count} walls",
+            )
         set_title(above, NAMES[wall], f"{1e3 * own.wall:.0f} ms a wall")
         above.set_ylabel("hours")
         below.set_ylabel("share of workers' time spent on walls")

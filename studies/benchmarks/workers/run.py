@@ -96,9 +96,13 @@ def parts(wall: str, solved: int, copied: int) -> dict[str, float]:
         parent = max(whole - merging - drawing, 0.0)
         size = sum(f.stat().st_size for f in many.path.rglob("*") if f.is_file())
     return {
-        "wall": each, "start": min(starts) - each, "drawing": 2 * drawing / copied, "parent": parent / copied,
-        "merging": merging / copied, "bytes": size / copied,
-    }  # fmt: skip
+        "wall": each,
+        "start": min(starts) - each,
+        "drawing": 2 * drawing / copied,
+        "parent": parent / copied,
+        "merging": merging / copied,
+        "bytes": size / copied,
+    }
 
 
 def _seconds(do: Any) -> float:
@@ -113,8 +117,10 @@ def _one_worker(study: Study, path: Path, count: int) -> float:
     study._prepare(StudyFolder(path), count)
     warm_up(study.settings.scene)
     values = study.design.wall_values(count)
-    batches = [[(i, {k: float(v[i]) for k, v in values.items()}) for i in range(a, min(a + 8, count))]
-               for a in range(1, count, 8)]  # fmt: skip
+    batches = [
+        [(i, {k: float(v[i]) for k, v in values.items()}) for i in range(a, min(a + 8, count))]
+        for a in range(1, count, 8)
+    ]
     run_batch(str(path), batches[0])
     return _seconds(lambda: [run_batch(str(path), batch) for batch in batches[1:]]) / (count - 1 - len(batches[0]))
 
@@ -136,11 +142,19 @@ def runs(wall: str, samples: int, ways: tuple[str, ...]) -> list[dict[str, Any]]
                 study.run(out, samples=samples, workers=workers)
                 seconds, started = time.perf_counter() - began, np.nan
             solving = float(np.nansum(open_study(out)["run_time"].values))
-        rows.append({
-            "wall": wall, "way": way, "walls": samples, "workers": workers, "seconds": seconds,
-            "cluster start": started,
-            "wall by the clock": solving / samples, "busy": solving / (workers * seconds), "load": os.getloadavg()[0],
-        })  # fmt: skip
+        rows.append(
+            {
+                "wall": wall,
+                "way": way,
+                "walls": samples,
+                "workers": workers,
+                "seconds": seconds,
+                "cluster start": started,
+                "wall by the clock": solving / samples,
+                "busy": solving / (workers * seconds),
+                "load": os.getloadavg()[0],
+            }
+        )
         print(rows[-1], flush=True)
     return rows
 
@@ -169,10 +183,17 @@ def write_page(folder: Path) -> None:
 
     measured, checked = pd.read_csv(folder / "parts.csv"), pd.read_csv(folder / "runs.csv")
     said = [f"Measured on {machine()}."]
-    shown = measured.rename(columns={
-        "wall of": "study", "wall": "s a wall", "start": "start s", "drawing": "drawing ms", "parent": "handing out ms",
-        "merging": "merging ms", "bytes": "kB a wall",
-    })  # fmt: skip
+    shown = measured.rename(
+        columns={
+            "wall of": "study",
+            "wall": "s a wall",
+            "start": "start s",
+            "drawing": "drawing ms",
+            "parent": "handing out ms",
+            "merging": "merging ms",
+            "bytes": "kB a wall",
+        }
+    )
     for name in ("drawing ms", "handing out ms", "merging ms"):
         shown[name] *= 1e3
     shown["kB a wall"] /= 1e3
@@ -182,10 +203,18 @@ def write_page(folder: Path) -> None:
     for run in checked.itertuples():
         costs = costs_of(measured, run.wall)
         found = predicted(costs, run.walls, run.workers).total
-        rows.append({
-            "study": run.wall, "way": run.way, "walls": run.walls, "seconds": run.seconds, "model": found,
-            "model / measured": found / run.seconds, "share of workers' time": run.busy, "load average": run.load,
-        })  # fmt: skip
+        rows.append(
+            {
+                "study": run.wall,
+                "way": run.way,
+                "walls": run.walls,
+                "seconds": run.seconds,
+                "model": found,
+                "model / measured": found / run.seconds,
+                "share of workers' time": run.busy,
+                "load average": run.load,
+            }
+        )
     said += ["### The model beside runs it knows nothing of", markdown(pd.DataFrame(rows)), "### What it says"]
     said.append(markdown(pd.DataFrame(expected(measured))))
     draw({wall: costs_of(measured, wall) for wall in measured["wall of"]}, checked, folder / "workers.png")

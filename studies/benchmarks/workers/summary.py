@@ -23,12 +23,15 @@ def text(folder: Path) -> str:
         for row in checked.itertuples()
     ]
     walls = ", ".join(f"{row['wall of']} {1e3 * row['wall']:.3g} ms" for _, row in measured.iterrows())
-    return "\n\n".join((
-        f"Hours, by a model of measured parts (a wall takes one worker: {walls}):",
-        markdown(table),
-        f"{len(checked)} runs, which the model knows nothing of, took {min(over):.2g} to {max(over):.2g} times what it "
-        f"says, at load averages of {checked['load'].min():.1f} to {checked['load'].max():.1f}.",
-    ))  # fmt: skip
+    return "\n\n".join(
+        (
+            f"Hours, by a model of measured parts (a wall takes one worker: {walls}):",
+            markdown(table),
+            f"{len(checked)} runs, which the model knows nothing of, took {min(over):.2g} to {max(over):.2g} "
+            "times what it "
+            f"says, at load averages of {checked['load'].min():.1f} to {checked['load'].max():.1f}.",
+        )
+    )
 
 
 def minutes(folder: Path) -> float:

@@ -41,9 +41,11 @@ def scene(increments: int = LATE, zone_size: float = FINE, footing: bool = False
     """Return the test wall with deformable bricks, dishing by 1 mm an increment."""
     test = Scene.from_toml(DATA / "bryant_dishing.toml")
     solver = Solver(
-        blocks="deformable", zone_size=zone_size, zone_size_footing=test.footing.depth / 4,
+        blocks="deformable",
+        zone_size=zone_size,
+        zone_size_footing=test.footing.depth / 4,
         footing="deformable" if footing else "none",
-    )  # fmt: skip
+    )
     if explicit:
         # of a brick's weight: so many zones come to rest slowly
         solver = replace(solver, method="explicit", tolerance=1e-2, maximum_cycles=1_000_000)
@@ -73,9 +75,11 @@ def parts(ds: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
     above = course >= 2
     inside = (x > 0.6) & (x < ds.attrs["span"] - 0.6)
     found = {
-        "above the dpc": above, "- of it, 0.6 m and more from the ends": above & inside,
-        "two courses below the dpc": (course >= 0) & ~above, "footing": course < 0,
-    }  # fmt: skip
+        "above the dpc": above,
+        "- of it, 0.6 m and more from the ends": above & inside,
+        "two courses below the dpc": (course >= 0) & ~above,
+        "footing": course < 0,
+    }
     return {name: chosen for name, chosen in found.items() if chosen.any()}
 
 

@@ -112,9 +112,13 @@ def plain_law(model: Model) -> bool:
     """Tell whether joints have no other law than the paper's, or with residual values."""
     law = model.properties
     return not (
-        law.brittle_shear.any() or law.critical_opening.any() or law.dilation.any() or law.gap.any()
-        or np.isfinite(law.compressive_strength).any() or model.sections is not None
-    )  # fmt: skip
+        law.brittle_shear.any()
+        or law.critical_opening.any()
+        or law.dilation.any()
+        or law.gap.any()
+        or np.isfinite(law.compressive_strength).any()
+        or model.sections is not None
+    )
 
 
 def beyond_law(model: Model, step: Increment) -> float:

@@ -29,9 +29,11 @@ SHARES = (0.4, 0.9, 0.99, 1.01, 1.1, 2.0)
 def tilted(wall: DryWall, factor: float) -> Assembly:
     """Return a dry wall on which gravity has a share along x."""
     made = Assembly(
-        thickness=THICKNESS, gravity=(factor * G, -G), block=BlockMaterial(density=2000.0),
+        thickness=THICKNESS,
+        gravity=(factor * G, -G),
+        block=BlockMaterial(density=2000.0),
         joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=wall.friction),
-    )  # fmt: skip
+    )
     for block in wall.blocks:
         made.add_block(block)
     for block in wall.held:
@@ -88,10 +90,15 @@ def one_block() -> list[Case]:
             factor = share * falls_at if falls_at else 0.01 * (share - 0.99)
             expect = "falls" if factor > falls_at else "stands"
             made.append(
-                Case("friction and form", f"mu = {mu:g}, b/h = {slender:g}, {share:g} of the limit",
-                     lambda d, w=wall, f=factor: zoned(w, f, d), expect, dynamics=in_time(2.0),
-                     ways=WAYS if mu in (0.2, 0.75) and slender in (0.5, 20.0) else RIGID)
-            )  # fmt: skip
+                Case(
+                    "friction and form",
+                    f"mu = {mu:g}, b/h = {slender:g}, {share:g} of the limit",
+                    lambda d, w=wall, f=factor: zoned(w, f, d),
+                    expect,
+                    dynamics=in_time(2.0),
+                    ways=WAYS if mu in (0.2, 0.75) and slender in (0.5, 20.0) else RIGID,
+                )
+            )
     return made
 
 
@@ -114,13 +121,23 @@ def walls() -> list[Case]:
         for share in SHARES:
             expect = "falls" if share > 1 else "stands" if share == 0.4 else ""
             made += [
-                Case("near the limit load", f"{wall.name}, gravity leans by {share:g} of the limit",
-                     lambda d, w=wall, f=share * falls_at: zoned(w, f, d), expect, dynamics=in_time(3.0),
-                     ways=WAYS if share in (0.9, 1.1) else RIGID),
-                Case("near the limit load", f"{wall.name}, pushed by {share:g} of the limit",
-                     lambda d, w=wall, f=share * falls_at: pushed(w, f, d), expect, increments=3,
-                     ways=("quasi-static, rigid", "explicit, rigid")),
-            ]  # fmt: skip
+                Case(
+                    "near the limit load",
+                    f"{wall.name}, gravity leans by {share:g} of the limit",
+                    lambda d, w=wall, f=share * falls_at: zoned(w, f, d),
+                    expect,
+                    dynamics=in_time(3.0),
+                    ways=WAYS if share in (0.9, 1.1) else RIGID,
+                ),
+                Case(
+                    "near the limit load",
+                    f"{wall.name}, pushed by {share:g} of the limit",
+                    lambda d, w=wall, f=share * falls_at: pushed(w, f, d),
+                    expect,
+                    increments=3,
+                    ways=("quasi-static, rigid", "explicit, rigid"),
+                ),
+            ]
     return made
 
 
@@ -154,18 +171,27 @@ def mechanisms() -> list[Case]:
     for bricks, share in itertools.product((2, 5, 20), (0.9, 0.99, 1.01, 1.1)):
         wall = corbel(bricks, share)
         made.append(
-            Case("near-mechanisms", f"{wall.name}, {share:g} of the overhang", lambda d, w=wall: zoned(w, 0.0, d),
-                 "falls" if share > 1 else "stands", dynamics=in_time(3.0),
-                 ways=WAYS if bricks < 20 and share in (0.9, 1.1) else RIGID)
-        )  # fmt: skip
+            Case(
+                "near-mechanisms",
+                f"{wall.name}, {share:g} of the overhang",
+                lambda d, w=wall: zoned(w, 0.0, d),
+                "falls" if share > 1 else "stands",
+                dynamics=in_time(3.0),
+                ways=WAYS if bricks < 20 and share in (0.9, 1.1) else RIGID,
+            )
+        )
     for strength, apart in itertools.product((0.0, 1e3, 1e5, 1e7), (0.01, 0.5, 1.1)):
         # bearings far apart hold a thrust between them, by which also joints without a bond may stand
         expect = "falls" if strength == 0.0 and apart < 1.0 else "stands" if strength == 1e7 else ""
         made.append(
-            Case("near-mechanisms", f"on two points {apart:g} m apart, f_t = {strength:g} Pa",
-                 lambda d, s=strength, a=apart: on_points(d, s, a), expect,
-                 ways=tuple(way for way in (WAYS if apart == 0.5 else RIGID) if way in STATIC))
-        )  # fmt: skip
+            Case(
+                "near-mechanisms",
+                f"on two points {apart:g} m apart, f_t = {strength:g} Pa",
+                lambda d, s=strength, a=apart: on_points(d, s, a),
+                expect,
+                ways=tuple(way for way in (WAYS if apart == 0.5 else RIGID) if way in STATIC),
+            )
+        )
     return made
 
 

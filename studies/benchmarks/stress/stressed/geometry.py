@@ -82,14 +82,25 @@ def cases() -> list[Case]:
     floats = {"gap of 1 mm": lambda found: lies_lower(found, 1e-3), "bears on a corner": stays}
     still = Dynamics(duration=0.3, outputs=6, damping="local", start="unstressed")
     made = [
-        Case("drawings", name, lambda d, m=corners: three(m, d), expect,
-             check if expect == "stands" and name not in OTHER else None,
-             ways=STATIC if name in floats else (*STATIC, "in time, rigid"))
+        Case(
+            "drawings",
+            name,
+            lambda d, m=corners: three(m, d),
+            expect,
+            check if expect == "stands" and name not in OTHER else None,
+            ways=STATIC if name in floats else (*STATIC, "in time, rigid"),
+        )
         for name, (expect, corners) in MIDDLES.items()
-    ]  # fmt: skip
+    ]
     made += [
-        Case("drawings", f"{name}, in time", lambda d, m=MIDDLES[name][1]: three(m, d), check=comes,
-             dynamics=lambda model: still, ways=("in time, rigid",))
+        Case(
+            "drawings",
+            f"{name}, in time",
+            lambda d, m=MIDDLES[name][1]: three(m, d),
+            check=comes,
+            dynamics=lambda model: still,
+            ways=("in time, rigid",),
+        )
         for name, comes in floats.items()
-    ]  # fmt: skip
+    ]
     return made

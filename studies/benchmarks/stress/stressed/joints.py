@@ -29,10 +29,15 @@ def strengths() -> list[Case]:
     made = []
     for strength, friction in itertools.product((0.0, 1.0, 1e3, 1e4, 1e5, 1e6, 1e9, 1e15), (0.0, 0.5, 2.0)):
         made.append(
-            Case("strengths", f"f_t = C = {strength:g} Pa, mu = {friction:g}",
-                 lambda d, s=strength, f=friction: wall(s, s, f), increments=4, dynamics=moved,
-                 ways=WAYS if friction == 0.5 else RIGID)
-        )  # fmt: skip
+            Case(
+                "strengths",
+                f"f_t = C = {strength:g} Pa, mu = {friction:g}",
+                lambda d, s=strength, f=friction: wall(s, s, f),
+                increments=4,
+                dynamics=moved,
+                ways=WAYS if friction == 0.5 else RIGID,
+            )
+        )
     odd = {
         "cohesion alone": (0.0, 1e5, 0.5, {}),
         "tension alone, cut at the apex": (1e5, 0.0, 0.5, {}),
@@ -81,11 +86,14 @@ def weak_bricks() -> list[Case]:
         carried = 2.0 * cohesion * ((1.0 + friction**2) ** 0.5 + friction)
         falls = friction == 0.0 and 3.6 * cohesion < 5.3e3
         made.append(
-            Case("weak bricks", f"C = {cohesion:g} Pa, mu = {friction:g}",
-                 lambda d, c=cohesion, f=friction: weak_stack(d, c, f),
-                 "stands" if carried > 5.9e3 else "falls" if falls else "",
-                 ways=("quasi-static, deformable", "explicit, deformable", "in time, deformable"))
-        )  # fmt: skip
+            Case(
+                "weak bricks",
+                f"C = {cohesion:g} Pa, mu = {friction:g}",
+                lambda d, c=cohesion, f=friction: weak_stack(d, c, f),
+                "stands" if carried > 5.9e3 else "falls" if falls else "",
+                ways=("quasi-static, deformable", "explicit, deformable", "in time, deformable"),
+            )
+        )
     return made
 
 

@@ -24,9 +24,15 @@ SEEN, FARTHER = 1e-4, 2.5
 def judge(case: Case, way: str) -> dict[str, Any]:
     """Solve a case in one way; return a row of what came of it."""
     row: dict[str, Any] = {
-        "family": case.family, "case": case.name, "way": way, "verdict": "FAILED", "by": "", "off": np.nan,
-        "seconds": 0.0, "message": "",
-    }  # fmt: skip
+        "family": case.family,
+        "case": case.name,
+        "way": way,
+        "verdict": "FAILED",
+        "by": "",
+        "off": np.nan,
+        "seconds": 0.0,
+        "message": "",
+    }
     begun = time.process_time()
     try:
         with warnings.catch_warnings():
@@ -58,8 +64,7 @@ def sets_off(result: Found) -> bool:
     What falls may have come to rest again by the end: then it is a tenth of a block away.
     """
     model, size = result.model, float(np.sqrt(result.model.blocks.area.max(where=result.model.moves, initial=0.0)))
-    ground = max(model.ground.full.largest(),
-                 np.abs(model.supports.prescribed_displacement).max(initial=0.0))  # fmt: skip
+    ground = max(model.ground.full.largest(), np.abs(model.supports.prescribed_displacement).max(initial=0.0))
     half, end = (
         np.abs(step.displacement[model.moves, :2]).max(initial=0.0)
         for step in (result.path[len(result.path) // 2], result.path[-1])

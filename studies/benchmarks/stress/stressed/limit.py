@@ -94,15 +94,23 @@ def cannot_stand(model: Model, step: Increment) -> bool:
 
     return out_of_reach(
         Statics(
-            face.block_a, face.block_b,
-            np.column_stack((face.x, face.y)), np.column_stack((face.normal_x, face.normal_y)), face.length,
-            carries(law.tensile_strength, law.residual_tensile_strength), law.compressive_strength * area.sum(axis=1),
+            face.block_a,
+            face.block_b,
+            np.column_stack((face.x, face.y)),
+            np.column_stack((face.normal_x, face.normal_y)),
+            face.length,
+            carries(law.tensile_strength, law.residual_tensile_strength),
+            law.compressive_strength * area.sum(axis=1),
             carries(law.cohesion, law.residual_cohesion),
             np.where(whole.any(axis=1), np.maximum(law.friction, law.residual_friction), law.residual_friction),
-            np.column_stack((model.blocks.x, model.blocks.y)), np.sqrt(model.blocks.polar / model.blocks.area),
-            load.reshape(n, 3), free.reshape(n, 3), np.zeros((n, 3, 0)), model.mean_block_weight,
+            np.column_stack((model.blocks.x, model.blocks.y)),
+            np.sqrt(model.blocks.polar / model.blocks.area),
+            load.reshape(n, 3),
+            free.reshape(n, 3),
+            np.zeros((n, 3, 0)),
+            model.mean_block_weight,
         )
-    )  # fmt: skip
+    )
 
 
 def out_of_reach(wall: Statics) -> bool:
@@ -146,18 +154,25 @@ def out_of_reach(wall: Statics) -> bool:
     cone = coo_array(
         (
             np.concatenate((np.ones(2 * m), mu, -np.ones(2 * m), mu)),
-            (np.concatenate((ends, ends, ends + 2 * m, ends + 2 * m)),
-             np.concatenate((2 * ends + 1, 2 * ends, 2 * ends + 1, 2 * ends))),
+            (
+                np.concatenate((ends, ends, ends + 2 * m, ends + 2 * m)),
+                np.concatenate((2 * ends + 1, 2 * ends, 2 * ends + 1, 2 * ends)),
+            ),
         ),
         shape=(4 * m, 4 * m + reactions + 2 * count),
-    )  # fmt: skip
+    )
     most = np.repeat(wall.tension, 2) / weight
     least = -np.repeat(wall.pressure, 2) / weight
     bounds = [side for pair in zip(least, most, strict=True) for side in (pair, (None, None))]
     bounds += [(None, None)] * reactions + [(0.0, None)] * (2 * count)
     objective = np.concatenate((np.zeros(4 * m + reactions), np.ones(2 * count)))
     result = linprog(
-        objective, A_ub=cone, b_ub=np.concatenate((bond, bond)), A_eq=equilibrium,
-        b_eq=-(wall.load.ravel() * scale)[free] / weight, bounds=bounds, method="highs",
-    )  # fmt: skip
+        objective,
+        A_ub=cone,
+        b_ub=np.concatenate((bond, bond)),
+        A_eq=equilibrium,
+        b_eq=-(wall.load.ravel() * scale)[free] / weight,
+        bounds=bounds,
+        method="highs",
+    )
     return bool(result.status == 0 and result.fun > ENOUGH)

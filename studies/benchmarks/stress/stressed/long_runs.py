@@ -138,22 +138,43 @@ def made_by_bouncing(found: Found) -> Check:
 def chatter() -> list[Case]:
     """Return a block that chatters, at shorter and shorter steps, and with a little damping."""
     undamped = [
-        Case("chatter", f"undamped, step {share:g} of the limit", chattering, check=made_by_bouncing,
-             dynamics=lambda model, s=share: Dynamics(duration=0.2, outputs=20, start="unstressed", time_step_safety=s),
-             ways=("in time, rigid", "in time, deformable"))
+        Case(
+            "chatter",
+            f"undamped, step {share:g} of the limit",
+            chattering,
+            check=made_by_bouncing,
+            dynamics=lambda model, s=share: Dynamics(duration=0.2, outputs=20, start="unstressed", time_step_safety=s),
+            ways=("in time, rigid", "in time, deformable"),
+        )
         for share in (0.5, 0.25, 0.1)
-    ]  # fmt: skip
+    ]
     undamped.append(
-        Case("chatter", "undamped, step left to the solver", chattering, check=made_by_bouncing,
-             dynamics=lambda model: Dynamics(duration=0.2, outputs=20, start="unstressed"),
-             ways=("in time, rigid", "in time, deformable"))
-    )  # fmt: skip
+        Case(
+            "chatter",
+            "undamped, step left to the solver",
+            chattering,
+            check=made_by_bouncing,
+            dynamics=lambda model: Dynamics(duration=0.2, outputs=20, start="unstressed"),
+            ways=("in time, rigid", "in time, deformable"),
+        )
+    )
     little = Dynamics(
-        duration=0.2, outputs=20, start="unstressed", damping="rayleigh", damping_ratio=0.05, frequency=0.5,
+        duration=0.2,
+        outputs=20,
+        start="unstressed",
+        damping="rayleigh",
+        damping_ratio=0.05,
+        frequency=0.5,
         second_frequency=1000.0,
-    )  # fmt: skip
-    damped = Case("chatter", "a little damped, step 0.5 of the limit", chattering, check=made_by_bouncing,
-                  dynamics=lambda model: little, ways=("in time, rigid", "in time, deformable"))  # fmt: skip
+    )
+    damped = Case(
+        "chatter",
+        "a little damped, step 0.5 of the limit",
+        chattering,
+        check=made_by_bouncing,
+        dynamics=lambda model: little,
+        ways=("in time, rigid", "in time, deformable"),
+    )
     return [*undamped, damped]
 
 
@@ -161,15 +182,39 @@ def cases() -> list[Case]:
     """Return all of them."""
     rigid, both = ("in time, rigid",), ("in time, rigid", "in time, deformable")
     return [
-        Case("a million steps", "a bonded pair flies and turns", pair, check=momentum,
-             dynamics=steps_of(STEPS, start="unstressed"), ways=both,
-             most_steps=np.inf),
-        Case("a million steps", "a bonded stack rings", ringing, check=drift,
-             dynamics=steps_of(STEPS, start="equilibrium", new_contacts=False), ways=both,
-             most_steps=np.inf),
-        Case("a million steps", "a dry pier rocks", rocking, dynamics=steps_of(STEPS, start="unstressed"),
-             ways=rigid, most_steps=np.inf),
-        Case("a million steps", "a dry wall at rest", dry_wall, check=still, follow=goes_on,
-             ways=("explicit, rigid", "explicit, deformable")),
+        Case(
+            "a million steps",
+            "a bonded pair flies and turns",
+            pair,
+            check=momentum,
+            dynamics=steps_of(STEPS, start="unstressed"),
+            ways=both,
+            most_steps=np.inf,
+        ),
+        Case(
+            "a million steps",
+            "a bonded stack rings",
+            ringing,
+            check=drift,
+            dynamics=steps_of(STEPS, start="equilibrium", new_contacts=False),
+            ways=both,
+            most_steps=np.inf,
+        ),
+        Case(
+            "a million steps",
+            "a dry pier rocks",
+            rocking,
+            dynamics=steps_of(STEPS, start="unstressed"),
+            ways=rigid,
+            most_steps=np.inf,
+        ),
+        Case(
+            "a million steps",
+            "a dry wall at rest",
+            dry_wall,
+            check=still,
+            follow=goes_on,
+            ways=("explicit, rigid", "explicit, deformable"),
+        ),
         *chatter(),
-    ]  # fmt: skip
+    ]

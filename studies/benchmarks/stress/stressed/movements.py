@@ -66,11 +66,25 @@ def sizes() -> list[Case]:
         ways = ("quasi-static, rigid", "explicit, rigid") if count > 1 else WAYS if kind == "dishing" else RIGID
         many = "one increment" if count == 1 else f"{count} increments"
         made += [
-            Case("movement", f"{kind} by {deflection:g} m in {many}, unbreakable",
-                 lambda d, k=kind, a=deflection: wall(a, k, True), "", check, count, dynamics=moved, ways=ways),
-            Case("movement", f"{kind} by {deflection:g} m in {many}",
-                 lambda d, k=kind, a=deflection: wall(a, k, False), increments=count, dynamics=moved, ways=ways),
-        ]  # fmt: skip
+            Case(
+                "movement",
+                f"{kind} by {deflection:g} m in {many}, unbreakable",
+                lambda d, k=kind, a=deflection: wall(a, k, True),
+                "",
+                check,
+                count,
+                dynamics=moved,
+                ways=ways,
+            ),
+            Case(
+                "movement",
+                f"{kind} by {deflection:g} m in {many}",
+                lambda d, k=kind, a=deflection: wall(a, k, False),
+                increments=count,
+                dynamics=moved,
+                ways=ways,
+            ),
+        ]
     return [case for case in made if case.increments > 1 or "doming" not in case.name or "unbreakable" not in case.name]
 
 
@@ -78,17 +92,26 @@ def weightless() -> list[Case]:
     """Return walls without weight, with and without strength and a roof."""
     made = []
     for roof, joint, deflection in itertools.product(
-        (0.0, 1e3), ({"tensile_strength": 1e15, "cohesion": 1e15}, {}, {"tensile_strength": 0.0, "cohesion": 0.0}),
+        (0.0, 1e3),
+        ({"tensile_strength": 1e15, "cohesion": 1e15}, {}, {"tensile_strength": 0.0, "cohesion": 0.0}),
         (0.0, 1e-3),
-    ):  # fmt: skip
+    ):
         strength = {1e15: "unbreakable", 0.0: "no bond"}.get(joint.get("tensile_strength", 1.0), "weak")
         made.append(
-            Case("no weight", f"roof {roof:g} N, {strength}, dishing by {deflection:g} m",
-                 lambda d, r=roof, j=joint, a=deflection: Scene(
-                     wall=FOOT, joint=Joint(**j), block=BlockMaterial(density=0.0), loads=Loads(roof=r),
-                     movement=Movement(central_deflection=a)),
-                 increments=2, dynamics=moved)
-        )  # fmt: skip
+            Case(
+                "no weight",
+                f"roof {roof:g} N, {strength}, dishing by {deflection:g} m",
+                lambda d, r=roof, j=joint, a=deflection: Scene(
+                    wall=FOOT,
+                    joint=Joint(**j),
+                    block=BlockMaterial(density=0.0),
+                    loads=Loads(roof=r),
+                    movement=Movement(central_deflection=a),
+                ),
+                increments=2,
+                dynamics=moved,
+            )
+        )
     return made
 
 

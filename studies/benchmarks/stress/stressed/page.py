@@ -12,13 +12,27 @@ from damagepred.plotting.sheet import new_figure
 from stressed.case import VERDICTS, WAYS
 
 WORDS = {
-    "right": "right", "fell, rightly": "fell, rightly", "solved": "solved", "fell": "fell", "refused": "refused",
-    "gave up": "gave up", "not tried": "not tried", "WRONG": "**wrong**", "FAILED": "**failed**",
-}  # fmt: skip
+    "right": "right",
+    "fell, rightly": "fell, rightly",
+    "solved": "solved",
+    "fell": "fell",
+    "refused": "refused",
+    "gave up": "gave up",
+    "not tried": "not tried",
+    "WRONG": "**wrong**",
+    "FAILED": "**failed**",
+}
 COLOURS = {
-    "right": "#2b6a4d", "fell, rightly": "#7fb69a", "solved": "#4477aa", "fell": "#a8c4de", "refused": "#cccccc",
-    "gave up": "#e0a030", "not tried": "#f0f0f0", "WRONG": "#b03030", "FAILED": "#000000",
-}  # fmt: skip
+    "right": "#2b6a4d",
+    "fell, rightly": "#7fb69a",
+    "solved": "#4477aa",
+    "fell": "#a8c4de",
+    "refused": "#cccccc",
+    "gave up": "#e0a030",
+    "not tried": "#f0f0f0",
+    "WRONG": "#b03030",
+    "FAILED": "#000000",
+}
 SECOND = ("by", "right", "fell, rightly")
 
 

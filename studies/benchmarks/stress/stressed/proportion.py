@@ -40,9 +40,15 @@ def block(modulus: float = MODULUS, density: float = 2000.0) -> BlockMaterial:
 
 
 def stack(
-    deformable: bool, *, stiffness: Pair = (82e9, 82e9), modulus: Pair = (MODULUS, MODULUS),
-    density: Pair = (2000.0, 2000.0), length: float = LENGTH, height: float = HEIGHT, at: Pair = (0.0, 0.0),
-) -> Assembly:  # fmt: skip
+    deformable: bool,
+    *,
+    stiffness: Pair = (82e9, 82e9),
+    modulus: Pair = (MODULUS, MODULUS),
+    density: Pair = (2000.0, 2000.0),
+    length: float = LENGTH,
+    height: float = HEIGHT,
+    at: Pair = (0.0, 0.0),
+) -> Assembly:
     """Return a stack on the ground; values of odd joints and blocks, and of even ones."""
     assembly = Assembly(joint=joint(stiffness[0]))
     x, y = at
@@ -83,9 +89,10 @@ def cracking_wall(deformable: bool, at: float) -> Assembly:
             if right - left > 1e-9:
                 low = HEIGHT * course
                 assembly.add_block(
-                    rectangle(at + left, at + low, at + right, at + low + HEIGHT), course=course,
+                    rectangle(at + left, at + low, at + right, at + low + HEIGHT),
+                    course=course,
                     zone_size=HEIGHT if deformable else 0.0,
-                )  # fmt: skip
+                )
     middle, half = at + 4 * LENGTH, 4 * LENGTH
     assembly.rest_on_ground(range(8), lambda x: -1e-3 * (1 - ((x - middle) / half) ** 2), joint=weak)
     return assembly
@@ -97,13 +104,18 @@ def cases() -> list[Case]:
     for power in (2, 4, 6):
         ratio = 10.0**power
         found += [
-            ("soft joints among stiff ones", f"1 : 1e{power}",
-             lambda d, r=ratio: stack(d, stiffness=(8.2e12 / r, 8.2e12))),
-            ("stiff joints between soft blocks", f"k_n h/E = 1e{power}",
-             lambda d, r=ratio: stack(d, stiffness=(r * 1e8 / HEIGHT,) * 2, modulus=(1e8, 1e8))),
-            ("soft blocks among stiff ones", f"1 : 1e{power}",
-             lambda d, r=ratio: stack(d, modulus=(9e12 / r, 9e12))),
-        ]  # fmt: skip
+            (
+                "soft joints among stiff ones",
+                f"1 : 1e{power}",
+                lambda d, r=ratio: stack(d, stiffness=(8.2e12 / r, 8.2e12)),
+            ),
+            (
+                "stiff joints between soft blocks",
+                f"k_n h/E = 1e{power}",
+                lambda d, r=ratio: stack(d, stiffness=(r * 1e8 / HEIGHT,) * 2, modulus=(1e8, 1e8)),
+            ),
+            ("soft blocks among stiff ones", f"1 : 1e{power}", lambda d, r=ratio: stack(d, modulus=(9e12 / r, 9e12))),
+        ]
     for power in (2, 4):
         ratio = 10.0**power
         found += [
@@ -119,10 +131,17 @@ def cases() -> list[Case]:
         found.append(("far coordinates", f"{far / 1e3:g} km", lambda d, r=far: stack(d, at=(r, r))))
     own = {"lump_block_elasticity": False}
     made = [
-        Case("proportion", f"{stress} {size}".strip(), make, "stands", against_reference, settings=own,
-             elastic_start=False)
+        Case(
+            "proportion",
+            f"{stress} {size}".strip(),
+            make,
+            "stands",
+            against_reference,
+            settings=own,
+            elastic_start=False,
+        )
         for stress, size, make in found
-    ]  # fmt: skip
+    ]
     slow = ("stiff joints between soft blocks k_n h/E = 1e6", "slivers 100000 : 1")
     made += [
         replace(case, name=f"{case.name}, from the elastic start", elastic_start=True, ways=("explicit, deformable",))

@@ -41,8 +41,11 @@ def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) 
     friction = float(rng.choice([0.0, 0.3, 0.75, 1.2, 2.0]))
     strength, cohesion = sometimes(0.2, 1e2, 1e8), sometimes(0.2, 1e2, 1e8)
     joint: dict[str, Any] = {
-        "normal_stiffness": log(1e8, 1e13), "tensile_strength": strength, "cohesion": cohesion, "friction": friction,
-    }  # fmt: skip
+        "normal_stiffness": log(1e8, 1e13),
+        "tensile_strength": strength,
+        "cohesion": cohesion,
+        "friction": friction,
+    }
     joint["shear_stiffness"] = joint["normal_stiffness"] * log(0.05, 2.0)
     law = rng.choice(["plain", "plain", "plain", "dilation", "brittle_shear", "softening", "residual"])
     if law == "dilation":
@@ -55,23 +58,36 @@ def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) 
         joint |= {"residual_cohesion": 0.1 * cohesion, "residual_friction": 0.7 * friction}
     found: dict[str, Any] = {
         "title": f"random scene {number}",
-        "wall": {"length": length, "height": height, "block_length": block_length, "block_height": block_height,
-                 "thickness": log(0.05, 0.5), "bond": str(rng.choice(["running", "running", "stack"]))},
+        "wall": {
+            "length": length,
+            "height": height,
+            "block_length": block_length,
+            "block_height": block_height,
+            "thickness": log(0.05, 0.5),
+            "bond": str(rng.choice(["running", "running", "stack"])),
+        },
         "block": {"elastic_modulus": log(1e8, 1e11), "density": sometimes(0.05, 1e2, 1e4)},
         "joint": joint,
-        "movement": {"kind": str(rng.choice(["dishing", "doming"])), "central_deflection": sometimes(0.05, 1e-7, 0.1),
-                     "increments": int(rng.choice([1, 2, 5])),
-                     "shape": str(rng.choice(["three_loads", "parabola", "arc"]))},
+        "movement": {
+            "kind": str(rng.choice(["dishing", "doming"])),
+            "central_deflection": sometimes(0.05, 1e-7, 0.1),
+            "increments": int(rng.choice([1, 2, 5])),
+            "shape": str(rng.choice(["three_loads", "parabola", "arc"])),
+        },
         "loads": {"roof": sometimes(0.4, 10.0, 1e5)},
-    }  # fmt: skip
+    }
     if rng.random() < 0.4 and courses > 1:
         found["dpc"] = {"course": 1, "friction": float(rng.uniform(0.0, 1.0))}
     if rng.random() < 0.3 and courses > 2 and units > 2:
         wide, high = float(rng.uniform(0.2, 0.6)) * length, float(rng.uniform(0.2, 0.6)) * height
-        found["opening"] = [{
-            "x": round(float(rng.uniform(0.1, 0.9)) * (length - wide), 3), "width": round(wide, 3),
-            "y": round(float(rng.uniform(0.1, 0.9)) * (height - high), 3), "height": round(high, 3),
-        }]  # fmt: skip
+        found["opening"] = [
+            {
+                "x": round(float(rng.uniform(0.1, 0.9)) * (length - wide), 3),
+                "width": round(wide, 3),
+                "y": round(float(rng.uniform(0.1, 0.9)) * (height - high), 3),
+                "height": round(high, 3),
+            }
+        ]
     return found
 
 
@@ -83,8 +99,13 @@ def scene(number: int) -> Scene:
 def cases(count: int = 120, all_ways: int = 30) -> list[Case]:
     """Return so many of them, the first also with deformable blocks and in time."""
     return [
-        Case("random scenes", f"scene {number}", lambda d, k=number: scene(k),
-             increments=int(tables(number)["movement"]["increments"]), dynamics=moved,
-             ways=WAYS if number < all_ways else ("quasi-static, rigid", "explicit, rigid"))
+        Case(
+            "random scenes",
+            f"scene {number}",
+            lambda d, k=number: scene(k),
+            increments=int(tables(number)["movement"]["increments"]),
+            dynamics=moved,
+            ways=WAYS if number < all_ways else ("quasi-static, rigid", "explicit, rigid"),
+        )
         for number in range(count)
-    ]  # fmt: skip
+    ]

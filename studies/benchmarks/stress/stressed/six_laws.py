@@ -80,8 +80,13 @@ def model_of_wall(number: int, law: str) -> Model:
 def cases(walls: int = 30) -> list[Case]:
     """Return so many walls for each of the six laws."""
     return [
-        Case("six laws", f"{law}, wall {number}", lambda d, k=number, w=law: model_of_wall(k, w),
-             increments=random_wall(number, law)[0].movement.increments, ways=("quasi-static, rigid",))
+        Case(
+            "six laws",
+            f"{law}, wall {number}",
+            lambda d, k=number, w=law: model_of_wall(k, w),
+            increments=random_wall(number, law)[0].movement.increments,
+            ways=("quasi-static, rigid",),
+        )
         for law in LAWS
         for number in range(walls)
-    ]  # fmt: skip
+    ]

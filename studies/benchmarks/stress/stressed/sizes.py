@@ -10,8 +10,14 @@ from damagepred.scene import Dpc, Dynamics, Joint, Loads, Movement, Scene, Wall
 from stressed.case import IN_TIME, STATIC, Case, Check, Found
 
 LENGTH, HEIGHT = 0.24, 0.075
-MOST = {"quasi-static, rigid": 20_000, "explicit, rigid": 20_000, "quasi-static, deformable": 1000,
-        "explicit, deformable": 1000, "in time, rigid": 5000, "in time, deformable": 100}  # fmt: skip
+MOST = {
+    "quasi-static, rigid": 20_000,
+    "explicit, rigid": 20_000,
+    "quasi-static, deformable": 1000,
+    "explicit, deformable": 1000,
+    "in time, rigid": 5000,
+    "in time, deformable": 100,
+}
 """Blocks that each solver is asked for: some minutes at most."""
 
 
@@ -21,9 +27,11 @@ def wall(blocks: int) -> Scene:
     units = max(1, round(blocks / courses))
     length, height = units * LENGTH, courses * HEIGHT
     return Scene(
-        wall=Wall(length=length, height=height), dpc=Dpc(course=2) if courses > 3 else None,
-        loads=Loads(roof=1000.0 * length), movement=Movement(central_deflection=length / 2000.0),
-    )  # fmt: skip
+        wall=Wall(length=length, height=height),
+        dpc=Dpc(course=2) if courses > 3 else None,
+        loads=Loads(roof=1000.0 * length),
+        movement=Movement(central_deflection=length / 2000.0),
+    )
 
 
 def stack(deformable: bool, count: int) -> Assembly:
@@ -61,13 +69,22 @@ def cases() -> list[Case]:
     for count in (1, 2, 10, 100, 1000, 5000, 20_000):
         static = tuple(way for way in STATIC if MOST[way] >= count)
         made.append(
-            Case("1 to 20 000 blocks", f"wall of {count}", lambda d, c=count: wall(c), "stands", carries_all,
-                 ways=static)
-        )  # fmt: skip
+            Case(
+                "1 to 20 000 blocks", f"wall of {count}", lambda d, c=count: wall(c), "stands", carries_all, ways=static
+            )
+        )
         short = tuple(way for way in IN_TIME if MOST[way] >= count)
         if short:
-            made.append(Case("1 to 20 000 blocks", f"wall of {count}, in time", lambda d, c=count: wall(c), "stands",
-                             dynamics=shortly, ways=short))  # fmt: skip
+            made.append(
+                Case(
+                    "1 to 20 000 blocks",
+                    f"wall of {count}, in time",
+                    lambda d, c=count: wall(c),
+                    "stands",
+                    dynamics=shortly,
+                    ways=short,
+                )
+            )
     own = {"lump_block_elasticity": False}
     for count in (1, 10, 100, 1000, 5000):
         rigid = tuple(way for way in STATIC if way.endswith("rigid"))

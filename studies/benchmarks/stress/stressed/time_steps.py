@@ -69,13 +69,19 @@ def longer_steps(share: float) -> dict[str, Outcome]:
             )
     own = Solver(lump_block_elasticity=False)
     for way, deformable, new_contacts in (
-        ("in time, no new contacts", False, False), ("in time, rigid", False, True), ("in time, deformable", True, True)
-    ):  # fmt: skip
+        ("in time, no new contacts", False, False),
+        ("in time, rigid", False, True),
+        ("in time, deformable", True, True),
+    ):
         model = stack(deformable).build(own)
         dynamics = Dynamics(
-            duration=PERIODS * slowest(model), outputs=60, damping="local", start="unstressed",
-            time_step_safety=min(share, 1.0), new_contacts=new_contacts,
-        )  # fmt: skip
+            duration=PERIODS * slowest(model),
+            outputs=60,
+            damping="local",
+            start="unstressed",
+            time_step_safety=min(share, 1.0),
+            new_contacts=new_contacts,
+        )
         with mock.patch.object(dynamic_run, "time_step", lambda *a: forced * stepped(*a)), np.errstate(all="ignore"):
             found[way] = outcome(
                 lambda m=model, o=own, d=dynamics: list(DynamicRun(m, o, d))[-1].displacement, reference(model)
@@ -127,8 +133,14 @@ def cracking() -> list[dict[str, Any]]:
                     rows.append(row | {"verdict": "refused", "message": str(error)})
                     continue
                 off = abs(gap / exact[1] - 1)
-                rows.append(row | {
-                    "verdict": "right" if off <= RIGHT else "WRONG", "contacts cracked, unstressed": exact[0],
-                    "stressed": count, "largest opening differs by": off, "s": seconds,
-                })  # fmt: skip
+                rows.append(
+                    row
+                    | {
+                        "verdict": "right" if off <= RIGHT else "WRONG",
+                        "contacts cracked, unstressed": exact[0],
+                        "stressed": count,
+                        "largest opening differs by": off,
+                        "s": seconds,
+                    }
+                )
     return rows
