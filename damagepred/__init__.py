@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage.simple import simple_methods
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
-    from damagepred.path import solve
+    from damagepred.pipeline import solve
     from damagepred.rejudge import judge_again
     from damagepred.scene import Scene
     from damagepred.study import Study, open_study
@@ -46,7 +46,7 @@ _HOMES = {
     "judge_again": "rejudge",
     "open_study": "study",
     "simple_methods": "damage.simple",
-    "solve": "path",
+    "solve": "pipeline",
     "subset_simulation": "uq.subset",
 }
 

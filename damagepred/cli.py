@@ -86,7 +86,7 @@ class Band(StrEnum):
 @app.command()
 def new(file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)]) -> None:
     """Write a commented starter study."""
-    from damagepred.study.starter import write_starter
+    from damagepred.study.campaign.template import write_starter
 
     write_starter(file)
     screen.say(f"wrote {file}; next: damagepred check {file}")
@@ -98,7 +98,7 @@ def check(
 ) -> None:
     """Validate a file, solve one wall of it and say what the whole run will cost."""
     from damagepred.assembly import Limits
-    from damagepred.study.price import price
+    from damagepred.study.campaign.cost_estimate import price
 
     with screen.Bar("timing one wall") as bar:
         estimate = price(file, on_step=bar.step, limits=Limits.asked(yes))
@@ -118,7 +118,7 @@ def solve(
     """Solve one wall."""
     from damagepred.archive.files import check_writable
     from damagepred.assembly import Limits
-    from damagepred.path import solve as solve_wall
+    from damagepred.pipeline import solve as solve_wall
     from damagepred.scene import Scene
     from damagepred.scene.assumed import ground_line
 
@@ -161,9 +161,9 @@ def study(
     from damagepred.assembly import Limits
     from damagepred.scene.assumed import ground_line
     from damagepred.study import Study
-    from damagepred.study.cluster import connect
+    from damagepred.study.campaign.cluster import connect
+    from damagepred.study.campaign.stopping import run_until
     from damagepred.study.settings import StudySettings
-    from damagepred.study.until import run_until
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
@@ -210,7 +210,7 @@ def status(
     every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
 ) -> None:
     """Show what is done, failed and left, and the estimate so far; the study may be running."""
-    from damagepred.study.standing import standing, watching
+    from damagepred.study.campaign.status import standing, watching
 
     title = "Share of walls by category reached by the end of the movement"
     for report in watching(folder, every) if watch else (standing(folder),):
@@ -229,7 +229,7 @@ def verify(
     ] = 0,
 ) -> None:
     """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
-    from damagepred.study.verify import verify as verify_archive
+    from damagepred.study.campaign.verify import verify as verify_archive
 
     found = verify_archive(path, samples, screen.say)
     for line in found.lines:
@@ -245,7 +245,7 @@ def verify(
 @app.command()
 def repair(folder: StudyFolderPath) -> None:
     """Make again what of a study folder is derived; set aside what is damaged, so that `study` solves it again."""
-    from damagepred.study.verify import repair as repair_folder
+    from damagepred.study.campaign.verify import repair as repair_folder
 
     for line in repair_folder(folder) or [f"{folder}: nothing to repair"]:
         screen.say(line)
@@ -273,8 +273,8 @@ def rare(
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.assembly import Limits
-    from damagepred.study.capacity import Question
-    from damagepred.study.rare import kept_sizes, rare_event
+    from damagepred.study.analyses.limit_state import Question
+    from damagepred.study.analyses.rare_event import kept_sizes, rare_event
     from damagepred.study.settings import StudySettings
 
     question = Question(category, screen.quantity("--at", at, "m"), reach)
@@ -314,12 +314,12 @@ def estimate(
     ] = False,
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
-    from damagepred.study.epistemic import alternatives, lines
+    from damagepred.study.analyses.epistemic import alternatives, lines
     from damagepred.study.settings import StudySettings
 
     movement = screen.quantity("--at", at, "m")
     if shifts:
-        from damagepred.study.propose import propose
+        from damagepred.study.analyses.importance_proposal import propose
 
         for line in propose(folder, category, movement).lines():
             screen.say(line)
@@ -348,8 +348,8 @@ def two_level(
 ) -> None:
     """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
     from damagepred.assembly import Limits
+    from damagepred.study.analyses.two_level import run_two_level
     from damagepred.study.settings import StudySettings
-    from damagepred.study.two_level import run_two_level
 
     found = run_two_level(
         StudySettings.from_toml(file).with_samples(None, seed),
@@ -482,8 +482,8 @@ def sensitivity(
     from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.assembly import Limits
     from damagepred.study import Study
+    from damagepred.study.analyses.variance_shares import crossed_study, study_sensitivity
     from damagepred.study.settings import StudySettings
-    from damagepred.study.variance_shares import crossed_study, study_sensitivity
 
     check_writable(output, plot)
     place, failed = path, 0
@@ -520,7 +520,7 @@ def replay(
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
     from damagepred.archive.files import check_writable
-    from damagepred.study.replay import replay as replay_sample
+    from damagepred.study.campaign.replay import replay as replay_sample
 
     check_writable(output, plot)
     with screen.Bar(f"sample {sample}") as bar:

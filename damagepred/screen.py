@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from damagepred.path import Step
+    from damagepred.pipeline import Step
     from damagepred.study import Progress as StudyProgress
 
 
@@ -266,7 +266,7 @@ class StudyBar:
         fresh = state.done - self._before
         if not fresh or state.done == state.total:
             return ""
-        from damagepred.study.words import duration
+        from damagepred.study.campaign.words import duration
 
         return f"about {duration((time.monotonic() - self._began) / fresh * (state.total - state.done))} left"
 

@@ -16,6 +16,6 @@ def kernel_hash() -> str:
     from importlib.metadata import version  # slow to import, and most imports need no hash
 
     digest = hashlib.sha256(f"{version('numba')} {sys.version_info[:3]}".encode())
-    for source in sorted((Path(__file__).parent / "kernels").glob("*.py")):
+    for source in sorted((Path(__file__).parent / "kernels").rglob("*.py")):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]

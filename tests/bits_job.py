@@ -97,7 +97,7 @@ def _study(folder: Path, found: Digests) -> None:
 
     import damagepred
     from damagepred.archive.files import read_dataset
-    from damagepred.study.replay import replay
+    from damagepred.study.campaign.replay import replay
     from damagepred.study.settings import StudySettings
     from tests.conftest import SMALL_STUDY
 
@@ -126,7 +126,7 @@ def _curves(folder: Path, found: Digests) -> None:
     import damagepred
     from damagepred.archive.provenance import package_commit
     from damagepred.report.writing import write_report
-    from damagepred.study.variance_shares import study_sensitivity
+    from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.exceedance import exceedance
     from damagepred.uq.fragility import fit_surface
     from tests.made_up import made_up_study

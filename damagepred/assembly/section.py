@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damagepred.errors import InputError
-from damagepred.kernels.section import BRANSON, CRACKED, bent_before, moments_along
+from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, bent_before, moments_along
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
@@ -24,7 +24,7 @@ LEAST = 1e-4
 class Sections(NamedTuple):
     """Sections of a reinforced-concrete beam, s of them; each is an interface between two of its segments.
 
-    Signs as in kernels/section.py. Levels are depths below mid-depth.
+    Signs as in kernels/concrete_section/law.py. Levels are depths below mid-depth.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Sections(NamedTuple):
     length : array (s,)
         Length of beam it stands for (m): opening = strain x length, turn = curvature x length.
     law : array of int (s,)
-        CRACKED or BRANSON of kernels/section.py.
+        CRACKED or BRANSON of kernels/concrete_section/law.py.
     width, depth : array (s,)
         Of the concrete (m).
     concrete_modulus, tensile_strength, crushing_strain : array (s,)

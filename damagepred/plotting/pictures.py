@@ -171,7 +171,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     ----------
     curves : xarray.Dataset
         As ``damagepred.fit_fragility``, ``damagepred.uq.fragility.fit_surface`` or
-        ``damagepred.study.variance_shares.study_sensitivity`` returns it.
+        ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
     path : str or Path
         Ending in .png, .pdf or .svg; its folder is made if it does not exist.
 

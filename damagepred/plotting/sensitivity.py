@@ -23,7 +23,7 @@ def draw_sensitivity(found: xr.Dataset) -> Figure:
     Parameters
     ----------
     found : xarray.Dataset
-        As ``damagepred.study.variance_shares.study_sensitivity`` returns it.
+        As ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
 
     Returns
     -------

@@ -23,14 +23,14 @@ from damagepred.report.quality import FAILED, MISSING, category_name, common_mov
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.report.words import chance, length, named, number, with_band
+from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.study.words import duration
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.bands import FEW_WALLS
 from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 if TYPE_CHECKING:
-    from damagepred.path import Step
+    from damagepred.pipeline import Step
 
 GOODNESS = 100
 """Times that walls of a fitted curve are made up to judge its distance from the empirical one."""
@@ -262,7 +262,7 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
         f"{chosen.why_worst}."
     )
     if replay:
-        from damagepred.study.replay import replay as solve_again
+        from damagepred.study.campaign.replay import replay as solve_again
 
         try:
             wall, comparison = solve_again(folder.path, chosen.typical, on_step)

@@ -14,7 +14,7 @@ from damagepred.errors import InputError
 from damagepred.report.page import page_html
 
 if TYPE_CHECKING:
-    from damagepred.path import Step
+    from damagepred.pipeline import Step
 
 
 @checked

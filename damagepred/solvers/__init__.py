@@ -8,7 +8,7 @@ from damagepred.assembly import Model
 from damagepred.errors import SolverError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
-from damagepred.solvers.increment import ContactState, Increment
+from damagepred.solvers.state.increment import ContactState, Increment
 
 SMALL = 200
 """Blocks up to which dead load alone takes less time than to look whether a wall is symmetric."""
@@ -35,7 +35,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     """
     half = None
     if settings.symmetric_half and not (settings.method == "quasi_static" and _soon_done(model)):
-        from damagepred.solvers.half import symmetric_half
+        from damagepred.solvers.symmetry import symmetric_half
 
         half = symmetric_half(model)
     if half is None:
@@ -64,6 +64,6 @@ def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment
         from damagepred.solvers.quasi_static import quasi_static_path
 
         return quasi_static_path(model, settings, increments)
-    from damagepred.solvers.explicit import explicit_path
+    from damagepred.solvers.time_stepping.scheme import explicit_path
 
     return explicit_path(model, settings, increments)

@@ -27,16 +27,16 @@ from damagepred.damage import damage_table
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.study.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
-from damagepred.study.limits import require_affordable, sample_timeout
-from damagepred.study.sample import joint_places, sampled_wall
+from damagepred.study.campaign.budget import require_affordable, sample_timeout
+from damagepred.study.campaign.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
+from damagepred.study.campaign.sample import joint_places, sampled_wall
+from damagepred.study.campaign.warm_up import warm_up
+from damagepred.study.campaign.workers import LocalPool
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
-from damagepred.study.warm_up import warm_up
-from damagepred.study.workers import LocalPool
 
 if TYPE_CHECKING:
-    from damagepred.study.function import Kept, StudyFunction
-    from damagepred.study.rare import RareEvent
+    from damagepred.study.analyses.function import Kept, StudyFunction
+    from damagepred.study.analyses.rare_event import RareEvent
 
 FloatArray = NDArray[np.float64]
 
@@ -167,7 +167,7 @@ class Study:
         InputError
             If there is no such output.
         """
-        from damagepred.study.function import USUAL, StudyFunction
+        from damagepred.study.analyses.function import USUAL, StudyFunction
 
         return StudyFunction(self.settings, USUAL if outputs is None else outputs, movement, self.limits)
 
@@ -287,14 +287,14 @@ class Study:
             Walls are followed to so many times this movement, to tell how far from it they are.
         options
             samples (a level), level_share, workers, executor, timeout, confidence, on_level; see
-            ``damagepred.study.rare.rare_event``.
+            ``damagepred.study.analyses.rare_event.rare_event``.
 
         Returns
         -------
         RareEvent
         """
-        from damagepred.study.capacity import Question
-        from damagepred.study.rare import rare_event
+        from damagepred.study.analyses.limit_state import Question
+        from damagepred.study.analyses.rare_event import rare_event
 
         return rare_event(self.settings, Question(category, at, reach), out, **options)
 

@@ -13,7 +13,7 @@ import time
 
 from damagepred.assembly import wall_model
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Scene, Solver
-from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamics import DynamicRun
 
 OUTPUTS, INTERVAL = 100, 2e-3
 """Stretches, and their length (s)."""

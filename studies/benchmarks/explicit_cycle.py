@@ -14,7 +14,7 @@ import time
 
 from damagepred.assembly import wall_model
 from damagepred.scene import Dpc, Loads, Movement, Opening, Scene, Solver
-from damagepred.solvers import explicit
+from damagepred.solvers.time_stepping import scheme as explicit
 
 CYCLES, REPEATS = 1000, 11
 EXPLICIT = Solver(method="explicit")

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from damagepred.assembly import wall_model
-from damagepred.path import Step, follow
+from damagepred.pipeline import Step, follow
 from damagepred.scene import Mound, ReinforcedConcrete, Rig, Scene
 
 DATA = Path(__file__).resolve().parents[2] / "data"

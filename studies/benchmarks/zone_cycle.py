@@ -18,10 +18,10 @@ from collections.abc import Callable
 
 from damagepred.assembly import wall_model
 from damagepred.kernels.jit import rule
-from damagepred.kernels.zones import hand_on, place_facets, zone_forces
+from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Scene, Solver, Wall
-from damagepred.solvers import explicit
-from damagepred.solvers.increment import ZoneState
+from damagepred.solvers.state.increment import ZoneState
+from damagepred.solvers.time_stepping import scheme as explicit
 
 CYCLES, REPEATS = 20, 41
 DISHING = Movement(kind="dishing", central_deflection=1e-3)

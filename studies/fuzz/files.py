@@ -33,8 +33,8 @@ from damagepred.assembly import wall_size
 from damagepred.damage import read_table
 from damagepred.data_files import data_file
 from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError, SolverError
-from damagepred.path import model_of
-from damagepred.study.sample import solve_sample
+from damagepred.pipeline import model_of
+from damagepred.study.campaign.sample import solve_sample
 from damagepred.text import controls_escaped
 
 GOOD = ("solved", "refused", "failed by name", "accepted")

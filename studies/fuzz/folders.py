@@ -36,8 +36,8 @@ from damagepred.cli import main as command_line
 from damagepred.errors import ArchiveWarning, InputError
 from damagepred.study import Study
 from damagepred.study import study as study_module
-from damagepred.study.dispatch import GivenExecutor
-from damagepred.study.replay import replay
+from damagepred.study.campaign.dispatch import GivenExecutor
+from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
 
 STUDY = """

@@ -12,9 +12,9 @@ from walls import Case
 from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.explicit import Run
-from damagepred.solvers.packed import memory_of
-from damagepred.solvers.state import JointMemory, fields_of
+from damagepred.solvers.state.joint_history import JointMemory, fields_of
+from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.tiles import memory_of
 
 INCREMENTS, CYCLES = 400, 1000
 """Steps of the movement, small enough to tell breaks apart; cycles in which the wall comes to rest."""

@@ -29,7 +29,7 @@ from damagepred.plotting.sheet import DPI, new_figure, set_title
 from damagepred.plotting.wall import draw_wall
 from damagepred.scene.site import site_class, standard_footing
 from damagepred.study import Study
-from damagepred.study.replay import replay
+from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent

@@ -14,7 +14,7 @@ from typing import Any
 import pandas as pd
 
 from damagepred.scene import Scene
-from damagepred.study.sample import joint_places
+from damagepred.study.campaign.sample import joint_places
 from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent

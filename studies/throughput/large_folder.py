@@ -20,8 +20,8 @@ from run import solid_wall_study
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, read_part, write_part
 from damagepred.study import Study
-from damagepred.study.dispatch import PARTS
-from damagepred.study.standing import standing
+from damagepred.study.campaign.dispatch import PARTS
+from damagepred.study.campaign.status import standing
 
 
 def timed(what: str, do: Callable[[], object]) -> None:

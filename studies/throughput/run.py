@@ -22,9 +22,9 @@ import numpy as np
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.study import Study, open_study
-from damagepred.study.sample import run_batch
+from damagepred.study.campaign.sample import run_batch
+from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
-from damagepred.study.warm_up import warm_up
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"

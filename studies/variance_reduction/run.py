@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from damagepred.study import Study, open_study
+from damagepred.study.analyses.two_level import levels
 from damagepred.study.settings import StudySettings
-from damagepred.study.two_level import levels
 from damagepred.uq.control_variate import read_pilot
 from damagepred.uq.exceedance import shares, walls
 

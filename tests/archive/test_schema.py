@@ -20,7 +20,7 @@ from damagepred.archive.schema import (
 from damagepred.assembly import Kind
 from damagepred.damage import joints as damage_joints
 from damagepred.damage import load_table
-from damagepred.solvers.increment import ZoneState
+from damagepred.solvers.state.increment import ZoneState
 from damagepred.uq import fragility
 
 UNITS = pint.UnitRegistry()

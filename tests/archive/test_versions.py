@@ -13,7 +13,7 @@ from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import MIGRATIONS
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study
-from damagepred.study.standing import standing
+from damagepred.study.campaign.status import standing
 
 OLD = Path(__file__).parent / "version_1"
 """Written by version 1: two solved samples, and one that took too long."""

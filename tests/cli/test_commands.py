@@ -138,9 +138,9 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
 ) -> None:
     from damagepred.assembly import wall_model
     from damagepred.scene import Scene, Solver
-    from damagepred.solvers.half import symmetric_half
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-    from damagepred.study.price import matrix_bytes
+    from damagepred.solvers.symmetry import symmetric_half
+    from damagepred.study.campaign.cost_estimate import matrix_bytes
 
     model, solver = wall_model(Scene.from_toml(data_folder / "bryant_dishing.toml")), Solver(symmetric_half=symmetric)
     told = matrix_bytes(model, solver)

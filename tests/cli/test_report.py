@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import write_dataset
-from damagepred.path import solve
+from damagepred.pipeline import solve
 from damagepred.scene import Scene
 from tests.cli.conftest import Run
 from tests.made_up import made_up_study

@@ -49,7 +49,7 @@ def test_check_prices_zones(command: Run, tmp_path: Path) -> None:
 
 
 def test_check_does_not_wait_for_a_long_path(command: Run, tmp_path: Path, monkeypatch) -> None:
-    from damagepred.study import price
+    from damagepred.study.campaign import cost_estimate as price
 
     monkeypatch.setattr(price, "LONG_ENOUGH", 0.0)
     (tmp_path / "wall.toml").write_text(SCENE)

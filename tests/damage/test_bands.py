@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from damagepred.assembly import wall_model
 from damagepred.damage import JointMap, judge
 from damagepred.damage.joints import BED_JOINT, HEAD_JOINT
-from damagepred.path import gauges, solve
+from damagepred.pipeline import gauges, solve
 from damagepred.scene import ControlJoint, Damage, Dpc, Movement, Opening, Scene, Solver, Wall
 from tests.damage.pattern import Pattern
 

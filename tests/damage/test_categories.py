@@ -12,7 +12,7 @@ from damagepred.damage import Cracks, category_of, damage_table, group_widths, j
 from damagepred.damage.cracks import find_cracks
 from damagepred.damage.table import read_table
 from damagepred.errors import InputError
-from damagepred.path import joint_map
+from damagepred.pipeline import joint_map
 from damagepred.scene import Damage, Dpc, Scene, Solver, Wall
 from tests.damage.pattern import COURSE, Pattern
 

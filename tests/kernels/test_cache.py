@@ -7,7 +7,7 @@ import pytest
 
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
-from damagepred.kernels.equilibrium import contact_stresses
+from damagepred.kernels.interface.equilibrium import contact_stresses
 from damagepred.scene import Scene, Wall
 from damagepred.solvers.quasi_static.equilibrium import State
 

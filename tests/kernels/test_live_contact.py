@@ -10,7 +10,7 @@ import pytest
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import JointProperties
-from damagepred.kernels.equilibrium import (
+from damagepred.kernels.interface.equilibrium import (
     NO_LIMIT,
     contact_stresses,
     energy,
@@ -23,8 +23,8 @@ from damagepred.kernels.equilibrium import (
     plain_frozen,
     settle,
 )
-from damagepred.kernels.joint import bond_slope, joint_law, slip_compliance, wear_of
-from damagepred.solvers.state import JointMemory
+from damagepred.kernels.joint.law import bond_slope, joint_law, slip_compliance, wear_of
+from damagepred.solvers.state.joint_history import JointMemory
 
 K_N, K_S = 82e9, 36e9
 COUNT = 3000

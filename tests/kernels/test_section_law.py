@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from damagepred.assembly.section import SectionMemory, concrete_sections
-from damagepred.kernels import section as law
+from damagepred.kernels.concrete_section import law
 from damagepred.kernels.jit import kernel
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint import bond_left, bond_slope, joint_law, slip_compliance
+from damagepred.kernels.joint.law import bond_left, bond_slope, joint_law, slip_compliance
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75

@@ -9,13 +9,21 @@ import pytest
 
 from damagepred.assembly import Assembly
 from damagepred.kernels import jit
-from damagepred.kernels.contact import contact_forces
-from damagepred.kernels.cycle import run_cycles
-from damagepred.kernels.motion import move
+from damagepred.kernels.explicit.cycle import run_cycles
+from damagepred.kernels.explicit.motion import move
+from damagepred.kernels.interface.contact import contact_forces
 from damagepred.scene import Joint, Solver
-from damagepred.solvers import explicit
-from damagepred.solvers.packed import LANES, memory_of, needs_all_of_the_law, needs_softening, pack, put, take
-from damagepred.solvers.state import JointMemory, fields_of
+from damagepred.solvers.state.joint_history import JointMemory, fields_of
+from damagepred.solvers.time_stepping import scheme as explicit
+from damagepred.solvers.time_stepping.tiles import (
+    LANES,
+    memory_of,
+    needs_all_of_the_law,
+    needs_softening,
+    pack,
+    put,
+    take,
+)
 
 PLAIN = Joint()
 SPECIAL = Joint(dilation=0.3, brittle_shear=True, residual_cohesion=5e4, residual_tensile_strength=2e4)

@@ -3,7 +3,7 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.plotting import draw_sensitivity
-from damagepred.study.variance_shares import study_sensitivity
+from damagepred.study.analyses.variance_shares import study_sensitivity
 from tests.study.test_variance_shares import crossed_walls
 
 

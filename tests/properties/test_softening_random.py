@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.kernels.joint import bond_left, bond_slope, joint_law, slip_compliance
+from damagepred.kernels.joint.law import bond_left, bond_slope, joint_law, slip_compliance
 
 Joint = tuple[float, float, float]
 

@@ -17,15 +17,15 @@ from damagepred import fit_fragility, open_study
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
-from damagepred.kernels.equilibrium import settle
-from damagepred.path import follow
+from damagepred.kernels.interface.equilibrium import settle
+from damagepred.pipeline import follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.quasi_static.equations import LevelEquations
-from damagepred.solvers.quasi_static.path import Path as EquilibriumPath
-from damagepred.solvers.stiffness import held_dofs
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.quasi_static.continuation import Path as EquilibriumPath
+from damagepred.solvers.quasi_static.linear_system import LevelEquations
+from damagepred.solvers.system.elastic_stiffness import held_dofs
 from damagepred.study import Study
-from damagepred.study.sample import run_batch
+from damagepred.study.campaign.sample import run_batch
 from damagepred.study.settings import StudySettings
 from studies.benchmarks import dynamic_step as step_script
 from studies.benchmarks import explicit_cycle as cycle_script

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from damagepred.path import solve
+from damagepred.pipeline import solve
 from damagepred.scene import Scene
 from tests.made_up import made_up_study
 

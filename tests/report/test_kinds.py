@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from damagepred.archive.files import write_dataset
-from damagepred.path import solve
+from damagepred.pipeline import solve
 from damagepred.report import write_report
 from damagepred.scene import Scene
 from damagepred.study import Study

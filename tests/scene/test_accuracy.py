@@ -9,7 +9,7 @@ import pytest
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Solver
 from damagepred.scene.accuracy import PRESETS, STANDARD, measured, preset
-from damagepred.study.accuracy import accuracy_lines
+from damagepred.study.campaign.preset_accuracy import accuracy_lines
 from damagepred.study.settings import StudySettings
 
 METHODS = ("quasi_static", "explicit")

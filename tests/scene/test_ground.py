@@ -9,7 +9,7 @@ import pytest
 from damagepred.errors import InputError
 from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
 from damagepred.scene.assumed import ground_line
-from damagepred.study.starter import STARTER
+from damagepred.study.campaign.template import STARTER
 
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},

@@ -8,7 +8,7 @@ from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Solver
-from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamics import DynamicRun
 
 G, THICKNESS, DENSITY = 9.81, 0.11, 2000.0
 STIFF = Solver(lump_block_elasticity=False)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_model
-from damagepred.kernels.equilibrium import energy
+from damagepred.kernels.interface.equilibrium import energy
 from damagepred.scene import Scene, Solver
 from damagepred.solvers.quasi_static import quasi_static_path
-from damagepred.solvers.quasi_static.path import Path as PathOfEquilibria
+from damagepred.solvers.quasi_static.continuation import Path as PathOfEquilibria
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 

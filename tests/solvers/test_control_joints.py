@@ -10,7 +10,7 @@ import damagepred
 from damagepred.assembly import Kind, Model, wall_geometry, wall_model
 from damagepred.assembly.interfaces import ground_movement
 from damagepred.errors import InputError
-from damagepred.path import follow
+from damagepred.pipeline import follow
 from damagepred.scene import ControlJoint, Damage, Dpc, Dynamics, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 LENGTH, HEAVY = 2.4, Loads(roof=20e3)

@@ -10,14 +10,14 @@ import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
-from damagepred.kernels.large_contact import FREE, HOME
+from damagepred.kernels.dynamics.contact import FREE, HOME
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
-from damagepred.solvers.dynamic.base import base_displacement, from_record
-from damagepred.solvers.dynamic.motion import motion_of
-from damagepred.solvers.dynamic.near import find_near, places
-from damagepred.solvers.dynamic.scenery import scenery
-from damagepred.solvers.dynamic.step import time_step
-from damagepred.solvers.stiffness import elastic_stiffness
+from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
+from damagepred.solvers.dynamics.body_arrays import scenery
+from damagepred.solvers.dynamics.body_motion import motion_of
+from damagepred.solvers.dynamics.contact_search import find_near, places
+from damagepred.solvers.dynamics.time_step import time_step
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
 from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, deepest, dry, on_plate, run, stack, started
 
@@ -64,9 +64,9 @@ def test_first_edges_are_in_touch() -> None:
 
 def test_forces_are_those_of_small_displacements() -> None:
     """The stiffness of all points together, by differences, is that of the contacts of the static solvers."""
-    from damagepred.kernels.dynamic_cycle import first_forces
-    from damagepred.solvers.dynamic.audit import Counts
-    from damagepred.solvers.dynamic.motion import put_bodies
+    from damagepred.kernels.dynamics.cycle import first_forces
+    from damagepred.solvers.dynamics.body_motion import put_bodies
+    from damagepred.solvers.dynamics.energy_balance import Counts
 
     model = cells().build(STIFF)
     course = started(model, 1e-4, start="unstressed", new_contacts=False)
@@ -88,7 +88,7 @@ def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     motion = motion_of(model, ORIGIN)
     random = np.random.default_rng(3)
     motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
-    from damagepred.solvers.dynamic.motion import put_bodies
+    from damagepred.solvers.dynamics.body_motion import put_bodies
 
     put_bodies(motion)
     margin = 0.03
@@ -267,7 +267,7 @@ def test_wall_of_a_scene_runs_in_time() -> None:
 def test_steps_are_counted_whatever_they_are_run_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock may be looked at many times on the way to an output."""
     course = started(stack(2).build(STIFF), 0.01, 2)
-    monkeypatch.setattr("damagepred.solvers.dynamic.run.STRETCH", 7 * len(course.scene.points))
+    monkeypatch.setattr("damagepred.solvers.dynamics.run.STRETCH", 7 * len(course.scene.points))
     assert course.steps_each > 20
     assert [step.cycles for step in course] == [0, course.steps_each, course.steps_each]
 

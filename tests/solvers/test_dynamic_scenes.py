@@ -9,8 +9,8 @@ import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Solver, Wall
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.increment import ContactState
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.state.increment import ContactState
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, stack, started, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}
@@ -114,7 +114,7 @@ def test_a_wall_that_hardly_moves_is_searched_once() -> None:
 
 
 def test_how_far_is_looked_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from damagepred.solvers.dynamic import run as module
+    from damagepred.solvers.dynamics import run as module
 
     near = run(table(), 0.5, 5, **GENTLE)
     monkeypatch.setattr(module, "MARGIN", 0.5)

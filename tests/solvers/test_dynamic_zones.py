@@ -9,19 +9,19 @@ import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import InputError
-from damagepred.kernels.dynamic_cycle import first_forces
-from damagepred.kernels.large_contact import FREE, TALLIES
-from damagepred.kernels.large_motion import WORKS
-from damagepred.path import model_of
+from damagepred.kernels.dynamics.contact import FREE, TALLIES
+from damagepred.kernels.dynamics.cycle import first_forces
+from damagepred.kernels.dynamics.motion import WORKS
+from damagepred.pipeline import model_of
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.dynamic.audit import Counts
-from damagepred.solvers.dynamic.grid import put_sides, zone_energy
-from damagepred.solvers.dynamic.motion import put_bodies
-from damagepred.solvers.increment import Increment, ZonePicture
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
-from damagepred.solvers.zoned import gridpoint_mass
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics.body_motion import put_bodies
+from damagepred.solvers.dynamics.energy_balance import Counts
+from damagepred.solvers.dynamics.gridpoints import put_sides, zone_energy
+from damagepred.solvers.state.increment import Increment, ZonePicture
+from damagepred.solvers.system.deformable_blocks import gridpoint_mass
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, run, started, turned
 

@@ -11,8 +11,7 @@ from scipy.sparse.linalg import splu
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
-from damagepred.solvers.half import symmetric_half
-from damagepred.solvers.quasi_static.equations import (
+from damagepred.solvers.quasi_static.linear_system import (
     ANCHOR,
     CHANGED,
     LevelEquations,
@@ -20,7 +19,8 @@ from damagepred.solvers.quasi_static.equations import (
     price_of_correction,
     price_of_level,
 )
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.symmetry import symmetric_half
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 
 QUASI_STATIC = Solver(method="quasi_static")
 WELL = 1e6
@@ -299,7 +299,7 @@ def test_what_is_sooner_factorised_is(name: str) -> None:
 
 @pytest.mark.parametrize("more", [0, 1])
 def test_as_many_as_there_is_memory_for_may_change_at_once(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("damagepred.solvers.quasi_static.equations.CHANGED", 25)
+    monkeypatch.setattr("damagepred.solvers.quasi_static.linear_system.CHANGED", 25)
     rng, model = np.random.default_rng(6), WALLS["another"]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)

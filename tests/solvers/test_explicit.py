@@ -9,9 +9,9 @@ from damagepred.assembly import Assembly, Kind, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers import ContactState
-from damagepred.solvers.explicit import Run, explicit_path
-from damagepred.solvers.packed import memory_of
-from damagepred.solvers.state import fields_of
+from damagepred.solvers.state.joint_history import fields_of
+from damagepred.solvers.time_stepping.scheme import Run, explicit_path
+from damagepred.solvers.time_stepping.tiles import memory_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 

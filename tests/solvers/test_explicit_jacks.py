@@ -13,13 +13,13 @@ from damagepred.errors import InputError
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.carried import Vanishing
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.explicit import Run, scaled_mass
-from damagepred.solvers.footing import section_forces, section_response_of
-from damagepred.solvers.hydraulics import DEFLECTION_FOUND, Pump
-from damagepred.solvers.stages import pushing_supports
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.footing_forces import section_forces, section_response_of
+from damagepred.solvers.system.loading_stages import pushing_supports
+from damagepred.solvers.system.zero_support_load import Vanishing
+from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND, Pump
+from damagepred.solvers.time_stepping.scheme import Run, scaled_mass
 
 DATA = Path(__file__).parents[2] / "data"
 WHOLE = Solver(method="explicit", symmetric_half=False)

@@ -13,10 +13,10 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit import Run
-from damagepred.solvers.quasi_static import relaxation
+from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
+from damagepred.solvers.quasi_static.continuation import CONTROL, FALL_FOUND, HALVINGS, Path
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.quasi_static.path import CONTROL, FALL_FOUND, HALVINGS, Path
+from damagepred.solvers.time_stepping.scheme import Run
 
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
 

@@ -10,9 +10,9 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit import Run
-from damagepred.solvers.falling import CYCLES, FASTER, goes_on
-from damagepred.solvers.loose import come_loose
+from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.time_stepping.collapse_mechanism import CYCLES, FASTER, goes_on
+from damagepred.solvers.time_stepping.scheme import Run
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 

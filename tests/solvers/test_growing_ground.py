@@ -13,7 +13,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.wall import wall_model
 from damagepred.scene import Dpc, Dynamics, Joint, Mound, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamics import DynamicRun
 
 WALL = Wall(length=3.6, height=0.9, block_length=0.24, block_height=0.09)
 CONSTANT: Mapping[str, Mound] = {

@@ -13,8 +13,10 @@ from damagepred.assembly import Assembly, Kind, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import ContactState, Increment, explicit, half, quasi_static, solve_path
-from damagepred.solvers.half import Half, symmetric_half
+from damagepred.solvers import ContactState, Increment, quasi_static, solve_path
+from damagepred.solvers import symmetry as half
+from damagepred.solvers.symmetry import Half, symmetric_half
+from damagepred.solvers.time_stepping import scheme as explicit
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
 
@@ -558,7 +560,7 @@ def test_a_small_wall_under_dead_load_alone_is_solved_whole(monkeypatch: pytest.
     def looked_at(model: object) -> None:
         raise AssertionError("looked at")
 
-    monkeypatch.setattr("damagepred.solvers.half.symmetric_half", looked_at)
+    monkeypatch.setattr("damagepred.solvers.symmetry.symmetric_half", looked_at)
     wall = Assembly()
     wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))])
     assert not next(iter(solve_path(wall.build(Solver()), Solver(), 1))).collapsed

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from damagepred.solvers.quasi_static.inverting import invert
+from damagepred.solvers.quasi_static.dense_inverse import invert
 
 
 def made(size: int, kind: str) -> np.ndarray:

@@ -13,8 +13,8 @@ from damagepred.assembly.model import Ground, GroundMovement
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.half import symmetric_half
-from damagepred.solvers.quasi_static.path import FALL_FOUND
+from damagepred.solvers.quasi_static.continuation import FALL_FOUND
+from damagepred.solvers.symmetry import symmetric_half
 
 SOLVERS = {
     method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]

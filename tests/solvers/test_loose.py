@@ -7,7 +7,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.loose import come_loose, elastic_reach
+from damagepred.solvers.system.detached_blocks import come_loose, elastic_reach
 
 LENGTH, HEIGHT, WEIGHT = 0.24, 0.075, 2000.0 * 9.81 * 0.075
 

@@ -11,18 +11,18 @@ from damagepred.assembly import Assembly, Kind, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import Jacks
 from damagepred.errors import InputError
-from damagepred.kernels.balance import adds_up_to, bring_on, out_of_balance
-from damagepred.kernels.large_contact import FREE, LAW
+from damagepred.kernels.dynamics.contact import FREE, LAW
+from damagepred.kernels.interface.residual import adds_up_to, bring_on, out_of_balance
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.carried import carried
-from damagepred.solvers.dynamic.grid import grid_of, zone_picture
-from damagepred.solvers.dynamic.motion import motion_of
-from damagepred.solvers.dynamic.scenery import scenery
-from damagepred.solvers.footing import section_forces, section_interfaces, section_lengths, support_loads
-from damagepred.solvers.loose import Leeway, elastic_reach
-from damagepred.solvers.quasi_static.work import law_violation
-from damagepred.solvers.state import JointMemory, contact_states, without_bond
+from damagepred.solvers.dynamics.body_arrays import scenery
+from damagepred.solvers.dynamics.body_motion import motion_of
+from damagepred.solvers.dynamics.gridpoints import grid_of, zone_picture
+from damagepred.solvers.quasi_static.energy_balance import law_violation
+from damagepred.solvers.state.joint_history import JointMemory, contact_states, without_bond
+from damagepred.solvers.system.detached_blocks import Leeway, elastic_reach
+from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
+from damagepred.solvers.system.zero_support_load import carried
 from tests.verification.test_energy_accounts import ONE_STEP, softening_work
 
 SOFT = Joint(

@@ -9,23 +9,24 @@ import pytest
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.section import SectionMemory
-from damagepred.kernels.equilibrium import NO_LIMIT, contact_stresses, freeze, softened_bond_load
-from damagepred.kernels.footing import section_forces
-from damagepred.kernels.hydraulics import VOLUME
+from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.explicit.jacks import VOLUME
+from damagepred.kernels.interface.equilibrium import NO_LIMIT, contact_stresses, freeze, softened_bond_load
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
-from damagepred.solvers import explicit, solve_path
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.dynamic.scenery import _spread
-from damagepred.solvers.footing import section_response_of
-from damagepred.solvers.hydraulics import PACE, STIFFER, Pump
-from damagepred.solvers.increment import ZoneState
-from damagepred.solvers.loose import elastic_reach
+from damagepred.solvers import solve_path
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics.body_arrays import _spread
+from damagepred.solvers.quasi_static.continuation import EnergyControl
+from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
-from damagepred.solvers.quasi_static.path import EnergyControl
-from damagepred.solvers.quasi_static.relaxation import VolumeCorrection
-from damagepred.solvers.state import JointMemory
-from damagepred.solvers.stiffness import dead_load, elastic_solutions
-from damagepred.solvers.zone_field import picture
+from damagepred.solvers.state.increment import ZoneState
+from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.state.zone_history import picture
+from damagepred.solvers.system.detached_blocks import elastic_reach
+from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
+from damagepred.solvers.system.footing_forces import section_response_of
+from damagepred.solvers.time_stepping import scheme as explicit
+from damagepred.solvers.time_stepping.jack_servo import PACE, STIFFER, Pump
 from tests.solvers.dynamic_scenes import STIFF, stack, started
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 

@@ -10,13 +10,14 @@ import damagepred
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import GRAVITY, rectangle
 from damagepred.errors import ConvergenceError
-from damagepred.path import QUALITY, model_of
+from damagepred.pipeline import QUALITY, model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.quasi_static import equations, relaxation
+from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
+from damagepred.solvers.quasi_static import linear_system as equations
+from damagepred.solvers.quasi_static.continuation import AT_REST, NEAR, OVERLOAD, Path, quasi_static_path
+from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
-from damagepred.solvers.quasi_static.inverting import invert
-from damagepred.solvers.quasi_static.path import AT_REST, NEAR, OVERLOAD, Path, quasi_static_path
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.test_half import mirrored
 from tests.solvers.walls import small_scene, stack, weak_pair
@@ -309,7 +310,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
         hidden.add(state.progress)
         return found
 
-    monkeypatch.setattr("damagepred.solvers.quasi_static.path.IN_VAIN", 0)
+    monkeypatch.setattr("damagepred.solvers.quasi_static.continuation.IN_VAIN", 0)
     monkeypatch.setattr(Path, "jump", then_shows)
     monkeypatch.setattr(Equilibrium, "find", no_find)
     monkeypatch.setattr(Equilibrium, "directly", not_directly)

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from damagepred.solvers.footing import section_energy
-from damagepred.solvers.quasi_static.work import WorkBalance
+from damagepred.solvers.quasi_static.energy_balance import WorkBalance
+from damagepred.solvers.system.footing_forces import section_energy
 
 MODEL = SimpleNamespace(
     sections=SimpleNamespace(interface=np.array([0])),

@@ -9,9 +9,9 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.scene import Solver
-from damagepred.solvers import explicit
-from damagepred.solvers.explicit import explicit_path, scaled_mass
-from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness
+from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
+from damagepred.solvers.time_stepping import scheme as explicit
+from damagepred.solvers.time_stepping.scheme import explicit_path, scaled_mass
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 

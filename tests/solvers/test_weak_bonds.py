@@ -8,7 +8,7 @@ import xarray as xr
 
 from damagepred import solve
 from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Loads, Movement, Opening, Rig, Scene, Solver, Wall
-from damagepred.solvers.quasi_static import path
+from damagepred.solvers.quasi_static import continuation as path
 
 JOINT = Joint(
     normal_stiffness=23.24e9,

@@ -8,7 +8,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.assembly import wall_model
-from damagepred.kernels.joint import bond_slope, joint_law
+from damagepred.kernels.joint.law import bond_slope, joint_law
 from damagepred.scene import Joint, Scene, Solver, Wall
 from tests.solvers.test_cap import SOLVERS, B, T, boxes, lost, pushed_wall
 

@@ -9,14 +9,21 @@ from damagepred import Assembly, Scene
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.zones import hand_on, place_facets, zone_forces
+from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit import Run
-from damagepred.solvers.increment import ZoneState
-from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness, held_dofs
-from damagepred.solvers.zone_field import ZoneField
-from damagepred.solvers.zoned import facets_of, gridpoint_mass, kinematics, rigid_motion, spread, zone_stiffness
+from damagepred.solvers.state.increment import ZoneState
+from damagepred.solvers.state.zone_history import ZoneField
+from damagepred.solvers.system.deformable_blocks import (
+    facets_of,
+    gridpoint_mass,
+    kinematics,
+    rigid_motion,
+    spread,
+    zone_stiffness,
+)
+from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness, held_dofs
+from damagepred.solvers.time_stepping.scheme import Run
 from tests.assembly import reference
 
 EXPLICIT = Solver(method="explicit", tolerance=1e-6, symmetric_half=False)

@@ -8,14 +8,20 @@ import pytest
 from damagepred import Assembly, Scene
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
-from damagepred.path import model_of
+from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.increment import ZoneState
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
-from damagepred.solvers.quasi_static.solids import Solids
-from damagepred.solvers.stiffness import dead_load, elastic_displacement, elastic_stiffness, held_dofs, live_load
-from damagepred.solvers.zone_field import beyond_limits
+from damagepred.solvers.quasi_static.superelements import Solids
+from damagepred.solvers.state.increment import ZoneState
+from damagepred.solvers.state.zone_history import beyond_limits
+from damagepred.solvers.system.elastic_stiffness import (
+    dead_load,
+    elastic_displacement,
+    elastic_stiffness,
+    held_dofs,
+    live_load,
+)
 from tests.assembly import reference
 from tests.validation.test_quasi_static_balance import unbalanced
 
@@ -220,7 +226,7 @@ def test_blocks_that_come_near_their_strength_are_cut() -> None:
     weak = BlockMaterial(elastic_modulus=9e9, cohesion=0.04e6, friction=0.6, tensile_strength=0.02e6)
     settings = Solver(blocks="auto", rigid_error=1e9)
     assembly = panel(weak)
-    from damagepred.path import assembled
+    from damagepred.pipeline import assembled
 
     model = assembled(lambda solver, chosen: assembly.build(solver, deformable=chosen), settings, 4)
     assert model.mesh is not None

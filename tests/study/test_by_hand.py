@@ -17,17 +17,19 @@ from damagepred.assembly import Limits, wall_geometry
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.scene.accuracy import Measured
-from damagepred.study import Study, accuracy, dispatch, sample
-from damagepred.study import until as running
-from damagepred.study.dispatch import GivenExecutor
-from damagepred.study.limits import require_affordable, sample_timeout
-from damagepred.study.price import Estimate, zone_bytes
-from damagepred.study.sample import COLLAPSED, COMPLETE, kept_of_movement
+from damagepred.study import Study
+from damagepred.study.campaign import dispatch, sample
+from damagepred.study.campaign import preset_accuracy as accuracy
+from damagepred.study.campaign import stopping as running
+from damagepred.study.campaign.budget import require_affordable, sample_timeout
+from damagepred.study.campaign.cost_estimate import Estimate, zone_bytes
+from damagepred.study.campaign.dispatch import GivenExecutor
+from damagepred.study.campaign.sample import COLLAPSED, COMPLETE, kept_of_movement
+from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.stopping import Ending, Look
+from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings, differing_keys
-from damagepred.study.standing import standing
 from damagepred.study.study import RunSummary, _Stop
-from damagepred.study.until import Ending, Look
-from damagepred.study.words import duration
 from damagepred.uq import estimate
 from damagepred.uq.stopping import StopWhen
 from tests.conftest import SMALL_STUDY

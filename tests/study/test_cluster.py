@@ -17,8 +17,8 @@ import pytest
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
-from damagepred.study.cluster import connect
-from damagepred.study.dispatch import GivenExecutor
+from damagepred.study.campaign.cluster import connect
+from damagepred.study.campaign.dispatch import GivenExecutor
 from tests.conftest import SMALL_STUDY
 from tests.study.test_run import same, settings
 
@@ -74,7 +74,7 @@ def test_a_pool_that_breaks_keeps_what_is_done(serial: Path, tmp_path: Path) -> 
 
 
 def test_workers_that_do_not_see_the_folder(tmp_path: Path) -> None:
-    from damagepred.study.sample import run_batch
+    from damagepred.study.campaign.sample import run_batch
 
     with pytest.raises(StudyError, match="need a file system that they share"):
         run_batch(str(tmp_path / "elsewhere.dp"), [(0, {})])
@@ -94,7 +94,7 @@ def test_each_thread_of_a_cluster_s_workers_takes_a_sample() -> None:
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "nowhere.json"])
 def test_no_scheduler_there(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    from damagepred.study import cluster
+    from damagepred.study.campaign import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with pytest.raises(InputError, match=f"--scheduler {address}: no Dask scheduler answers there"):

@@ -8,7 +8,7 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.study import Study
-from damagepred.study.epistemic import alternatives, changed, lines
+from damagepred.study.analyses.epistemic import alternatives, changed, lines
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 

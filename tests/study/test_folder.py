@@ -19,9 +19,9 @@ from damagepred.archive.parts import Columns, read_part
 from damagepred.archive.provenance import environment
 from damagepred.errors import ArchiveWarning, ConvergenceError, InputError, StudyError
 from damagepred.study import Progress, Study
-from damagepred.study.replay import replay
+from damagepred.study.campaign.replay import replay
+from damagepred.study.campaign.status import standing, watching
 from damagepred.study.settings import StudySettings
-from damagepred.study.standing import standing, watching
 from tests.conftest import SMALL_STUDY
 from tests.regressions.measure import seconds
 from tests.study.test_run import settings
@@ -188,8 +188,8 @@ COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
 def test_a_replay_that_differs_says_what_else_differs(
     recorded: dict[str, str] | None, here: dict[str, str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from damagepred.study import replay as module
-    from damagepred.study import sample
+    from damagepred.study.campaign import replay as module
+    from damagepred.study.campaign import sample
 
     monkeypatch.setattr(sample, "environment", lambda: COMMITTED | (recorded or {}))
     if recorded is None:
@@ -226,7 +226,7 @@ def without_environment(row: Callable[..., Columns]) -> Callable[..., Columns]:
 
 
 def test_each_sample_says_where_it_was_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from damagepred.study import sample
+    from damagepred.study.campaign import sample
 
     folder = StudyFolder(tmp_path / "study.dp")
     here = environment()

@@ -11,7 +11,7 @@ import pytest
 import damagepred
 from damagepred.errors import InputError
 from damagepred.study import Study
-from damagepred.study.function import JOINTS, StudyFunction
+from damagepred.study.analyses.function import JOINTS, StudyFunction
 from damagepred.study.settings import StudySettings
 from studies.hooks import with_openturns, with_salib
 from tests.conftest import SMALL_STUDY
@@ -63,7 +63,7 @@ def test_unit_points_become_the_study_s_distributions(study: Study) -> None:
 def test_a_wall_that_fails_is_nan_and_sobol_s_indices_refuse_it(
     hooks: StudyFunction, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import damagepred.study.sample as module
+    import damagepred.study.campaign.sample as module
 
     honest, calls = module.follow, []
 

@@ -14,8 +14,8 @@ from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.study import common_paths, draw_category_shares
 from damagepred.study import Study, open_study
+from damagepred.study.campaign.status import standing
 from damagepred.study.settings import StudySettings
-from damagepred.study.standing import standing
 from damagepred.uq.fragility import capacities, fit_fragility
 
 WALL = """

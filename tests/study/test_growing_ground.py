@@ -9,7 +9,7 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.study import Study, open_study
-from damagepred.study.replay import replay
+from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
 from damagepred.uq.fragility import capacities, fit_fragility
 

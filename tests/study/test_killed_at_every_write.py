@@ -17,11 +17,12 @@ from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.archive.parts import read_part, write_part
 from damagepred.cli import main
-from damagepred.study import Study, sample
-from damagepred.study.rare import rare_event
-from damagepred.study.standing import standing
-from damagepred.study.two_level import run_two_level
-from damagepred.study.verify import repair
+from damagepred.study import Study
+from damagepred.study.analyses.rare_event import rare_event
+from damagepred.study.analyses.two_level import run_two_level
+from damagepred.study.campaign import sample
+from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.verify import repair
 from tests.killed import KILLED, run_killed
 from tests.study.test_rare import ASKED
 from tests.study.test_rare import TINY as RARE

@@ -11,9 +11,9 @@ import xarray as xr
 from damagepred.errors import InputError
 from damagepred.plotting.study import draw_crack_widths
 from damagepred.study import Study, open_study
-from damagepred.study.replay import replay
+from damagepred.study.campaign.replay import replay
+from damagepred.study.campaign.status import standing
 from damagepred.study.settings import StudySettings
-from damagepred.study.standing import standing
 from damagepred.uq.exceedance import exceedance
 from tests.conftest import SMALL_STUDY
 from tests.study.test_ground import JACKS, MOUND, WALL

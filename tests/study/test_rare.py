@@ -13,10 +13,12 @@ from scipy import special
 
 from damagepred.errors import ConvergenceError, InputError, StudyError
 from damagepred.scene import Scene
-from damagepred.study import Study, capacity, rare_walls
-from damagepred.study.capacity import NOTHING_KNOWN, Margin, Question, asked_of, margin
-from damagepred.study.rare import rare_event
-from damagepred.study.rare_walls import normals_to_wall
+from damagepred.study import Study
+from damagepred.study.analyses import limit_state as capacity
+from damagepred.study.analyses import rare_event_samples as rare_walls
+from damagepred.study.analyses.limit_state import NOTHING_KNOWN, Margin, Question, asked_of, margin
+from damagepred.study.analyses.rare_event import rare_event
+from damagepred.study.analyses.rare_event_samples import normals_to_wall
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
@@ -87,7 +89,7 @@ def test_a_margin_lies_where_the_width_passes_the_limit(
 
 
 def _joints(asked: StudySettings) -> int:
-    from damagepred.study.sample import joint_sequence
+    from damagepred.study.campaign.sample import joint_sequence
 
     return len(joint_sequence(asked.scene))
 

@@ -13,8 +13,8 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import wall_geometry, wall_model
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
-from damagepred.study.replay import replay
-from damagepred.study.sample import sampled_wall
+from damagepred.study.campaign.replay import replay
+from damagepred.study.campaign.sample import sampled_wall
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
@@ -172,7 +172,7 @@ def test_a_latin_hypercube_cannot_be_extended(tmp_path: Path) -> None:
 
 def test_a_failed_sample_is_recorded_and_the_rest_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from damagepred.errors import ConvergenceError
-    from damagepred.study import sample as module
+    from damagepred.study.campaign import sample as module
 
     honest, calls = module.follow, []
 

@@ -9,11 +9,12 @@ import pytest
 
 from damagepred.assembly import wall_geometry
 from damagepred.errors import InputError
-from damagepred.study import Study, open_study, sample
-from damagepred.study.sample import FAILED, Outcome, Solved
+from damagepred.study import Study, open_study
+from damagepred.study.analyses.two_level import levels, pilot_of, run_two_level
+from damagepred.study.campaign import sample
+from damagepred.study.campaign.sample import FAILED, Outcome, Solved
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import RunSummary
-from damagepred.study.two_level import levels, pilot_of, run_two_level
 from damagepred.uq.control_variate import PilotReport
 from damagepred.uq.design import Design
 from tests.conftest import SMALL_STUDY

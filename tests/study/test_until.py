@@ -10,8 +10,8 @@ import pytest
 
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
+from damagepred.study.campaign.stopping import run_until
 from damagepred.study.settings import StudySettings
-from damagepred.study.until import run_until
 from tests.conftest import SMALL_STUDY
 
 TINY = SMALL_STUDY.replace("length = 1.44", "length = 0.96").replace("increments = 6", "increments = 3")
@@ -120,7 +120,7 @@ def test_a_study_of_the_users_own_samples(tmp_path: Path) -> None:
         table.write_text("\n".join(rows).replace("0.8", "0.81"))
         with pytest.raises(StudyError, match=r"joint.friction of sample 1 \(was 0.8, is 0.81\)"):
             Study.from_toml(file).run(tmp_path / "s.dp", samples=4, executor=executor)
-    from damagepred.study.replay import replay
+    from damagepred.study.campaign.replay import replay
 
     table.unlink()
     assert "bit for bit" in replay(tmp_path / "s.dp", 2)[1]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from damagepred.study import Study
-from damagepred.study.sample import joint_places
+from damagepred.study.campaign.sample import joint_places
 from tests.conftest import ROOT
 
 

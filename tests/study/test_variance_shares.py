@@ -11,9 +11,9 @@ import xarray as xr
 import damagepred
 from damagepred.errors import InputError
 from damagepred.study import Study
-from damagepred.study.sample import joint_places
+from damagepred.study.analyses.variance_shares import crossed_study, output_of, study_sensitivity
+from damagepred.study.campaign.sample import joint_places
 from damagepred.study.settings import StudySettings
-from damagepred.study.variance_shares import crossed_study, output_of, study_sensitivity
 from tests.conftest import SMALL_STUDY
 from tests.uq.test_fragility import FAILED, fail
 from tests.uq.test_fragility import study as made_up

@@ -18,10 +18,11 @@ from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.archive.parts import read_part, write_part
 from damagepred.errors import ArchiveWarning, InputError, StudyError
-from damagepred.study import Study, sample
+from damagepred.study import Study
+from damagepred.study.campaign import sample
+from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.verify import repair, verify
 from damagepred.study.settings import StudySettings
-from damagepred.study.standing import standing
-from damagepred.study.verify import repair, verify
 from tests.cli.conftest import Run, command  # noqa: F401
 from tests.conftest import SMALL_STUDY
 from tests.study.test_run import same
@@ -262,7 +263,7 @@ def test_values_that_cannot_be_are_refused(
 def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = Path(shutil.copytree(done, tmp_path / "study.dp"))
     here = sample.environment() | {"kernel_hash": "new"}
-    for where in ("damagepred.study.study.environment", "damagepred.study.sample.environment"):
+    for where in ("damagepred.study.study.environment", "damagepred.study.campaign.sample.environment"):
         monkeypatch.setattr(where, lambda: here)
     before = {file: file.read_bytes() for file in files(folder)}
     with pytest.raises(StudyError, match="kernel hash new; go on with that program, or mix versions with --mix-ver"):

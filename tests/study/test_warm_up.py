@@ -12,9 +12,9 @@ import importlib, pkgutil, sys
 from numba.core.dispatcher import Dispatcher
 
 from damagepred import kernels
-from damagepred.path import solve
+from damagepred.pipeline import solve
 from damagepred.scene import Scene
-from damagepred.study.warm_up import warm_up
+from damagepred.study.campaign.warm_up import warm_up
 
 
 def compiled():

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from damagepred.errors import StudyError
-from damagepred.study.dispatch import LONGEST, PARTS, SHORTEST, Batches, Lost, run_all
-from damagepred.study.sample import Outcome
-from damagepred.study.workers import LocalPool
+from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST, Batches, Lost, run_all
+from damagepred.study.campaign.sample import Outcome
+from damagepred.study.campaign.workers import LocalPool
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
 
@@ -118,7 +118,7 @@ def test_workers_end_with_their_parent(tmp_path: Path) -> None:
 
     script = """
 import sys, time
-from damagepred.study.workers import LocalPool
+from damagepred.study.campaign.workers import LocalPool
 from tests.study.test_workers import at_once, troubled
 pool = LocalPool("", 2, None, troubled, at_once)
 pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])

@@ -8,7 +8,7 @@ import pytest
 from damagepred.assembly import Kind, wall_geometry
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
-from damagepred.study.sample import joint_sequence
+from damagepred.study.campaign.sample import joint_sequence
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_noise, course_sequences
 from damagepred.uq.variable import JointField, Variable

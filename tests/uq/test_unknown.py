@@ -8,7 +8,7 @@ from damagepred.errors import InputError
 from damagepred.plotting.study import quantile
 from damagepred.rejudge import shares as category_shares
 from damagepred.report.typical import _median_place
-from damagepred.study.epistemic import Alternative, lines
+from damagepred.study.analyses.epistemic import Alternative, lines
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_surface, stripes
 from damagepred.uq.running import running_probability

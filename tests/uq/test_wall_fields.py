@@ -10,7 +10,7 @@ from damagepred.assembly import Kind
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
 from damagepred.study import Study
-from damagepred.study.sample import joint_places
+from damagepred.study.campaign.sample import joint_places
 from damagepred.study.settings import StudySettings
 from damagepred.uq.design import Design
 from damagepred.uq.variable import JointField, Variable

@@ -38,14 +38,15 @@ def test_without_a_skip_there_is_more_to_do_and_the_answer_is_the_same(room: dic
 
 
 def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -> None:
-    from damagepred.solvers import explicit
-    from damagepred.solvers.dynamic import run
-    from damagepred.solvers.quasi_static import equations, equilibrium, path, solids
+    from damagepred.solvers.dynamics import run
+    from damagepred.solvers.quasi_static import continuation, equilibrium, linear_system, superelements
+    from damagepred.solvers.time_stepping import scheme
 
-    modules = (explicit, run, equations, equilibrium, path, solids)
+    modules = (scheme, run, linear_system, equilibrium, continuation, superelements)
 
     def picture() -> list[int]:
-        classes = (explicit.Run, equations.LevelEquations, equilibrium.Equilibrium, path.Path, solids.Solids, *modules)
+        paths = (linear_system.LevelEquations, equilibrium.Equilibrium, continuation.Path, superelements.Solids)
+        classes = (scheme.Run, *paths, *modules)
         return [id(value) for one in classes for value in vars(one).values()]
 
     before = picture()

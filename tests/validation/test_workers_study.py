@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from damagepred.study.dispatch import Batches
+from damagepred.study.campaign.dispatch import Batches
 from tests.conftest import ROOT
 
 ROOM = ROOT / "studies" / "benchmarks" / "workers"

@@ -9,7 +9,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.scene.dynamics import BaseMotion
-from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamics import DynamicRun
 from tests.verification.test_energy_accounts import ONE_STEP, elastic_energy, softening_work
 
 SOFT = Joint(normal_stiffness=4e8, shear_stiffness=1.5e8, tensile_strength=1e9, cohesion=1e9)

@@ -11,10 +11,10 @@ from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BaseMotion, BlockMaterial
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.increment import Increment
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
-from damagepred.solvers.zoned import gridpoint_mass
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.system.deformable_blocks import gridpoint_mass
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, dry, grid_momentum, started, turned
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_dynamics_rigid import upright_after

@@ -13,7 +13,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Footing, Joint, Loads, Movement, Rig, Scene, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.increment import ZoneState
+from damagepred.solvers.state.increment import ZoneState
 
 ONE_STEP = Solver(step_energy_tolerance=1e9, symmetric_half=False)
 """One step each increment, so that trapezoidal rule and return mapping can be repeated from increments alone."""

@@ -15,7 +15,7 @@ from scipy import integrate, optimize
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.kernels.joint import bond_slope, joint_law
+from damagepred.kernels.joint.law import bond_slope, joint_law
 from damagepred.scene import Joint, Solver
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify

@@ -15,7 +15,7 @@ from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.scene.dynamics import Dynamics
-from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamics import DynamicRun
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_vibration import CHAIN, CHAPTER, DECREMENT, DROP, SLIDE, chain

@@ -11,8 +11,8 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.explicit import CALM_CHECKS, CHECK_EVERY
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.time_stepping.scheme import CALM_CHECKS, CHECK_EVERY
 from tests.validation.test_quasi_static_balance import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 

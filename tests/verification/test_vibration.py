@@ -13,8 +13,8 @@ from scipy import linalg
 
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
-from damagepred.solvers.explicit import Run
-from damagepred.solvers.stiffness import elastic_displacement, elastic_stiffness
+from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
+from damagepred.solvers.time_stepping.scheme import Run
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
 

@@ -10,10 +10,10 @@ from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Dynamics, Solver
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.explicit import Run
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
-from damagepred.solvers.zoned import gridpoint_mass
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.system.deformable_blocks import gridpoint_mass
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.time_stepping.scheme import Run
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order, zones_of
 

@@ -12,7 +12,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.points import Where
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment
-from damagepred.solvers.increment import ZoneState
+from damagepred.solvers.state.increment import ZoneState
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import moduli, point_forces, solved, zones_of
 

@@ -12,8 +12,8 @@ from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.increment import ZonePicture
-from damagepred.solvers.zoned import cell_gridpoints, strain_rows
+from damagepred.solvers.state.increment import ZonePicture
+from damagepred.solvers.system.deformable_blocks import cell_gridpoints, strain_rows
 
 FloatArray = NDArray[np.float64]
 Field = Callable[[FloatArray, FloatArray], FloatArray]

@@ -4,6 +4,6 @@
 breaks bonds, ``relaxation`` lets the wall move by itself where none is near, ``work`` tells where the energy goes.
 """
 
-from damagepred.solvers.quasi_static.path import quasi_static_path
+from damagepred.solvers.quasi_static.continuation import quasi_static_path
 
 __all__ = ["quasi_static_path"]

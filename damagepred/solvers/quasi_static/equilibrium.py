@@ -15,15 +15,22 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
-from damagepred.kernels.balance import bring_on, out_of_balance, stays_within
-from damagepred.kernels.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
-from damagepred.kernels.footing import section_forces
-from damagepred.solvers.loose import Leeway, elastic_reach
-from damagepred.solvers.quasi_static.equations import LevelEquations
+from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.interface.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
+from damagepred.kernels.interface.residual import bring_on, out_of_balance, stays_within
 from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
-from damagepred.solvers.quasi_static.solids import Solids
-from damagepred.solvers.state import JointMemory
-from damagepred.solvers.stiffness import block_of_dof, dead_load, dof_arms, held_dofs, live_load, residual_scale
+from damagepred.solvers.quasi_static.linear_system import LevelEquations
+from damagepred.solvers.quasi_static.superelements import Solids
+from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.system.detached_blocks import Leeway, elastic_reach
+from damagepred.solvers.system.elastic_stiffness import (
+    block_of_dof,
+    dead_load,
+    dof_arms,
+    held_dofs,
+    live_load,
+    residual_scale,
+)
 from damagepred.time_limit import check_time
 
 FloatArray = NDArray[np.float64]

@@ -11,9 +11,9 @@ import pandas as pd
 from walls import CATEGORY, RARE_AT, SHIFTS, VARIANTS, Plan, capacity, hit, planned, rare_settings, settings_of
 
 from damagepred.archive.files import write_whole
-from damagepred.study.capacity import Question, asked_of, margin
-from damagepred.study.sample import sampled_wall
-from damagepred.study.warm_up import warm_up
+from damagepred.study.analyses.limit_state import Question, asked_of, margin
+from damagepred.study.campaign.sample import sampled_wall
+from damagepred.study.campaign.warm_up import warm_up
 
 
 def measure(folder: Path, wall: str, quick: bool, say: Callable[[str], None]) -> None:

@@ -11,10 +11,10 @@ import pandas as pd
 from walls import CATEGORY, RARE_AT, rare_settings, settings_of
 
 from damagepred.archive.files import write_whole
-from damagepred.study.capacity import Question, asked_of, margin
-from damagepred.study.rare_walls import normals_to_wall
-from damagepred.study.sample import joint_places
-from damagepred.study.warm_up import warm_up
+from damagepred.study.analyses.limit_state import Question, asked_of, margin
+from damagepred.study.analyses.rare_event_samples import normals_to_wall
+from damagepred.study.campaign.sample import joint_places
+from damagepred.study.campaign.warm_up import warm_up
 from damagepred.uq.subset import subset_simulation
 
 RUNS = {"window": {50: 12, 100: 6}, "joints": {50: 8}}

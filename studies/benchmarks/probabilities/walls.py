@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
-from damagepred.study.capacity import Question, margin
-from damagepred.study.sample import sampled_wall, solve_sample
+from damagepred.study.analyses.limit_state import Question, margin
+from damagepred.study.campaign.sample import sampled_wall, solve_sample
+from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
-from damagepred.study.warm_up import warm_up
 from damagepred.uq.importance import Proposal
 
 HERE = Path(__file__).resolve().parent

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from damagepred.assembly import Model
 from damagepred.one_thread import one_blas_thread
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 
 ENOUGH, REPEATS = 3.0, 25
 """It is timed 25 times (the median counts), but not again once it took 3 s in all."""

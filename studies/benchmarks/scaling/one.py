@@ -21,7 +21,7 @@ from damagepred.assembly import Model, wall_model
 from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.increment import ContactState, ZoneState
+from damagepred.solvers.state.increment import ContactState, ZoneState
 
 ENOUGH, REPEATS = 3.0, 5
 """A path is timed 5 times (the median counts), but not again once it took 3 s in all."""
@@ -73,7 +73,7 @@ def path_of(model: Model, scene: Scene, curve: Curve, increments: int) -> Iterat
     """Return the increments of a wall; or only its way to rest under dead load."""
     if not curve.only_weight:
         return solve_path(model, scene.solver, increments)
-    from damagepred.solvers.explicit import explicit_path
+    from damagepred.solvers.time_stepping.scheme import explicit_path
 
     return islice(explicit_path(model, scene.solver, 1, elastic_start=False), 1)
 

@@ -12,10 +12,10 @@ from skips import Skip
 from damagepred.assembly import Model
 from damagepred.damage import judge
 from damagepred.errors import SolverError
-from damagepred.path import joint_map, model_of
+from damagepred.pipeline import joint_map, model_of
 from damagepred.scene import Scene
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.dynamic import DynamicRun
+from damagepred.solvers.dynamics import DynamicRun
 
 REPEATS, ENOUGH = 5, 2.0
 """Pairs of runs are repeated, to 5 at most, until they took 2 s; the fastest of each way counts: work of others on the

@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 from damagepred.scene import BlockMaterial, Scene
-from damagepred.solvers.explicit import CALM_CHECKS, CHECK_EVERY
+from damagepred.solvers.time_stepping.scheme import CALM_CHECKS, CHECK_EVERY
 
 QUASI_STATIC = ("dishing", "doming", "window", "no dpc", "random joints", "deformable")
 RIGID = QUASI_STATIC[:5]
@@ -77,7 +77,7 @@ def without_strength(scene: Scene) -> Scene:
 @contextmanager
 def always_factorise() -> Iterator[None]:
     """Let every change of stiffness be factorised, whatever it costs."""
-    from damagepred.solvers.quasi_static.equations import LevelEquations
+    from damagepred.solvers.quasi_static.linear_system import LevelEquations
 
     with patch.object(LevelEquations, "_dearer", lambda self, changed, new: len(changed) > 0):
         yield
@@ -86,7 +86,7 @@ def always_factorise() -> Iterator[None]:
 @contextmanager
 def factorise_all_levels() -> Iterator[None]:
     """Let every factorisation begin at the farthest level in play."""
-    from damagepred.solvers.quasi_static.equations import LevelEquations
+    from damagepred.solvers.quasi_static.linear_system import LevelEquations
 
     known = LevelEquations._factorise
 
@@ -101,7 +101,7 @@ def factorise_all_levels() -> Iterator[None]:
 @contextmanager
 def learn_again() -> Iterator[None]:
     """Let the answers to unit forces in changed joints be forgotten after each solution."""
-    from damagepred.solvers.quasi_static.equations import LevelEquations
+    from damagepred.solvers.quasi_static.linear_system import LevelEquations
 
     known = LevelEquations.solve
 
@@ -139,7 +139,7 @@ def frozen_first() -> Iterator[None]:
 @contextmanager
 def blind() -> Iterator[None]:
     """Let the path step to its goal, without asking the tangent where it leads and when a bond breaks."""
-    from damagepred.solvers.quasi_static.path import Path
+    from damagepred.solvers.quasi_static.continuation import Path
 
     with patch.object(Path, "foresee", lambda self, state, target: (state.displacement, 1.0)):
         yield
@@ -148,7 +148,7 @@ def blind() -> Iterator[None]:
 @contextmanager
 def all_bonds() -> Iterator[None]:
     """Let all bonds be looked at where those of some joints are asked for."""
-    from damagepred.solvers.quasi_static.path import Path
+    from damagepred.solvers.quasi_static.continuation import Path
 
     known = Path.bond_loads
     with patch.object(Path, "bond_loads", lambda self, state, listed=None: known(self, state)):
@@ -158,7 +158,7 @@ def all_bonds() -> Iterator[None]:
 @contextmanager
 def no_kin() -> Iterator[None]:
     """Let each deformable block be condensed by itself."""
-    from damagepred.solvers.quasi_static.solids import Solids
+    from damagepred.solvers.quasi_static.superelements import Solids
 
     with patch.object(Solids, "_alike", lambda self: [np.array([d]) for d in range(len(self.block))]):
         yield
@@ -167,7 +167,7 @@ def no_kin() -> Iterator[None]:
 @contextmanager
 def all_open() -> Iterator[None]:
     """Let the zones of all deformable blocks be looked at one by one from the start."""
-    from damagepred.solvers.quasi_static.solids import Solids
+    from damagepred.solvers.quasi_static.superelements import Solids
 
     known = Solids.__init__
 
@@ -191,22 +191,22 @@ def whole_law() -> Iterator[None]:
 
 def cycled_start() -> AbstractContextManager[Any]:
     """Let the explicit solver bring on dead load by cycles."""
-    return patch("damagepred.solvers.explicit.Run.start_elastic", lambda self: False)
+    return patch("damagepred.solvers.time_stepping.scheme.Run.start_elastic", lambda self: False)
 
 
 @contextmanager
 def look_always() -> Iterator[None]:
     """Let the explicit solver look at the unbalanced force after every cycle, and be as calm for as long."""
     with (
-        patch("damagepred.solvers.explicit.CHECK_EVERY", 1),
-        patch("damagepred.solvers.explicit.CALM_CHECKS", CHECK_EVERY * (CALM_CHECKS - 1) + 1),
+        patch("damagepred.solvers.time_stepping.scheme.CHECK_EVERY", 1),
+        patch("damagepred.solvers.time_stepping.scheme.CALM_CHECKS", CHECK_EVERY * (CALM_CHECKS - 1) + 1),
     ):
         yield
 
 
 def search_always() -> AbstractContextManager[Any]:
     """Let a run in time look for what is near after every step in which anything moved."""
-    return patch("damagepred.solvers.dynamic.run.SEEN", 1e-15)
+    return patch("damagepred.solvers.dynamics.run.SEEN", 1e-15)
 
 
 SKIPS: dict[str, Skip] = {

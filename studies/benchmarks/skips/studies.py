@@ -12,12 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scenes import DATA, deformable, explicit_deformable
 
-from damagepred import path, solve
+from damagepred import pipeline as path
+from damagepred import solve
 from damagepred.assembly import wall, wall_model
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.zones import gather, give_way, scatter, yielding_cell, zone_forces
-from damagepred.path import Step, follow
-from damagepred.solvers.explicit import Run
+from damagepred.kernels.zone.forces import gather, give_way, scatter, yielding_cell, zone_forces
+from damagepred.pipeline import Step, follow
+from damagepred.solvers.time_stepping.scheme import Run
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
 

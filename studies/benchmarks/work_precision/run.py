@@ -27,9 +27,9 @@ from quantities import QUANTITIES, SHARES, read
 from scenes import scenes
 
 from damagepred.errors import DamagepredError
-from damagepred.path import model_of, solve
+from damagepred.pipeline import model_of, solve
 from damagepred.scene import Scene
-from damagepred.study.warm_up import warm_up
+from damagepred.study.campaign.warm_up import warm_up
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "data.csv"

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from damagepred.study.dispatch import LONGEST, PARTS, SHORTEST
+from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST
 
 
 class Costs(NamedTuple):
@@ -62,7 +62,7 @@ class Time(NamedTuple):
 
 
 def batch_seconds(costs: Costs, samples: int) -> float:
-    """Return how much work is handed out at a time (see ``damagepred.study.dispatch``)."""
+    """Return how much work is handed out at a time (see ``damagepred.study.campaign.dispatch``)."""
     return max(costs.wall, min(max(costs.wall * samples / PARTS, SHORTEST), LONGEST))
 
 

@@ -32,9 +32,9 @@ from damagepred.archive.files import write_whole  # noqa: E402
 from damagepred.archive.folder import StudyFolder, open_study  # noqa: E402
 from damagepred.archive.parts import joined, read_part, write_part  # noqa: E402
 from damagepred.study import Study  # noqa: E402
-from damagepred.study.sample import Outcome, run_batch  # noqa: E402
+from damagepred.study.campaign.sample import Outcome, run_batch  # noqa: E402
+from damagepred.study.campaign.warm_up import warm_up  # noqa: E402
 from damagepred.study.settings import StudySettings  # noqa: E402
-from damagepred.study.warm_up import warm_up  # noqa: E402
 
 
 def settings_of(wall: str) -> StudySettings:

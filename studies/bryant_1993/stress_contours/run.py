@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import damagepred
 from damagepred.archive.files import write_dataset
-from damagepred.path import Step
+from damagepred.pipeline import Step
 from damagepred.plotting.pictures import stress_sheet
 from damagepred.plotting.stress import block_stress, zone_stress
 from damagepred.plotting.zones import Zones

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from damagepred.assembly import Assembly, Model
-from damagepred.path import assembled, model_of
+from damagepred.pipeline import assembled, model_of
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.explicit import explicit_path
-from damagepred.solvers.stiffness import elastic_stiffness, held_dofs
-from damagepred.solvers.zoned import gridpoint_mass
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.system.deformable_blocks import gridpoint_mass
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.time_stepping.scheme import explicit_path
 
 FloatArray = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ import numpy as np
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Solver
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.dynamic.step import highest_frequency, time_step
-from damagepred.solvers.explicit import Run
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics.time_step import highest_frequency, time_step
+from damagepred.solvers.time_stepping.scheme import Run
 from stressed.case import Case, Check, Found
 
 STEPS = 1_000_000

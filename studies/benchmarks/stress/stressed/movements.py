@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
-from damagepred.solvers.stiffness import elastic_solutions, follow_up
-from damagepred.solvers.zoned import kinematics
+from damagepred.solvers.system.deformable_blocks import kinematics
+from damagepred.solvers.system.elastic_stiffness import elastic_solutions, follow_up
 from stressed.case import RIGID, WAYS, Case, Check, Found
 from stressed.joints import FOOT, moved
 

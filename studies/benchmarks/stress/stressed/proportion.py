@@ -18,7 +18,7 @@ from scipy.sparse.linalg import splu
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint
-from damagepred.solvers.stiffness import dead_load, elastic_stiffness, follow_up, held_dofs
+from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_stiffness, follow_up, held_dofs
 from stressed.case import Case, Check, Found
 
 FloatArray = NDArray[np.float64]

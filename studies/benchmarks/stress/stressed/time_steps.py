@@ -18,10 +18,11 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.errors import DamagepredError
 from damagepred.scene import Dynamics, Scene, Solver
-from damagepred.solvers import ContactState, explicit, solve_path
-from damagepred.solvers.dynamic import DynamicRun
-from damagepred.solvers.dynamic import run as dynamic_run
-from damagepred.solvers.explicit import explicit_path
+from damagepred.solvers import ContactState, solve_path
+from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics import run as dynamic_run
+from damagepred.solvers.time_stepping import scheme as explicit
+from damagepred.solvers.time_stepping.scheme import explicit_path
 from stressed.case import PERIODS, slowest
 from stressed.proportion import cracking_wall, reference, stack
 

@@ -1,0 +1,1 @@
+"""Reinforced-concrete sections of a footing: law and forces."""

@@ -1,0 +1,1 @@
+"""Bodies that move and turn as far as they like, in physical time."""

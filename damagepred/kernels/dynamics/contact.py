@@ -1,0 +1,454 @@
+"""Forces between bodies that move as far as they like: points on the faces of blocks against the edges of others.
+
+A boundary point is a material point on the face of a block with the area it stands for. It is measured in the frame of
+the edge it faces: how far it is from the edge's line is the opening u_n, its way along the edge the shear u_s. With
+tension positive the joint law gives sigma and tau from them; the force sigma A along that edge's normal and tau A along
+the edge acts at the point's present place on the one body, and the opposite one, at the same place, on the other. So
+momentum and angular momentum are kept exactly, and while the joint is elastic the force is the exact gradient of
+A (k_n u_n^2 + k_s u_s^2) / 2 with respect to both poses: whatever turns with both of them costs nothing.
+
+What faces what in the end is one of three things:
+
+- HOME: the edge the point was joined to at first, by mortar or by lying on it. It stays so while the bond holds, and
+  after that until it has parted by ``release`` or passed the end of the edge.
+- TOUCH: an edge met later. A point that comes into a convex block is in contact with the edge it is least deep behind,
+  of those its face looks at. That depth d begins with nothing, and so does the potential k A d^2 / 2: no rounding of
+  corners is needed. Once met, the edge is kept until the point parts from it or passes its end by ``reach``; then the
+  block, or its neighbour, is asked again, and pressure and friction are carried over where the new edge goes on nearly
+  in the direction of the old one. So a block slides over the joints of a course unhindered.
+- FREE: nothing.
+
+A point faces one thing at a time, and only what its own face looks at: a corner has two points, one for each of the
+faces that meet in it, and the one whose face lies across what is hit has no part in it. Energy is never created by a
+change of edge: a point that is found behind an edge through which it did not come counts from there (``offset``), and
+what it held is lost where it passes an end with nothing beyond.
+"""
+
+import numpy as np
+
+from damagepred.kernels.jit import law, rule
+from damagepred.kernels.joint.law import joint_law
+
+FREE, HOME, TOUCH = 0, 1, 2
+"""What a point may face."""
+FACING = 0.1
+"""Cosine between a point's own face and the face met, from which they look at each other: about 84 degrees."""
+GOES_ON = 0.7
+"""Cosine between two edges from which friction is carried over from one to the other."""
+FRICTION, RELEASED, FRACTURE, DASHPOT, TALLIES = 0, 1, 2, 3, 4
+"""What is counted while points act (J): work of friction, energy set free, work of softening, of stiffness damping."""
+
+POINT = np.dtype(
+    [
+        ("body", "i8"),
+        ("own_edge", "i8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("area", "f8"),
+        ("reach", "f8"),
+        ("release", "f8"),
+        ("law", "i8"),
+        ("status", "i8"),
+        ("target", "i8"),
+        ("anchor", "f8"),
+        ("offset", "f8"),
+        ("fresh", "i8"),
+        ("slip", "f8"),
+        ("dilated", "f8"),
+        ("cracked", "f8"),
+        ("opened", "f8"),
+        ("opening", "f8"),
+        ("shear", "f8"),
+        ("sigma", "f8"),
+        ("tau", "f8"),
+        ("drag_n", "f8"),
+        ("drag_s", "f8"),
+    ]
+)
+"""A boundary point: its body and place there (m), the edge it lies on, its area (m2), how far it may pass an end and
+how far part before it is free (m), its law; what it faces, where shear counts from, what is added to the opening (m),
+whether what is near it has been looked at; memory of the law; opening, shear (m), stresses, and damping stresses (Pa)
+of the last cycle."""
+
+EDGE = np.dtype(
+    [
+        ("body", "i8"),
+        ("polygon", "i8"),
+        ("face", "i8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("along_x", "f8"),
+        ("along_y", "f8"),
+        ("low", "f8"),
+        ("length", "f8"),
+    ]
+)
+"""An edge of a block: its body, block and face; edges that follow each other round a deformable block and were in line
+at first make up one face. In that body's frame the end from which the way along it counts (m), and its direction,
+clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
+0 and its length, but for the ground, which goes on to either side."""
+
+LAW = 20
+"""Numbers of one law: (k_n, k_s, 1 / k_s), strength (4), weakened (4), w_c, slope, tan(psi), brittle_shear, cap (3),
+wear, and one spare. A bond's law is followed by the law without bond of what is met later."""
+
+
+@law
+def measure(points, i, edges, e, pose):
+    """Return where point i is, and how it lies against edge e.
+
+    Returns
+    -------
+    tuple of float
+        Arms from the two bodies (m); way along the edge and distance from its line (m); direction of the
+        edge.
+    """
+    a, b = points[i].body, edges[e].body
+    x, y, ca, sa = points[i].x, points[i].y, pose[a, 2], pose[a, 3]
+    arm_ax, arm_ay = ca * x - sa * y, sa * x + ca * y
+    at_x, at_y = pose[a, 0] + arm_ax, pose[a, 1] + arm_ay
+    arm_bx, arm_by = at_x - pose[b, 0], at_y - pose[b, 1]
+    cb, sb = pose[b, 2], pose[b, 3]
+    local_x, local_y = cb * arm_bx + sb * arm_by - edges[e].x, cb * arm_by - sb * arm_bx - edges[e].y
+    t_x, t_y = edges[e].along_x, edges[e].along_y
+    along = t_x * local_x + t_y * local_y
+    gap = t_x * local_y - t_y * local_x
+    return arm_ax, arm_ay, arm_bx, arm_by, along, gap, cb * t_x - sb * t_y, sb * t_x + cb * t_y
+
+
+@rule
+def gaps(at_x, at_y, own_x, own_y, edges, first, last, pose):
+    """Return how a place on a face lies against the edges first to last of a block that is convex, or hardly bent.
+
+    Parameters
+    ----------
+    at_x, at_y : float
+        The place (m).
+    own_x, own_y : float
+        Direction of the face it lies on.
+
+    Returns
+    -------
+    faced : float
+        Largest signed distance from the edges that the face looks at (m): inside, it is less the least depth.
+    which : int
+        The edge it belongs to, -1 if the face looks at none.
+    others : float
+        Largest signed distance from the other edges (m).
+    """
+    faced, others, which = -np.inf, -np.inf, -1
+    nearest, distance, at, looks = np.inf, 0.0, -1, 0.0
+    for e in range(first, last):
+        b = edges[e].body
+        arm_x, arm_y = at_x - pose[b, 0], at_y - pose[b, 1]
+        cb, sb = pose[b, 2], pose[b, 3]
+        local_x, local_y = cb * arm_x + sb * arm_y - edges[e].x, cb * arm_y - sb * arm_x - edges[e].y
+        t_x, t_y = edges[e].along_x, edges[e].along_y
+        # of a face of several edges, which need not be convex when it is bent, the one that the place is beside
+        along = t_x * local_x + t_y * local_y
+        past = max(-along, along - edges[e].length)
+        if past < nearest:
+            nearest, at = past, e
+            distance = t_x * local_y - t_y * local_x
+            looks = (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y
+        if e + 1 < last and edges[e + 1].face == edges[e].face:
+            continue
+        if looks < -FACING:
+            if distance > faced:
+                faced, which = distance, at
+        elif distance > others:
+            others = distance
+        nearest = np.inf
+    return faced, which, others
+
+
+@law
+def face_of(points, i, edges, pose):
+    """Return where point i is (m), and the direction of the face it lies on."""
+    a, own = points[i].body, points[i].own_edge
+    ca, sa = pose[a, 2], pose[a, 3]
+    x, y, t_x, t_y = points[i].x, points[i].y, edges[own].along_x, edges[own].along_y
+    return pose[a, 0] + ca * x - sa * y, pose[a, 1] + sa * x + ca * y, ca * t_x - sa * t_y, sa * t_x + ca * t_y
+
+
+@rule
+def meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, old_x, old_y):
+    """Let a point that faces nothing look at the blocks near it; tell whether it has met one.
+
+    Parameters
+    ----------
+    points, edges, first_edge, near, pose, laws
+        See ``act``.
+    i : int
+        The point.
+    pressed, sheared : float
+        Opening (not positive, m) and shear stress (Pa) it had at the edge it just left; 0 if it left none.
+    old_x, old_y : float
+        Direction of that edge.
+    """
+    p = points[i]
+    at_x, at_y, own_x, own_y = face_of(points, i, edges, pose)
+    found, deepest, came_from = -1, np.inf, 0.0
+    for k in range(near.first[i], near.first[i + 1]):
+        polygon = near.polygon[k]
+        gap, e, others = gaps(at_x, at_y, own_x, own_y, edges, first_edge[polygon], first_edge[polygon + 1], pose)
+        before = near.distance[k] if (p.fresh != 0) & (near.edge[k] == e) else min(gap, 0.0)
+        near.distance[k] = gap
+        near.edge[k] = e
+        # half the way of a step ahead: what is met within it presses already, see ``act``
+        if (e < 0) | (gap >= 0.5 * abs(gap - before)) | (gap >= deepest):
+            continue
+        # through the face itself, or it was behind its line already and came from the side, and is inside by now
+        if (before > 0.0) & (others < p.reach) | (others < gap):
+            found, deepest, came_from = e, gap, before
+    p.fresh = 1
+    if found < 0:
+        return False
+    _, _, _, _, along, gap, t_x, t_y = measure(points, i, edges, found, pose)
+    number = p.law | 1
+    goes_on = pressed < 0.0 and t_x * old_x + t_y * old_y > GOES_ON
+    p.law = number
+    p.target = found
+    p.status = TOUCH
+    p.fresh = 0
+    p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if goes_on else 0.0), 0.0)
+    p.anchor = along - (sheared * laws[number, 2] if goes_on else 0.0)
+    p.slip = 0.0
+    p.dilated = 0.0
+    p.opened = 0.0
+    p.cracked = 1.0
+    p.opening = came_from if came_from > 0.0 else gap + p.offset
+    p.shear = along - p.anchor
+    p.sigma = laws[number, 0] * pressed if goes_on else 0.0
+    p.tau = sheared if goes_on else 0.0
+    p.drag_n = 0.0
+    p.drag_s = 0.0
+    return True
+
+
+@law
+def stored(sigma, tau, opening, compliance, shear_compliance, softened):
+    """Return the energy that a contact holds per area (J/m2)."""
+    normal = sigma * opening if softened else sigma * sigma * compliance
+    return 0.5 * (normal + tau * tau * shear_compliance)
+
+
+@rule
+def leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t_x, t_y, search):
+    """Let a point leave the edge whose end it has passed, for the edge it finds there; tell whether it found one.
+
+    Parameters
+    ----------
+    along, gap : float
+        How it lies against the edge that it leaves (m).
+    t_x, t_y : float
+        Direction of that edge.
+    search : bool
+        Whether it may meet anything.
+    """
+    p = points[i]
+    number = p.law
+    u_n, u_s = gap + p.offset, along - p.anchor
+    before = stored(p.sigma, p.tau, p.opening - p.dilated, 1.0 / laws[number, 0], laws[number, 2], False)
+    if p.sigma > 0.0:
+        before = 0.5 * (p.sigma * (p.opening - p.dilated) + p.tau * p.tau * laws[number, 2])
+    work = 0.5 * (p.sigma * (u_n - p.opening) + p.tau * (u_s - p.shear))
+    pressed = min(u_n - p.dilated, 0.0) if p.sigma < 0.0 else 0.0
+    sheared = p.tau
+    p.status = FREE
+    p.fresh = 0
+    after = 0.0
+    met = search and meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, t_x, t_y)
+    if met:
+        after = stored(p.sigma, p.tau, 0.0, 1.0 / laws[p.law, 0], laws[p.law, 2], False)
+    else:
+        p.law = number | 1
+        p.sigma = 0.0
+        p.tau = 0.0
+        p.drag_n = 0.0
+        p.drag_s = 0.0
+    tallies[RELEASED] += p.area * (before + work - after)
+    return met
+
+
+@law
+def hand_on(force, a, b, x, y, moment_a, moment_b):
+    """Add a force (x, y) and its moment to body a, and the opposite force and its moment to body b."""
+    force[a, 0] += x
+    force[a, 1] += y
+    force[a, 2] += moment_a
+    force[b, 0] -= x
+    force[b, 1] -= y
+    force[b, 2] += moment_b
+
+
+@rule
+def act(
+    points, edges, first_edge, near, laws, pose, force, special, softening, per_step, pressed_per_step, search, tallies
+):
+    """Let all points act on the bodies, and bring their memory up to date.
+
+    A point that is pressed in one step and not in the next passes the kink of the law somewhere in between. A force
+    taken at the end of the step misses part of the impulse, or adds to it, at random. So where the point is nearer to
+    the kink than half its way in the last step, the law is given the mean pressure over a step's way about here:
+    -(w - u)^2 / (4 w) in place of min(u, 0), with w half that way. What bounces then keeps its energy far better.
+
+    Parameters
+    ----------
+    points : array of record (p,)
+        ``POINT``.
+    edges : array of record (e,)
+        ``EDGE``, block by block, counter-clockwise round each.
+    first_edge : array of int (polygons + 1,)
+        Where those of each block begin.
+    near : NamedTuple of arrays
+        ``first`` (p + 1,), ``polygon``, ``edge`` and ``distance`` (k,): blocks near each point, and how far the edge
+        that its face looks at was last.
+    laws : array (l, LAW)
+        See ``LAW``.
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the angle of each body.
+    force : array (bodies, 3)
+        Force x, y (N) and moment (N m) on each body: added to.
+    special : bool or None
+        None if no joint dilates, breaks or wears by slip or has a cap: what they need is then left out when compiling.
+    softening : bool or None
+        None if no bond softens.
+    per_step : float
+        Stiffness-proportional damping over the time step (1).
+    pressed_per_step : float
+        The same of contacts without tensile strength, in addition.
+    search : bool
+        Whether points may meet what they did not face at first.
+    tallies : array (TALLIES,)
+        Added to.
+    """
+    rubbed, freed, torn, dashed = 0.0, 0.0, 0.0, 0.0
+    # points of one joint follow each other: what they do to its two bodies is summed up before it is handed on
+    last_a, last_b = 0, 0
+    a_x, a_y, a_m, b_m = 0.0, 0.0, 0.0, 0.0
+    for i in range(points.size):
+        p = points[i]
+        if p.status == FREE:
+            if not search or near.first[i] == near.first[i + 1]:
+                continue
+            if not meet(points, i, edges, first_edge, near, pose, laws, 0.0, 0.0, 0.0, 0.0):
+                continue
+        ax, ay, bx, by, along, gap, t_x, t_y = measure(points, i, edges, p.target, pose)
+        if (along < edges[p.target].low - p.reach) | (along > edges[p.target].length + p.reach):
+            if not leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t_x, t_y, search):
+                continue
+            ax, ay, bx, by, along, gap, t_x, t_y = measure(points, i, edges, p.target, pose)
+        u_n, u_s = gap + p.offset, along - p.anchor
+        moved = u_n - p.opening
+
+        row = p.law
+        k_n, k_s = laws[row, 0], laws[row, 1]
+        was_cracked, dilated, slip, was_opened = p.cracked != 0.0, p.dilated, p.slip, p.opened
+        away, half = u_n - dilated, 0.5 * abs(moved)
+        # most contacts neither give way nor pass the kink: then there is no more to the law than this
+        sigma, tau = k_n * away, k_s * (u_s - slip)
+        limit = 7 if was_cracked else 3
+        no_tension = was_cracked & (laws[row, 7] == 0.0)
+        gives = (sigma > laws[row, limit]) | (abs(tau) > laws[row, limit + 1] - sigma * laws[row, limit + 2])
+        gives = gives | (no_tension & (abs(away) < half))
+        if softening is not None:
+            gives = gives | (was_cracked & (laws[row, 11] > 0.0))
+            no_tension = no_tension & (p.opened >= laws[row, 11])
+        cracked = was_cracked
+        psi, brittle_shear, cap, wear = 0.0, False, None, None
+        if special is not None:
+            psi, brittle_shear, wear = laws[row, 13], laws[row, 14] != 0.0, laws[row, 18]
+            cap = (laws[row, 15], laws[row, 16], laws[row, 17])
+            gives = gives | (cap[0] < np.inf)
+        if gives:
+            # the law, past the kink by its mean
+            pressed = u_n
+            if no_tension & (abs(away) < half):
+                pressed = dilated - (half - away) * (half - away) / (4.0 * half)
+            softened = None
+            if softening is not None:
+                softened = (laws[row, 11], laws[row, 12])
+            strength = (laws[row, 3], laws[row, 4], laws[row, 5], laws[row, 6])
+            weakened = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
+            sigma, tau, new_slip, new_dilated, cracked, opened = joint_law(
+                pressed,
+                u_s,
+                slip,
+                dilated,
+                was_cracked,
+                p.opened,
+                (k_n, k_s, laws[row, 2]),
+                strength,
+                weakened,
+                softened,
+                psi,
+                brittle_shear,
+                cap,
+                wear,
+            )
+            p.slip = new_slip
+            p.dilated = new_dilated
+            p.cracked = 1.0 if cracked else 0.0
+            p.opened = opened
+
+            # where the work went
+            mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
+            rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilated))
+            softens, snaps = False, False
+            if softening is not None:
+                w_c = laws[row, 11]
+                softens = cracked & (w_c > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
+                # slip that breaks the bond sets free what it holds
+                snaps = softens & brittle_shear & (was_opened < w_c) & (opened >= w_c) & (u_n - new_dilated < w_c)
+            if (cracked != was_cracked) | softens:
+                lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
+                lost -= 0.5 * sigma * (u_n - new_dilated)
+                if softens & (not snaps):
+                    torn += p.area * lost
+                else:
+                    freed += p.area * lost
+
+        # damping by the rate of the elastic stress; it never pulls a joint that carries no tension
+        pull_n, pull_s = sigma, tau
+        rate = per_step + (pressed_per_step if no_tension else 0.0)
+        if rate > 0.0:
+            drag_n, drag_s = rate * (sigma - p.sigma), rate * (tau - p.tau)
+            if cracked != was_cracked or (no_tension and sigma == 0.0):
+                drag_n, drag_s = 0.0, 0.0
+            elif cracked and sigma <= 0.0 and sigma + drag_n > 0.0:
+                drag_n = -sigma
+            moved_s = u_s - p.shear
+            dashed += 0.5 * p.area * ((drag_n + p.drag_n) * moved + (drag_s + p.drag_s) * moved_s)
+            p.drag_n = drag_n
+            p.drag_s = drag_s
+            pull_n += drag_n
+            pull_s += drag_s
+
+        p.opening = u_n
+        p.shear = u_s
+        p.sigma = sigma
+        p.tau = tau
+        if sigma == 0.0 and tau == 0.0:
+            if cracked and away > (p.release if p.status == HOME else half):
+                p.status = FREE
+                p.fresh = 0
+                p.law = p.law | 1
+            continue
+        a, b = p.body, edges[p.target].body
+        pull_n *= p.area
+        pull_s *= p.area
+        f_x, f_y = pull_n * t_y - pull_s * t_x, -pull_n * t_x - pull_s * t_y
+        if (a != last_a) | (b != last_b):
+            hand_on(force, last_a, last_b, a_x, a_y, a_m, b_m)
+            last_a, last_b = a, b
+            a_x, a_y, a_m, b_m = 0.0, 0.0, 0.0, 0.0
+        a_x += f_x
+        a_y += f_y
+        a_m += ax * f_y - ay * f_x
+        b_m -= bx * f_y - by * f_x
+    hand_on(force, last_a, last_b, a_x, a_y, a_m, b_m)
+    tallies[FRICTION] += rubbed
+    tallies[RELEASED] += freed
+    tallies[FRACTURE] += torn
+    tallies[DASHPOT] += dashed

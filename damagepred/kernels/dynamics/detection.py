@@ -1,0 +1,74 @@
+"""Which blocks are near which boundary points."""
+
+import numpy as np
+
+from damagepred.kernels.dynamics.contact import face_of, gaps
+from damagepred.kernels.jit import kernel, rule
+
+
+@rule
+def note(points, i, other, edges, first_edge, pose, low, high, margin, polygon, edge, gap, count):
+    """Add block ``other`` to the list of point i if it is near; return the length of the list."""
+    x, y, along_x, along_y = face_of(points, i, edges, pose)
+    own = edges[points[i].own_edge].polygon
+    if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
+        return count
+    if (high[other, 1] < y - margin) | (low[other, 1] > y + margin):
+        return count
+    faced, which, others = gaps(x, y, along_x, along_y, edges, first_edge[other], first_edge[other + 1], pose)
+    if (faced >= margin) | (others >= margin):
+        return count
+    if count < polygon.size:
+        polygon[count] = other
+        edge[count] = which
+        gap[count] = faced
+    return count + 1
+
+
+@kernel
+def near_pairs(
+    points, left, edges, first_edge, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
+):
+    """List the blocks that are nearer than ``margin`` to each point, those it belongs to left out.
+
+    The narrow blocks are sorted by where they begin, so that those near a point stand side by side.
+
+    Parameters
+    ----------
+    points, edges, first_edge, pose
+        See ``damagepred.kernels.dynamics.contact``.
+    left : array (p,)
+        Where the points are, along the wall (m).
+    low, high : array (polygons, 2)
+        Boxes of the blocks (m).
+    narrow, wide : array of int
+        Blocks to search by place, and those to try for every point.
+    start : array
+        Left end of the narrow blocks, rising (m).
+    widest : float
+        Width of the widest of them (m).
+    margin : float
+        What is near (m).
+    first : array of int (p + 1,)
+        Filled: where the list of each point begins.
+    polygon, edge, gap : array (k,)
+        Filled as far as they reach: block, its edge that the point's face looks at, and signed distance from it (m).
+
+    Returns
+    -------
+    int
+        Length of the whole list.
+    """
+    count = 0
+    for i in range(points.size):
+        first[i] = count
+        x = left[i]
+        begin = np.searchsorted(start, x - margin - widest)
+        for s in range(begin, narrow.size):
+            if start[s] > x + margin:
+                break
+            count = note(points, i, narrow[s], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count)
+        for w in range(wide.size):
+            count = note(points, i, wide[w], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count)
+    first[points.size] = count
+    return count

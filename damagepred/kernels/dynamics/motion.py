@@ -1,0 +1,147 @@
+"""Newton's law with physical mass and time for bodies that move and turn as far as they like.
+
+Central differences: velocities live half way between two steps, v(n + 1/2) = v(n - 1/2) + dt F(n) / m, poses at the
+steps. Angles are summed up, and cosine and sine taken of the sum: nothing drifts.
+"""
+
+import numpy as np
+from numpy import copysign
+
+from damagepred.kernels.jit import rule
+
+DAMPING, BOUNDARY, LIVE, WORKS = 0, 1, 2, 3
+"""What is counted while bodies move (J): work taken by damping, put in by what is held and by the ground, and by live
+loads."""
+
+
+@rule
+def kick_and_drift(motion, drive, k, time_step, local_damping, mass_damping, works):
+    """Advance velocities and poses of all blocks by one step.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        ``reference`` (n + 1, 2) place of the centroids at first (m), ``pose`` (bodies, 4), ``force`` (bodies, 3),
+        ``load``, ``live_load`` and ``inverse_mass`` (n + 1, 3), this 0 where it is held, ``velocity`` and
+        ``displacement`` (n + 1, 3), the ground last, and ``held``, ``held_start``, ``held_displacement``: see
+        ``damagepred.solvers.dynamics.body_motion``.
+    drive : array (steps + 1, 3)
+        Displacement x, y of the base (m) and share of the movement, step by step.
+    k : int
+        Step from which to go on.
+    time_step : float
+        dt (s).
+    local_damping : float
+        Share of the unbalanced force that opposes the motion.
+    mass_damping : float
+        Damping force over momentum relative to the base (1/s).
+    works : array (WORKS,)
+        Added to.
+    """
+    half = 0.5 * mass_damping * time_step
+    base = ((drive[k + 1, 0] - drive[k, 0]) / time_step, (drive[k + 1, 1] - drive[k, 1]) / time_step, 0.0)
+    velocity, displacement, force = motion.velocity, motion.displacement, motion.force
+    blocks = velocity.shape[0] - 1
+    damped = (local_damping > 0.0) | (mass_damping > 0.0)
+    for j in range(blocks):
+        for d in range(3):
+            inverse = motion.inverse_mass[j, d]
+            if inverse == 0.0:
+                continue
+            pull = force[j, d] + motion.load[j, d]
+            v = velocity[j, d]
+            if damped:
+                drag = copysign(local_damping * abs(pull), v) if v != 0.0 else 0.0
+                new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (pull - drag) * inverse) / (1.0 + half)
+                mean = 0.5 * (v + new)
+                dashpot = mass_damping * (mean - base[d]) / inverse
+                works[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
+                works[BOUNDARY] -= time_step * dashpot * base[d]
+            else:
+                new = v + time_step * pull * inverse
+            velocity[j, d] = new
+            displacement[j, d] += time_step * new
+    displacement[blocks, 0] = drive[k + 1, 0]
+    displacement[blocks, 1] = drive[k + 1, 1]
+    velocity[blocks, 0] = base[0]
+    velocity[blocks, 1] = base[1]
+    works[BOUNDARY] -= 0.5 * time_step * (force[blocks, 0] * base[0] + force[blocks, 1] * base[1])
+    for h in range(motion.held.size):
+        j, d = motion.held[h] // 3, motion.held[h] % 3
+        now = motion.held_start[h] + drive[k + 1, 2] * motion.held_displacement[h]
+        now += drive[k + 1, d] if d < 2 else 0.0
+        v = (now - displacement[j, d]) / time_step
+        displacement[j, d] = now
+        velocity[j, d] = v
+        works[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + motion.load[j, d])
+    for j in range(blocks + 1):
+        place(motion, j)
+    force[:] = 0.0
+
+
+@rule
+def place(motion, j):
+    """Put body j, a rigid block or the ground, where its displacement has brought it."""
+    moved = motion.displacement
+    motion.pose[j, 0] = motion.reference[j, 0] + moved[j, 0]
+    motion.pose[j, 1] = motion.reference[j, 1] + moved[j, 1]
+    motion.pose[j, 2] = np.cos(moved[j, 2])
+    motion.pose[j, 3] = np.sin(moved[j, 2])
+
+
+@rule
+def push(motion, before, now, time_step, works):
+    """Let live loads grow with the movement from one share to the next, and count their work in the step.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        With ``live_load``, ``load`` and ``velocity`` of bodies, (n + 1, 3), or of gridpoints, (g, 2).
+    before, now : float
+        Shares of the movement.
+    time_step : float
+        dt (s).
+    works : array (WORKS,)
+        Added to.
+    """
+    live, load, velocity = motion.live_load, motion.load, motion.velocity
+    work = 0.0
+    for j in range(live.shape[0]):
+        for d in range(live.shape[1]):
+            work += live[j, d] * velocity[j, d]
+            load[j, d] += (now - before) * live[j, d]
+    works[LIVE] += 0.5 * (before + now) * time_step * work
+
+
+@rule
+def work_at_boundary(motion, time_step, works):
+    """Count the second half of a step's work of what is held, with the forces at its end."""
+    velocity, force = motion.velocity, motion.force
+    ground = velocity.shape[0] - 1
+    push = force[ground, 0] * velocity[ground, 0] + force[ground, 1] * velocity[ground, 1]
+    for h in range(motion.held.size):
+        j, d = motion.held[h] // 3, motion.held[h] % 3
+        push += velocity[j, d] * (force[j, d] + motion.load[j, d])
+    works[BOUNDARY] -= 0.5 * time_step * push
+
+
+@rule
+def farthest(motion, seen, reach):
+    """Return by how much a point of a block may have moved (m) since all were ``seen``, apart from the base.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        See ``kick_and_drift``.
+    seen : array (n + 1, 3)
+        Displacements then.
+    reach : array (n,)
+        Largest distance of a corner from the centroid (m).
+    """
+    now, largest, ground = motion.displacement, 0.0, reach.size
+    base_x, base_y = now[ground, 0] - seen[ground, 0], now[ground, 1] - seen[ground, 1]
+    for j in range(ground):
+        x, y, turn = now[j, 0] - seen[j, 0] - base_x, now[j, 1] - seen[j, 1] - base_y, now[j, 2] - seen[j, 2]
+        moved = abs(x) + abs(y) + reach[j] * abs(turn)
+        largest = moved if not moved <= largest else largest
+    return largest

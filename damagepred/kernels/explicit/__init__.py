@@ -1,0 +1,1 @@
+"""Cycle of the explicit solver."""

@@ -1,0 +1,97 @@
+"""The cycle of the explicit solver: law of the joints, law of motion, again and again. Nothing is allocated here."""
+
+from damagepred.kernels.concrete_section.forces import section_forces, settle_sections
+from damagepred.kernels.explicit.jacks import press
+from damagepred.kernels.explicit.motion import move, sum_forces
+from damagepred.kernels.interface.contact import contact_forces, gather
+from damagepred.kernels.jit import kernel
+from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
+
+
+@kernel
+def run_cycles(
+    joints, special, softening, zoned, sections, pump, motion, damping, load_share, progress, progress_step, cycles
+):
+    """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
+
+    Parameters
+    ----------
+    joints : NamedTuple of arrays
+        The interfaces in tiles; see ``damagepred.solvers.time_stepping.tiles.PackedJoints``.
+    special : bool or None
+        None if no joint dilates, breaks or wears by slip or has a cap.
+    softening : bool or None
+        None if no bond softens.
+    zoned : tuple or None
+        Facets and zones of the deformable blocks, see
+        ``damagepred.solvers.system.deformable_blocks``; None if all blocks are rigid.
+    sections : NamedTuple or None
+        Of a footing that cracks, see ``damagepred.solvers.time_stepping.tiles.PackedSections``; None if there are none.
+    pump : NamedTuple or None
+        Of the jacks under the footing, see ``damagepred.solvers.time_stepping.jack_servo``; None if there are none.
+    motion : NamedTuple of arrays
+        Dead and live load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with
+        where they start and their displacement from there at full movement.
+    damping : float
+        Local damping.
+    load_share : float
+        Factor on the dead load.
+    progress, progress_step : float
+        Share of the full movement at the start, and its change a cycle.
+    cycles : int
+        How many.
+    """
+    force, displacement = motion.force, motion.displacement
+    tiles, ground = joints.tiles, joints.ground
+    first_ground = tiles.size - ground.size
+    for cycle in range(cycles):
+        progress_now = progress + (cycle + 1) * progress_step
+        for p in range(motion.prescribed.size):
+            displacement[motion.prescribed[p]] = motion.start[p] + progress_now * motion.prescribed_displacement[p]
+        if zoned is not None:
+            place_facets(zoned[0], displacement)
+        for t in range(tiles.size):
+            gather(tiles[t], displacement)
+        for t in range(first_ground):
+            contact_forces(tiles[t], None, special, softening, progress_now)
+        for t in range(ground.size):
+            contact_forces(tiles[first_ground + t], ground[t], special, softening, progress_now)
+        sum_forces(
+            joints.contributions,
+            joints.first,
+            joints.position,
+            motion.load,
+            load_share,
+            motion.live_load,
+            progress_now,
+            force,
+        )
+        if sections is not None:
+            section_forces(
+                sections.law,
+                sections.memory,
+                sections.interfaces,
+                sections.properties,
+                displacement,
+                force,
+                sections.stiffness,
+            )
+            if sections.settle_every > 0 and (cycle + 1) % sections.settle_every == 0:
+                settle_sections(sections.law, sections.memory, sections.interfaces, displacement)
+        if zoned is None:
+            if pump is not None:
+                press(pump, displacement, progress_now, progress_step, force)
+            move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, force.size)
+        else:
+            facets, gridpoints = zoned[0].first_dof, 3 * (joints.first.size - 1)
+            for j in range(gridpoints, force.size):
+                force[j] = load_share * motion.load[j] + progress_now * motion.live_load[j]
+            zone_forces(zoned[1], displacement, force)
+            hand_on(zoned[0], force)
+            if pump is not None:
+                press(pump, displacement, progress_now, progress_step, force)
+            # facets follow their gridpoints
+            move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, facets)
+            move(force, motion.inverse_mass, damping, motion.velocity, displacement, gridpoints, force.size)
+    if zoned is not None:
+        place_facets(zoned[0], displacement)

@@ -1,0 +1,58 @@
+"""Newton's law for all degrees of freedom, with Cundall's local damping (paper, Eq. 7)."""
+
+import numpy as np
+from numpy import copysign
+
+from damagepred.kernels.explicit.tiles import LANES
+from damagepred.kernels.jit import law
+
+NEXT = np.uint64(LANES)
+
+
+@law
+def sum_forces(contributions, first, position, load, load_share, live_load, progress, force):
+    """Sum up what acts on each block.
+
+    Parameters
+    ----------
+    contributions : array (float)
+        The tiles as plain numbers.
+    first : array of unsigned int (blocks + 2,), position : array of unsigned int
+        Where in ``contributions`` the forces x on block j are: ``position[first[j]:first[j + 1]]``; the force y and
+        the moment follow at distances of ``LANES``.
+    load, live_load, force : array (3 (blocks + 1),)
+        Dead load at share 1, live load at full movement, and the sum (N, N, N m).
+    load_share, progress : float
+        Factors on the dead and on the live load.
+    """
+    for j in range(first.size - 1):
+        x = load_share * load[3 * j] + progress * live_load[3 * j]
+        y = load_share * load[3 * j + 1] + progress * live_load[3 * j + 1]
+        turning = load_share * load[3 * j + 2] + progress * live_load[3 * j + 2]
+        for p in range(first[j], first[j + 1]):
+            at = position[p]
+            x += contributions[at]
+            y += contributions[at + NEXT]
+            turning += contributions[at + NEXT + NEXT]
+        force[3 * j] = x
+        force[3 * j + 1] = y
+        force[3 * j + 2] = turning
+
+
+@law
+def move(force, inverse_mass, damping, velocity, displacement, first, last):
+    """Advance velocity and displacement by one time step of length 1.
+
+    Parameters
+    ----------
+    force, inverse_mass, velocity, displacement : array (3 (blocks + 1),)
+        Unbalanced force and state of each degree of freedom; inverse mass 0 holds it.
+    damping : float
+        Local damping: this share of the unbalanced force's size opposes the velocity.
+    first, last : int
+        Degrees of freedom to move: from the first to before the last.
+    """
+    for j in range(first, last):
+        drag = copysign(damping * abs(force[j]), velocity[j]) if velocity[j] != 0.0 else 0.0
+        velocity[j] += (force[j] - drag) * inverse_mass[j]
+        displacement[j] += velocity[j]

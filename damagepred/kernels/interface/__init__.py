@@ -1,0 +1,1 @@
+"""Interfaces: kinematics, forces, tangent stiffness, residual."""

@@ -1,0 +1,1 @@
+"""Law of the contacts of a mortar joint."""

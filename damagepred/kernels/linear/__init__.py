@@ -1,0 +1,1 @@
+"""Linear algebra of block tridiagonal systems."""

@@ -1,0 +1,1 @@
+"""Constant-strain zones of deformable blocks: law and forces."""

@@ -1,0 +1,428 @@
+"""Zones of deformable blocks in the explicit solver: strain, stress, forces on gridpoints; eight blocks side by side.
+
+Strain and stress are constant in a triangle (paper, Eqs 5 and 6): with the gridpoints' displacement u relative to the
+first one and the slopes of the shape functions, e = sum of u grad N + B q. The second term, with the hourglass
+displacement q = sum of gamma u of the cell's corners, gives the cell the stiffness of a beam in bending (see
+``damagepred.solvers.system.deformable_blocks.Bending``); forces are the exact gradient of the energy of these strains.
+The law is written in total strain with the plastic strain as memory, so what stays elastic remembers nothing and is
+not rounded. A batch is up to eight blocks with zones of the same pattern: one value of each block side by side. Zones
+come in cells of four, which share a gridpoint.
+"""
+
+import numpy as np
+
+from damagepred.kernels.jit import kernel, law, rule
+from damagepred.kernels.zone.law import surely_elastic, zone_return
+
+LANES = 8
+"""Blocks in a batch."""
+Y = np.uint64(LANES)
+
+
+def shape_type():
+    """Return the record type of the shape of a cell, four zones round their common gridpoint, in a batch's blocks.
+
+    ``slopes``: of the shape functions of a zone's second gridpoint along x and y, and of the common one (1/m).
+    ``volume``: area times thickness (m3). ``gamma``: share of each corner's displacement in the hourglass displacement
+    q (1). ``bending``: e_xx, e_yy and g_xy of a zone, each for q in x and in y (1/m).
+    """
+    return np.dtype(
+        [
+            ("slopes", "f8", (4, 4, LANES)),
+            ("volume", "f8", (4, LANES)),
+            ("gamma", "f8", (4, LANES)),
+            ("bending", "f8", (4, 6, LANES)),
+        ]
+    )
+
+
+def memory_type():
+    """Return the record type of what the zones of a cell remember, where they can yield.
+
+    ``plastic``: strain e_xx, e_yy, g_xy, e_zz. ``state``: what yields now, 0 nothing, 1 shear, 2 tension, 3 both.
+    """
+    return np.dtype([("plastic", "f8", (4, 4, LANES)), ("state", "f8", (4, LANES))])
+
+
+def work_type():
+    """Return the record type of what a cell works with.
+
+    ``moved``, ``push``: displacement of, and force on, the four corners and the common gridpoint, x and y.
+    ``hourglass``: hourglass displacement, x and y. ``beyond``:
+    1 where the stress of a zone is more than it bears.  ``lanes``: 8. All that the law needs being in records, the
+    compiler knows that nothing overlaps and works on all lanes at once; it would not if it knew their number, for then
+    it would write them out one by one.
+    """
+    return np.dtype(
+        [
+            ("moved", "f8", (5, 2, LANES)),
+            ("push", "f8", (5, 2, LANES)),
+            ("hourglass", "f8", (2, LANES)),
+            ("beyond", "f8", (4, LANES)),
+            ("lanes", "u8"),
+        ]
+    )
+
+
+def moduli_type():
+    """Return the record type of the material of a batch; see ``damagepred.kernels.zone.law``."""
+    return np.dtype([("elasticity", "f8", (7, LANES)), ("strength", "f8", (7, LANES))])
+
+
+@kernel
+def place_facets(facets, displacement):
+    """Bring pieces of facets to where their gridpoints are: a place between the two, and rotation of their line.
+
+    Parameters
+    ----------
+    facets : NamedTuple of arrays
+        See ``damagepred.solvers.system.deformable_blocks.Facets``.
+    displacement : array (size,)
+        Of all degrees of freedom; those of the facets are filled.
+    """
+    body = facets.first_dof
+    for f in range(facets.start_x.size):
+        x0, y0 = displacement[facets.start_x[f]], displacement[facets.start_y[f]]
+        x1, y1 = displacement[facets.end_x[f]], displacement[facets.end_y[f]]
+        displacement[body] = facets.start_share[f] * x0 + facets.end_share[f] * x1
+        displacement[body + 1] = facets.start_share[f] * y0 + facets.end_share[f] * y1
+        displacement[body + 2] = facets.turn_x[f] * (x1 - x0) + facets.turn_y[f] * (y1 - y0)
+        body += 3
+
+
+@kernel
+def hand_on(facets, force):
+    """Add the forces on facets to those on their gridpoints, so that both do the same work."""
+    body = facets.first_dof
+    for f in range(facets.start_x.size):
+        x, y, turning = force[body], force[body + 1], force[body + 2]
+        start, end = facets.start_share[f], facets.end_share[f]
+        more_x, more_y = facets.turn_x[f] * turning, facets.turn_y[f] * turning
+        force[facets.start_x[f]] += start * x - more_x
+        force[facets.start_y[f]] += start * y - more_y
+        force[facets.end_x[f]] += end * x + more_x
+        force[facets.end_y[f]] += end * y + more_y
+        body += 3
+
+
+@law
+def gather(displacement, start, corners, cell, work):
+    """Bring the displacements of a cell's gridpoints to where its law reads them.
+
+    Parameters
+    ----------
+    displacement : array (size,)
+        Of all degrees of freedom.
+    start : unsigned int
+        Where those of the batch begin.
+    corners : array of unsigned int (5,)
+        Where those of the cell's gridpoints begin in the batch.
+    cell : record
+        Of ``shape_type``.
+    work : record
+        Of ``work_type``.
+    """
+    for p in range(5):
+        at = start + corners[p]
+        for lane in range(work.lanes):
+            work.moved[p, 0, lane] = displacement[at + lane]
+            work.moved[p, 1, lane] = displacement[at + Y + lane]
+    gamma, u = cell.gamma, work.moved
+    for axis in range(2):
+        for lane in range(work.lanes):
+            work.hourglass[axis, lane] = (
+                gamma[0, lane] * u[0, axis, lane]
+                + gamma[1, lane] * u[1, axis, lane]
+                + gamma[2, lane] * u[2, axis, lane]
+                + gamma[3, lane] * u[3, axis, lane]
+            )
+
+
+@law
+def scatter(work, start, corners, force):
+    """Add the forces of a cell on its gridpoints to all others there."""
+    for p in range(5):
+        at = start + corners[p]
+        for lane in range(work.lanes):
+            force[at + lane] += work.push[p, 0, lane]
+            force[at + Y + lane] += work.push[p, 1, lane]
+
+
+@law
+def elastic_stress(work, cell, k, moduli, lane):
+    """Return s_xx, s_yy and s_xy (Pa) of zone k of a cell if it never yields; see ``zone_law``."""
+    c, slopes, at, bent = moduli.elasticity, cell.slopes, work.moved, cell.bending
+    q_x, q_y = work.hourglass[0, lane], work.hourglass[1, lane]
+    b = (k + 1) % 4
+    x_b, y_b = at[b, 0, lane] - at[k, 0, lane], at[b, 1, lane] - at[k, 1, lane]
+    x_c, y_c = at[4, 0, lane] - at[k, 0, lane], at[4, 1, lane] - at[k, 1, lane]
+    e_xx = slopes[k, 0, lane] * x_b + slopes[k, 2, lane] * x_c + bent[k, 0, lane] * q_x + bent[k, 1, lane] * q_y
+    e_yy = slopes[k, 1, lane] * y_b + slopes[k, 3, lane] * y_c + bent[k, 2, lane] * q_x + bent[k, 3, lane] * q_y
+    g_xy = slopes[k, 1, lane] * x_b + slopes[k, 3, lane] * x_c + slopes[k, 0, lane] * y_b + slopes[k, 2, lane] * y_c
+    g_xy += bent[k, 4, lane] * q_x + bent[k, 5, lane] * q_y
+    return c[0, lane] * e_xx + c[1, lane] * e_yy, c[1, lane] * e_xx + c[0, lane] * e_yy, c[2, lane] * g_xy
+
+
+@law
+def trial_stress(work, cell, memory, k, moduli, lane):
+    """Return s_xx, s_yy, s_xy and s_zz (Pa) of zone k of a cell if it does not yield any further."""
+    c, p = moduli.elasticity, memory.plastic
+    s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+    e_xx, e_yy, g_xy, e_zz = p[k, 0, lane], p[k, 1, lane], p[k, 2, lane], p[k, 3, lane]
+    held = c[5, lane] if c[3, lane] > 0.0 else 0.0  # plane strain: nu
+    return (
+        s_xx - (c[0, lane] * e_xx + c[1, lane] * e_yy + c[3, lane] * e_zz),
+        s_yy - (c[1, lane] * e_xx + c[0, lane] * e_yy + c[3, lane] * e_zz),
+        s_xy - c[2, lane] * g_xy,
+        held * (s_xx + s_yy) - c[3, lane] * (e_xx + e_yy) - c[4, lane] * e_zz,
+    )
+
+
+@law
+def pull(cell, k, s_xx, s_yy, s_xy, lane):
+    """Return force x, y with which zone k of a cell, stressed (Pa), resists.
+
+    At its second and its third gridpoint, and against the hourglass displacement.
+    """
+    volume, slopes, bent = cell.volume[k, lane], cell.slopes, cell.bending
+    s_xx, s_yy, s_xy = volume * s_xx, volume * s_yy, volume * s_xy
+    return (
+        slopes[k, 0, lane] * s_xx + slopes[k, 1, lane] * s_xy,
+        slopes[k, 0, lane] * s_xy + slopes[k, 1, lane] * s_yy,
+        slopes[k, 2, lane] * s_xx + slopes[k, 3, lane] * s_xy,
+        slopes[k, 2, lane] * s_xy + slopes[k, 3, lane] * s_yy,
+        bent[k, 0, lane] * s_xx + bent[k, 2, lane] * s_yy + bent[k, 4, lane] * s_xy,
+        bent[k, 1, lane] * s_xx + bent[k, 3, lane] * s_yy + bent[k, 5, lane] * s_xy,
+    )
+
+
+@law
+def push_all(work, cell, p, q, r, s, lane):
+    """Note the forces on a cell's gridpoints from what its four zones pull with; those of each add up to nothing."""
+    push, gamma = work.push, cell.gamma
+    x, y = (p[4] + q[4]) + (r[4] + s[4]), (p[5] + q[5]) + (r[5] + s[5])
+    push[0, 0, lane], push[0, 1, lane] = (
+        p[0] + p[2] - s[0] - gamma[0, lane] * x,
+        p[1] + p[3] - s[1] - gamma[0, lane] * y,
+    )
+    push[1, 0, lane], push[1, 1, lane] = (
+        q[0] + q[2] - p[0] - gamma[1, lane] * x,
+        q[1] + q[3] - p[1] - gamma[1, lane] * y,
+    )
+    push[2, 0, lane], push[2, 1, lane] = (
+        r[0] + r[2] - q[0] - gamma[2, lane] * x,
+        r[1] + r[3] - q[1] - gamma[2, lane] * y,
+    )
+    push[3, 0, lane], push[3, 1, lane] = (
+        s[0] + s[2] - r[0] - gamma[3, lane] * x,
+        s[1] + s[3] - r[1] - gamma[3, lane] * y,
+    )
+    push[4, 0, lane], push[4, 1, lane] = -((p[2] + q[2]) + (r[2] + s[2])), -((p[3] + q[3]) + (r[3] + s[3]))
+
+
+@law
+def elastic_pull(work, cell, k, moduli, lane):
+    """Return what zone k of a cell pulls with if it never yields; see ``pull``."""
+    s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+    return pull(cell, k, s_xx, s_yy, s_xy, lane)
+
+
+@law
+def elastic_cell(work, cell, moduli):
+    """Let a cell push back whose zones never yield."""
+    for lane in range(work.lanes):
+        push_all(
+            work,
+            cell,
+            elastic_pull(work, cell, 0, moduli, lane),
+            elastic_pull(work, cell, 1, moduli, lane),
+            elastic_pull(work, cell, 2, moduli, lane),
+            elastic_pull(work, cell, 3, moduli, lane),
+            lane,
+        )
+
+
+@law
+def beyond_limits(s_xx, s_yy, s_xy, s_zz, strength, lane):
+    """Tell whether a stress (Pa) is more than a zone bears; so are numbers that are none."""
+    limits = (
+        strength[0, lane],
+        strength[1, lane],
+        strength[2, lane],
+        strength[3, lane],
+        strength[4, lane],
+        strength[5, lane],
+        strength[6, lane],
+    )
+    return not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits)
+
+
+@law
+def trial_pull(work, cell, memory, k, moduli, lane):
+    """Return what zone k of a cell pulls with if it does not yield, and note whether it does and that it is elastic."""
+    s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, memory, k, moduli, lane)
+    work.beyond[k, lane] = 1.0 if beyond_limits(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
+    memory.state[k, lane] = 0.0
+    return pull(cell, k, s_xx, s_yy, s_xy, lane)
+
+
+@law
+def yielding_cell(work, cell, memory, moduli):
+    """Let a cell push back as if nothing yielded; return how many zones are beyond what they bear."""
+    for lane in range(work.lanes):
+        push_all(
+            work,
+            cell,
+            trial_pull(work, cell, memory, 0, moduli, lane),
+            trial_pull(work, cell, memory, 1, moduli, lane),
+            trial_pull(work, cell, memory, 2, moduli, lane),
+            trial_pull(work, cell, memory, 3, moduli, lane),
+            lane,
+        )
+    beyond = 0.0
+    for k in range(4):
+        for lane in range(work.lanes):
+            beyond += work.beyond[k, lane]
+    return beyond
+
+
+@rule
+def give_way(work, cell, memory, moduli):
+    """Bring the zones of a cell back that are beyond what they bear; their trial stress pushes back already."""
+    c, l, p, push = moduli.elasticity, moduli.strength, memory.plastic, work.push
+    for k in range(4):
+        for lane in range(work.lanes):
+            if work.beyond[k, lane] == 0.0:
+                continue
+            t_xx, t_yy, t_xy, t_zz = trial_stress(work, cell, memory, k, moduli, lane)
+            s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
+                t_xx,
+                t_yy,
+                t_xy,
+                t_zz,
+                (c[0, lane], c[1, lane], c[2, lane], c[3, lane], c[4, lane], c[5, lane], c[6, lane]),
+                (l[0, lane], l[1, lane], l[2, lane], l[3, lane], l[4, lane], l[5, lane], l[6, lane]),
+            )
+            p[k, 0, lane] += p_xx
+            p[k, 1, lane] += p_yy
+            p[k, 2, lane] += p_xy
+            p[k, 3, lane] += p_zz
+            memory.state[k, lane] = how
+            x_b, y_b, x_c, y_c, x_q, y_q = pull(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            for corner in range(4):
+                push[corner, 0, lane] -= cell.gamma[corner, lane] * x_q
+                push[corner, 1, lane] -= cell.gamma[corner, lane] * y_q
+            b = (k + 1) % 4
+            push[k, 0, lane] += x_b + x_c
+            push[k, 1, lane] += y_b + y_c
+            push[b, 0, lane] -= x_b
+            push[b, 1, lane] -= y_b
+            push[4, 0, lane] -= x_c
+            push[4, 1, lane] -= y_c
+
+
+@kernel
+def zone_forces(zones, displacement, force):
+    """Add to the forces on gridpoints what the zones' stresses make of it.
+
+    Parameters
+    ----------
+    zones : NamedTuple of arrays
+        See ``damagepred.solvers.system.deformable_blocks.PackedZones``; plastic strain and state of yielding zones are
+        brought up to date.
+    displacement, force : array (size,)
+        Of all degrees of freedom.
+    """
+    work = zones.work[0]
+    for batch in range(zones.first_dof.size - 1):
+        start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
+        shape, memory = zones.first_shape[batch], zones.first_memory[batch]
+        moduli = zones.moduli[batch]
+        for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
+            corners, cell = zones.corners[first + i], zones.shapes[shape + i]
+            gather(displacement, start, corners, cell, work)
+            if memory < 0:
+                elastic_cell(work, cell, moduli)
+            elif yielding_cell(work, cell, zones.memory[memory + i], moduli) > 0.0:
+                give_way(work, cell, zones.memory[memory + i], moduli)
+            scatter(work, start, corners, force)
+
+
+@kernel
+def zone_stresses(zones, displacement, stress):
+    """Fill s_xx, s_yy, s_xy and s_zz (Pa) of all zones, array (cells, 4, 4, 8), if none yields any further.
+
+    Parameters
+    ----------
+    zones : NamedTuple of arrays
+        As ``zone_forces``; no memory moves.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    stress : array (cells, 4, 4, 8)
+        Filled, batch by batch: zone, component, lane.
+    """
+    work, at = zones.work[0], 0
+    for batch in range(zones.first_dof.size - 1):
+        start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
+        shape, memory = zones.first_shape[batch], zones.first_memory[batch]
+        moduli = zones.moduli[batch]
+        for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
+            cell = zones.shapes[shape + i]
+            gather(displacement, start, zones.corners[first + i], cell, work)
+            for k in range(4):
+                for lane in range(work.lanes):
+                    if memory < 0:
+                        s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+                        held = moduli.elasticity[5, lane] if moduli.elasticity[3, lane] > 0.0 else 0.0
+                        s_zz = held * (s_xx + s_yy)
+                    else:
+                        s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, zones.memory[memory + i], k, moduli, lane)
+                    stress[at, k, 0, lane], stress[at, k, 1, lane] = s_xx, s_yy
+                    stress[at, k, 2, lane], stress[at, k, 3, lane] = s_xy, s_zz
+            at += 1
+
+
+@kernel
+def zones_beyond(stress, strength, block, beyond):
+    """Tell which zones are stressed beyond what they bear.
+
+    Parameters
+    ----------
+    stress : array (z, 4)
+        s_xx, s_yy, s_xy, s_zz (Pa).
+    strength : array (n, 7)
+        Of the blocks; see ``zone_law``.
+    block : array of int (z,)
+        Block of each zone.
+    beyond : array of bool (z,)
+        Filled.
+    """
+    for z in range(block.size):
+        l = strength[block[z]]
+        limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
+        beyond[z] = not surely_elastic(stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], limits)
+
+
+@kernel
+def return_all(stress, elasticity, strength, block):
+    """Bring stresses back to what the zones bear; no memory moves.
+
+    Parameters
+    ----------
+    stress : array (z, 4)
+        s_xx, s_yy, s_xy, s_zz (Pa); changed in place.
+    elasticity, strength : array (n, 7)
+        Of the blocks; see ``zone_law``.
+    block : array of int (z,)
+        Block of each zone.
+    """
+    for z in range(block.size):
+        c, l = elasticity[block[z]], strength[block[z]]
+        stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], _, _, _, _, _ = zone_return(
+            stress[z, 0],
+            stress[z, 1],
+            stress[z, 2],
+            stress[z, 3],
+            (c[0], c[1], c[2], c[3], c[4], c[5], c[6]),
+            (l[0], l[1], l[2], l[3], l[4], l[5], l[6]),
+        )

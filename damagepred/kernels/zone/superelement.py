@@ -1,0 +1,259 @@
+"""A deformable block that yields, for the quasi-static solver: equilibrium inside it, and how its rim resists."""
+
+import numpy as np
+
+from damagepred.kernels.jit import kernel_making_arrays, law
+from damagepred.kernels.zone.law import zone_return, zone_tangent
+
+STEPS = 200
+"""Newton steps inside a block, at most."""
+CLOSER, BACK = 20, 0.5
+"""Times a step is shortened, and the share of the pull at its beginning with which it may be pulled back at its end."""
+BACKING = 1e-5
+"""Share of the elastic modulus that is left to what flows, so that there is an answer."""
+
+
+@law
+def trial(zones, z, slopes, moduli, plastic, bending, u):
+    """Return s_xx, s_yy, s_xy, s_zz (Pa) of a zone if it does not yield any further.
+
+    Parameters
+    ----------
+    zones : array of int (z, 3)
+        Gridpoints.
+    z : int
+        Which zone.
+    slopes : array (4,)
+        Of the second and third shape function, x and y (1/m).
+    moduli : tuple
+        See ``zone_law``.
+    plastic : array (4,)
+        Plastic strain so far.
+    bending : NamedTuple of arrays
+        See ``damagepred.solvers.system.deformable_blocks.Bending``.
+    u : array (2 gridpoints,)
+        Displacement x, y in turn (m).
+    """
+    a, b, c, first = 2 * zones[z, 0], 2 * zones[z, 1], 2 * zones[z, 2], z - z % 4
+    q_x, q_y, bent = 0.0, 0.0, bending.strain[z]
+    for k in range(first, first + 4):
+        q_x += bending.gamma[k] * u[2 * zones[k, 0]]
+        q_y += bending.gamma[k] * u[2 * zones[k, 0] + 1]
+    x_b, y_b, x_c, y_c = u[b] - u[a], u[b + 1] - u[a + 1], u[c] - u[a], u[c + 1] - u[a + 1]
+    e_xx = slopes[0] * x_b + slopes[2] * x_c + bent[0, 0] * q_x + bent[0, 1] * q_y - plastic[0]
+    e_yy = slopes[1] * y_b + slopes[3] * y_c + bent[1, 0] * q_x + bent[1, 1] * q_y - plastic[1]
+    g_xy = slopes[1] * x_b + slopes[3] * x_c + slopes[0] * y_b + slopes[2] * y_c
+    g_xy += bent[2, 0] * q_x + bent[2, 1] * q_y - plastic[2]
+    e_zz = -plastic[3]
+    c11, c12, c33, c13, czz = moduli[0], moduli[1], moduli[2], moduli[3], moduli[4]
+    return (
+        c11 * e_xx + c12 * e_yy + c13 * e_zz,
+        c12 * e_xx + c11 * e_yy + c13 * e_zz,
+        c33 * g_xy,
+        c13 * (e_xx + e_yy) + czz * e_zz,
+    )
+
+
+@law
+def seven(values):
+    """Return seven numbers as a tuple."""
+    return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
+
+
+@kernel_making_arrays
+def resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness):
+    """Fill the forces on gridpoints that hold a block's zones, and their slopes.
+
+    Parameters
+    ----------
+    zones, slopes, volume, elasticity, strength, plastic, bending, u
+        As ``solid_response``.
+    force : array (2 g,)
+        Filled.
+    stiffness : array (2 g, 2 g) or of no size
+        Filled, unless it has no size.
+    """
+    moduli, limits = seven(elasticity), seven(strength)
+    rows, tangent, dof = np.zeros((3, 10)), np.zeros((3, 3)), np.zeros(10, dtype=np.int64)
+    force[:] = 0.0
+    stiffness[:] = 0.0
+    largest = 0.0
+    for z in range(zones.shape[0]):
+        t = trial(zones, z, slopes[z], moduli, plastic[z], bending, u)
+        s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
+        first, number = z - z % 4, z % 4
+        for k in range(4):
+            dof[2 * k], dof[2 * k + 1] = 2 * zones[first + k, 0], 2 * zones[first + k, 0] + 1
+            for j in range(3):
+                rows[j, 2 * k] = bending.gamma[first + k] * bending.strain[z, j, 0]
+                rows[j, 2 * k + 1] = bending.gamma[first + k] * bending.strain[z, j, 1]
+        dof[8], dof[9] = 2 * zones[z, 2], 2 * zones[z, 2] + 1
+        rows[:, 8:] = 0.0
+        for k, x, y in (
+            (number, -slopes[z, 0] - slopes[z, 2], -slopes[z, 1] - slopes[z, 3]),
+            ((number + 1) % 4, slopes[z, 0], slopes[z, 1]),
+            (4, slopes[z, 2], slopes[z, 3]),
+        ):
+            rows[0, 2 * k] += x
+            rows[2, 2 * k + 1] += x
+            rows[1, 2 * k + 1] += y
+            rows[2, 2 * k] += y
+        for i in range(10):
+            pull = volume[z] * (rows[0, i] * s_xx + rows[1, i] * s_yy + rows[2, i] * s_xy)
+            force[dof[i]] += pull
+            largest = max(largest, abs(pull))
+        if stiffness.size == 0:
+            continue
+        if how == 0:
+            tangent[0, 0] = tangent[1, 1] = moduli[0]
+            tangent[0, 1] = tangent[1, 0] = moduli[1]
+            tangent[2, 2] = moduli[2]
+            tangent[0, 2] = tangent[2, 0] = tangent[1, 2] = tangent[2, 1] = 0.0
+        else:
+            d = zone_tangent(t[0], t[1], t[2], t[3], moduli, limits)
+            for i in range(3):
+                for j in range(3):
+                    tangent[i, j] = d[3 * i + j]
+            tangent[0, 0] += BACKING * moduli[0]
+            tangent[1, 1] += BACKING * moduli[0]
+            tangent[2, 2] += BACKING * moduli[2]
+        for i in range(10):
+            for k in range(3):
+                left = 0.0
+                for j in range(3):
+                    left += rows[j, i] * tangent[j, k]
+                left *= volume[z]
+                for c in range(10):
+                    stiffness[dof[i], dof[c]] += left * rows[k, c]
+    return largest
+
+
+@kernel_making_arrays
+def solid_response(
+    zones,
+    slopes,
+    volume,
+    elasticity,
+    strength,
+    plastic,
+    bending,
+    place,
+    count,
+    flexibility,
+    acting,
+    tolerance,
+    u,
+    rim_force,
+    rim_stiffness,
+):
+    """Bring what lies inside a block to equilibrium for a position of its rim.
+
+    Parameters
+    ----------
+    zones : array of int (z, 3)
+        Gridpoints by the block's own numbers.
+    slopes : array (z, 4), volume : array (z,)
+        Of the second and third shape function, x and y (1/m); area times thickness (m3).
+    elasticity, strength : array (7,)
+        See ``zone_law``.
+    plastic : array (z, 4)
+        Plastic strain of the last equilibrium.
+    bending : NamedTuple of arrays
+        See ``damagepred.solvers.system.deformable_blocks.Bending``, of these zones.
+    place : array of int (2 g,)
+        The block's degrees of freedom: those of the rim, then those inside.
+    count : int
+        How many are of the rim.
+    flexibility : array (i, i)
+        Elastic displacement inside for forces there, the rim held (m/N): steps with it are short but sure.
+    acting : array (i,)
+        Load inside (N).
+    tolerance : float
+        Unbalanced force over the largest force of a zone.
+    u : array (2 g,)
+        Displacement; what lies inside is changed.
+    rim_force : array (r,), rim_stiffness : array (r, r)
+        Filled: force that holds the rim, and its slopes, what lies inside following. NaN if there is no equilibrium.
+    """
+    size = u.size
+    rim, inside = place[:count], place[count:]
+    force, stiffness = np.zeros(size), np.zeros((size, size))
+    nothing = np.zeros((0, 0))
+    largest = resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
+    gap = acting - force[inside]
+    worst = np.abs(gap).max() if gap.size > 0 else 0.0
+    within = np.zeros((inside.size, inside.size))
+    for _ in range(STEPS):
+        if not worst > tolerance * largest:
+            break
+        for i in range(inside.size):
+            for j in range(inside.size):
+                within[i, j] = stiffness[inside[i], inside[j]]
+        step = np.linalg.solve(within, gap)
+        slope = np.dot(gap, step)
+        if not slope > 0.0:
+            step = flexibility @ gap
+            slope = np.dot(gap, step)
+        # along the step to where the energy falls no more: from there what is out of balance pulls back
+        start, share = u[inside].copy(), 1.0
+        for _ in range(CLOSER):
+            for i in range(inside.size):
+                u[inside[i]] = start[i] + share * step[i]
+            largest = resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, nothing)
+            gap = acting - force[inside]
+            now = np.dot(gap, step)
+            if now >= -BACK * slope:
+                break
+            share *= min(max(slope / (slope - now), 0.1), 0.9)
+        worst = np.abs(gap).max()
+        resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
+    if not worst <= 1e3 * tolerance * largest:
+        rim_force[:] = np.nan
+        rim_stiffness[:] = stiffness[:count, :count]
+        return
+    for i in range(count):
+        rim_force[i] = force[rim[i]]
+        for j in range(count):
+            rim_stiffness[i, j] = stiffness[rim[i], rim[j]]
+    if inside.size == 0:
+        return
+    across = np.zeros((inside.size, count))
+    for i in range(inside.size):
+        for j in range(inside.size):
+            within[i, j] = stiffness[inside[i], inside[j]]
+        for j in range(count):
+            across[i, j] = stiffness[inside[i], rim[j]]
+    follow = np.linalg.solve(within, across)
+    for i in range(count):
+        for k in range(inside.size):
+            left = stiffness[rim[i], inside[k]]
+            for j in range(count):
+                rim_stiffness[i, j] -= left * follow[k, j]
+
+
+@kernel_making_arrays
+def yield_work(zones, slopes, volume, elasticity, strength, bending, u, plastic, state):
+    """Let zones remember an equilibrium; return the work that yielding took (J).
+
+    Parameters
+    ----------
+    zones, slopes, volume, elasticity, strength, bending, u
+        As ``solid_response``.
+    plastic : array (z, 4)
+        Plastic strain, brought up to date.
+    state : array of int8 (z,)
+        Filled: what yields now.
+    """
+    moduli, limits = seven(elasticity), seven(strength)
+    work = 0.0
+    for z in range(zones.shape[0]):
+        t = trial(zones, z, slopes[z], moduli, plastic[z], bending, u)
+        s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
+        state[z] = how
+        if how != 0:
+            plastic[z, 0] += p_xx
+            plastic[z, 1] += p_yy
+            plastic[z, 2] += p_xy
+            plastic[z, 3] += p_zz
+            work += volume[z] * (s_xx * p_xx + s_yy * p_yy + s_xy * p_xy + s_zz * p_zz)
+    return work

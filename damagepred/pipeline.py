@@ -1,0 +1,587 @@
+"""One wall from description to verdict: assemble, solve, judge, collect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
+from damagepred.archive.provenance import provenance
+from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
+from damagepred.arguments import checked
+from damagepred.assembly import Assembly, Kind, Limits, Model, wall_model, wall_size
+from damagepred.damage import (
+    GROUP_COUNTS,
+    Frames,
+    JointMap,
+    SightLines,
+    Verdict,
+    damage_table,
+    judge,
+    kept_rules,
+)
+from damagepred.errors import InputError, SolverError, require_count, require_one_of
+from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
+from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
+from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.state.increment import ZoneState
+from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
+from damagepred.time_limit import time_limit
+
+if TYPE_CHECKING:
+    from damagepred.solvers.dynamics import DynamicRun
+
+FloatArray = NDArray[np.float64]
+
+QUALITY = (
+    "joint_law_violation",
+    "external_work",
+    "elastic_energy",
+    "friction_work",
+    "fracture_work",
+    "crushing_work",
+    "plastic_work",
+    "released_energy",
+    "snap_through_energy",
+    "energy_error",
+)
+"""What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
+
+
+IN_TIME = ("time", "kinetic_energy", "boundary_work", "damping_work", "searches")
+"""What an increment of a dynamic run tells besides."""
+
+
+class Step(NamedTuple):
+    """One increment, judged.
+
+    Attributes
+    ----------
+    increment : Increment
+        Equilibrium.
+    verdict : Verdict
+        Cracks and category; the highest category once part of the wall came loose.
+    """
+
+    increment: Increment
+    verdict: Verdict
+
+
+class Gauges(NamedTuple):
+    """What a wall is measured with: where its joints, its courses and the corners of its openings lie."""
+
+    joints: JointMap
+    lines: SightLines
+    frames: Frames
+
+
+_KNOWN: list[tuple[Model, Gauges]] = []
+"""Gauges of the last models: samples of one geometry share them."""
+
+
+def gauges(model: Model) -> Gauges:
+    """Return what a model is measured with; that of another model of the very same geometry, if there was one."""
+    parts = (model.interfaces, model.blocks, model.jambs)
+    for other, known in _KNOWN:
+        if all(a is b for a, b in zip(parts, (other.interfaces, other.blocks, other.jambs))):
+            return known
+    blocks, jambs, joints = model.blocks, model.jambs, joint_map(model)
+    centroid = np.column_stack((blocks.x, blocks.y))
+    made = Gauges(
+        joints,
+        SightLines.of_blocks(blocks.x, blocks.y, blocks.course, joints.dpc_level),
+        Frames(jambs.block, jambs.arm, centroid[jambs.block] + jambs.arm),
+    )
+    _KNOWN[:] = [(model, made), *_KNOWN[:3]]
+    return made
+
+
+def joint_map(model: Model) -> JointMap:
+    """Return the joints of a model as damage assessment takes them."""
+    face = model.interfaces
+    tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
+    return JointMap.from_contacts(
+        face.x[:, None] + tangent[:, :1] * face.contact_offset,
+        face.y[:, None] + tangent[:, 1:] * face.contact_offset,
+        face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None],
+        np.column_stack((face.normal_x, face.normal_y)),
+        face.kind,
+        np.column_stack((face.block_a, face.block_b)),
+    )
+
+
+@each_with_one_blas_thread
+def follow(
+    model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
+) -> Iterator[Step]:
+    """Follow the movement and judge each increment; stop taking steps to stop the solver.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    solver : Solver
+        How to solve.
+    damage : Damage
+        How to judge.
+    increments : int
+        Number of equal steps of the movement.
+    run : iterable of Increment, optional
+        To be followed instead: a dynamic run.
+
+    Raises
+    ------
+    SolverError
+        If an increment cannot be solved.
+    """
+    joints = gauges(model).joints
+    highest = damage_table(damage).highest
+    for increment in solve_path(model, solver, increments) if run is None else run:
+        cracked = increment.state == ContactState.CRACKED
+        verdict = judge(joints, increment.opening, increment.slip, cracked, damage)
+        if increment.collapsed:
+            verdict = verdict._replace(damage_category=highest, damage_category_band=highest)
+        yield Step(increment, verdict)
+
+
+@one_blas_thread()
+def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
+    """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    fields : mapping, optional
+        See ``damagepred.assembly.wall_model``.
+    increments : int, optional
+        Of the movement; by default the scene's.
+    """
+
+    def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
+        return wall_model(replace(scene, solver=solver), fields, chosen)
+
+    return assembled(build, scene.solver, increments or scene.movement.increments)
+
+
+@one_blas_thread()
+def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
+    """Build a model; with ``blocks = "auto"`` find out first which blocks are to be deformable."""
+    if settings.blocks != "auto":
+        return build(settings, None)
+    from damagepred.solvers.zone_selection import needs_zones
+
+    return build(settings, needs_zones(build, settings, increments))
+
+
+@checked
+@one_blas_thread()
+def solve(
+    scene: Scene | Assembly,
+    *,
+    increments: int | None = None,
+    solver: Solver | None = None,
+    damage: Damage | None = None,
+    dynamics: Dynamics | None = None,
+    fields: Mapping[str, FloatArray] | None = None,
+    on_failure: str = "raise",
+    on_step: Callable[[Step], None] | None = None,
+    store_zones: bool = True,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
+) -> xr.Dataset:
+    """Solve one wall and return all that is known of it.
+
+    Parameters
+    ----------
+    scene : Scene or Assembly
+        What to solve.
+    increments : int, optional
+        Number of steps of the movement; by default the scene's, 20 for an assembly.
+    solver, damage : Solver, Damage, optional
+        In place of the scene's.
+    dynamics : Dynamics, optional
+        In place of the scene's: a run in physical time, with the blocks moving as far as they like. Its outputs are
+        the increments, and the coordinate ``time`` (s) tells when they are.
+    fields : mapping of str to array (joints,), optional
+        Values that vary from joint to joint; see ``damagepred.assembly.wall_model``. Only for a scene.
+    on_failure : {"raise", "return"}
+        What to do when an increment cannot be solved, or the user interrupts: raise, or return what was reached, with
+        the attributes ``status = "failed"`` or ``"interrupted"`` and ``status_message``.
+    on_step : callable, optional
+        Called with each ``Step`` as it is reached.
+    store_zones : bool
+        Whether to return stress, state and gridpoints of the zones of deformable blocks; False saves their memory and
+        still counts the zones that yield.
+    limits : Limits
+        Price above which a scene is refused, and the time after which its path fails; ``NO_LIMITS`` lifts them.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``, and with ``zone`` and
+        ``gridpoint`` where blocks are deformable; SI units; see ``damagepred.archive.schema.VARIABLES``. The attribute
+        ``status`` is complete, collapsed, failed or interrupted; ``solver_method`` tells which solver it was. Of a wall
+        that collapsed, ``collapse_progress`` is the progress of the last equilibrium that was found, the collapse
+        multiplier of a live load, and it fell at most ``collapse_progress_uncertainty`` later. Of a footing whose jacks
+        or outer supports carry nothing before the full movement, ``limit`` says which, ``limit_deflection`` where (m).
+
+    Raises
+    ------
+    InputError
+        If the scene makes no wall, costs more than the limits, or an option is not acceptable.
+    SolverError
+        If an increment cannot be solved and ``on_failure = "raise"``.
+    """
+    if not isinstance(scene, Scene | Assembly):
+        raise InputError(f"scene: is of type {type(scene).__name__}; give a Scene or an Assembly.")
+    if increments is not None:
+        require_count("increments", increments)
+    require_one_of("on_failure", on_failure, ("raise", "return"))
+    with time_limit(limits.time):
+        return _solve(scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits)
+
+
+def _solve(
+    scene: Scene | Assembly,
+    increments: int | None,
+    solver: Solver | None,
+    damage: Damage | None,
+    dynamics: Dynamics | None,
+    fields: Mapping[str, FloatArray] | None,
+    on_failure: str,
+    on_step: Callable[[Step], None] | None,
+    store_zones: bool,
+    limits: Limits,
+) -> xr.Dataset:
+    if isinstance(scene, Scene):
+        settings, judged = solver or scene.solver, damage or scene.damage
+        dynamics = dynamics or scene.dynamics
+        settings = settings if dynamics is None else _whole_interfaces(settings)
+        described = _with(scene, settings, judged, dynamics)
+        count = increments or scene.movement.increments
+        wall_size(described, count).require(limits)
+        model = model_of(described, fields, count)
+        attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
+    else:
+        settings, judged = solver or Solver(), damage or Damage()
+        settings = settings if dynamics is None else _whole_interfaces(settings)
+        count = increments or Movement().increments
+        model = assembled(lambda solver, chosen: scene.build(solver, deformable=chosen), settings, count)
+        attributes = {"title": "assembly of blocks"}
+    run: DynamicRun | None = None
+    if dynamics is not None:
+        from damagepred.solvers.dynamics import DynamicRun
+
+        run, count = DynamicRun(model, settings, dynamics), dynamics.outputs
+        attributes |= run.attributes()
+    steps: list[Step] = []
+    status, message = "complete", None
+    try:
+        for step in follow(model, settings, judged, count, run):
+            steps.append(step if store_zones else without_zone_fields(step))
+            if on_step is not None:
+                on_step(step)
+        if steps[-1].increment.collapsed:
+            status = "collapsed"
+            last = steps[-1].increment
+            message = f"part of the wall came loose in increment {last.number}"
+            attributes["collapse_increment"] = last.number
+            if run is not None:
+                first = next(s.increment for s in steps if s.increment.collapsed)
+                message = f"part of the wall came loose by {first.time:.4g} s"
+                attributes["collapse_increment"] = first.number
+            else:
+                attributes["collapse_progress"] = last.standing_progress
+                attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
+    except (SolverError, KeyboardInterrupt) as error:
+        if on_failure == "raise" or not steps:
+            raise
+        status = "failed" if isinstance(error, SolverError) else "interrupted"
+        message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
+    method = settings.method if run is None else "dynamic"
+    ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
+    ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
+    ending |= _ending(model, steps[-1])
+    ds = _collect(model, steps, judged, settings, attributes | ending, store_zones)
+    if isinstance(scene, Scene):
+        for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
+            ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
+    return ds
+
+
+def _whole_interfaces(settings: Solver) -> Solver:
+    """Return the settings of a dynamic run: blocks rock on their corners, where contacts are, and each costs time."""
+    return replace(settings, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
+
+
+def _with(scene: Scene, solver: Solver, damage: Damage, dynamics: Dynamics | None) -> Scene:
+    return replace(scene, solver=solver, damage=damage, dynamics=dynamics)
+
+
+def _support_force(increment: Increment) -> FloatArray:
+    force = increment.support_force
+    return np.full_like(increment.displacement, np.nan) if force is None else force
+
+
+@one_blas_thread()
+def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
+
+    Of all there is ``group_count`` alone, the coordinate of ``crack_group_width``, does not begin with increments.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    steps : list of Step
+        Its path.
+    """
+    joints, lines, frames = gauges(model)
+    moved = np.array([s.increment.displacement for s in steps])
+    progress = np.array([s.increment.progress for s in steps])
+    deflection = progress * model.central_deflection
+    if model.deflection is not None:
+        deflection = np.abs([s.increment.deflection for s in steps])
+    values = {
+        "progress": progress,
+        "central_deflection": deflection,
+        "deflection_ratio": deflection / model.span,
+        "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
+        "cycles": np.array([s.increment.cycles for s in steps], dtype=np.int64),
+        "events": np.array([s.increment.events for s in steps], dtype=np.int64),
+        "factorisations": np.array([s.increment.factorisations for s in steps], dtype=np.int64),
+        "base_reaction": np.array([s.increment.base_reaction for s in steps]),
+        **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
+        **frames.distortion(moved)._asdict(),
+        **lines.deviation(moved)._asdict(),
+        "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
+    }
+    control = model.interfaces.kind == Kind.CONTROL_JOINT
+    if control.any():
+        for way, name in ((1.0, "opening"), (-1.0, "closing")):
+            most = [float(joints.widest(way * s.increment.opening)[control].max()) for s in steps]
+            values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
+    if model.surface_movement is not None:
+        values["surface_movement"] = progress * model.surface_movement
+    if model.jacks is not None:
+        values["jack_load"] = np.array([s.increment.jack_load for s in steps])
+    if np.isfinite(steps[0].increment.time):
+        values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in IN_TIME}
+        values["base_displacement_x"], values["base_displacement_y"] = np.array([s.increment.base for s in steps]).T
+    if model.mesh is not None:
+        values |= _zone_counts(steps)
+    for name in Verdict._fields:
+        values[name] = np.array([getattr(s.verdict, name) for s in steps])
+    for name in CATEGORY_VARIABLES:
+        values[name] = values[name].astype(np.int8)
+    return values
+
+
+def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
+    """Return how far blocks move beyond the ground, and the widest crack, over the larger of length and height.
+
+    Increments in which the wall has collapsed do not count; a run in time, in which blocks may move as far as they
+    like, has neither: then they are NaN.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    steps : list of Step
+        Its path.
+    """
+    standing = [s for s in steps if not s.increment.collapsed]
+    if not standing or np.isfinite(standing[0].increment.time):
+        return dict.fromkeys(("displacement_share", "crack_share"), float("nan"))
+    size = float(np.ptp(model.blocks.vertices, axis=0).max())
+    moved = max(float(np.hypot(*s.increment.displacement[:, :2].T).max()) for s in standing)
+    given = [state.largest() for state in model.ground.states()]
+    given += [float(np.abs(model.supports.prescribed_displacement).max(initial=0.0)), model.central_deflection]
+    widest = max(max(s.verdict.crack_width_max, s.verdict.crack_band_width_max) for s in standing)
+    return {"displacement_share": max(moved - max(given), 0.0) / size, "crack_share": float(widest) / size}
+
+
+def without_zone_fields(step: Step) -> Step:
+    """Return an increment with only the states of its zones, for the memory that the rest takes."""
+    zones = step.increment.zones
+    if zones is None:
+        return step
+    light = zones._replace(displacement=np.empty((0, 2)), stress=np.empty((0, 4)))
+    return step._replace(increment=replace(step.increment, zones=light))
+
+
+def _broken_at(last: Increment) -> dict[str, FloatArray]:
+    return {} if last.broken_at is None else {"contact_broken_at": last.broken_at.ravel()}
+
+
+def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what is known of a footing that is part of the model, by variable."""
+    values: dict[str, FloatArray] = {}
+    if model.footing is None:
+        return values
+    here = section_interfaces(model)
+    if here.size:
+        stacked = (
+            np.array([getattr(s.increment, n) for s in steps]) for n in ("opening", "normal_stress", "shear_stress")
+        )
+        found = section_forces(model, *stacked)
+        values["section_x"] = model.interfaces.x[here]
+        values |= {f"section_{name}": getattr(found, name) for name in found._fields}
+    if model.jacks is not None:
+        at, load = support_loads(model, np.array([s.increment.normal_stress for s in steps]))
+        values |= {"support_x": at, "support_load": load, "jack_x": model.jacks.at}
+    return values
+
+
+def _ending(model: Model, last: Step) -> dict[str, object]:
+    """Return, as attributes, at which limit a path ended early."""
+    ended = last.increment.ended
+    if not ended or model.jacks is None:
+        return {}
+    deflection = abs(last.increment.deflection)
+    what = "the jacks carry" if ended == "jacks" else "an outer support carries"
+    return {
+        "limit": ended,
+        "limit_deflection": deflection,
+        "status_message": f"{what} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
+    }
+
+
+def _zoning(model: Model) -> dict[str, object]:
+    """Return what is told of deformable blocks as a whole."""
+    mesh = model.mesh
+    if mesh is None:
+        return {}
+    return {"deformable_blocks": len(mesh.block), "zones": len(mesh.zones), "plane": model.plane}
+
+
+def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
+    """Return how many zones yield, and how, in each increment: arrays (increments,)."""
+    kinds = {
+        "zones_in_shear": (ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION),
+        "zones_in_tension": (ZoneState.TENSION, ZoneState.SHEAR_AND_TENSION),
+        "zones_yielded_before": (ZoneState.YIELDED,),
+    }
+    pictures = [s.increment.zones for s in steps]
+    return {
+        name: np.array([0 if p is None else np.isin(p.state, states).sum() for p in pictures], dtype=np.int64)
+        for name, states in kinds.items()
+    }
+
+
+def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
+    """Return all that is known of zones and gridpoints, by variable."""
+    mesh = model.mesh
+    pictures = [s.increment.zones for s in steps if s.increment.zones is not None]
+    if mesh is None or len(pictures) < len(steps):
+        return {}
+    # component by component, so that all of the largest arrays is not held twice
+    moved = {
+        f"gridpoint_displacement_{axis}": np.array([p.displacement[:, i] for p in pictures])
+        for i, axis in enumerate("xy")
+    }
+    stress = {
+        f"zone_stress_{name}": np.array([p.stress[:, i] for p in pictures])
+        for i, name in enumerate(("xx", "yy", "xy", "zz"))
+    }
+    return {
+        "zone_mesh": np.array(0, dtype=np.int32),
+        "gridpoint_x": mesh.x,
+        "gridpoint_y": mesh.y,
+        "gridpoint_block": mesh.gridpoint_block,
+        "zone_gridpoint": mesh.zones.astype(np.int32),
+        "zone_block": mesh.zone_block,
+        **moved,
+        **stress,
+        "zone_state": np.array([p.state for p in pictures]),
+    }
+
+
+def _collect(
+    model: Model,
+    steps: list[Step],
+    damage: Damage,
+    settings: Solver,
+    attributes: Mapping[str, object],
+    store_zones: bool,
+) -> xr.Dataset:
+    blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
+    per_joint = face.contact_area.shape[1]
+    openings = len(model.jambs.block)
+    table = damage_table(damage)
+
+    def stacked(name: str) -> NDArray:
+        return np.array([getattr(s.increment, name).ravel() for s in steps])
+
+    def spread(values: NDArray) -> NDArray:
+        return np.repeat(values, per_joint)
+
+    moved = np.array([s.increment.displacement for s in steps])
+    support = np.array([_support_force(s.increment) for s in steps])
+    values = {
+        "increment": np.array([s.increment.number for s in steps], dtype=np.int64),
+        **path_values(model, steps),
+        **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height")},
+        "block_x": blocks.x,
+        "block_y": blocks.y,
+        "block_course": blocks.course,
+        "block_displacement_x": moved[..., 0],
+        "block_displacement_y": moved[..., 1],
+        "block_rotation": moved[..., 2],
+        "block_support_force_x": support[..., 0],
+        "block_support_force_y": support[..., 1],
+        "block_support_moment": support[..., 2],
+        "vertex_x": blocks.vertices[:, 0],
+        "vertex_y": blocks.vertices[:, 1],
+        "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
+        "contact_x": joints.contact_x.ravel(),
+        "contact_y": joints.contact_y.ravel(),
+        "contact_length": joints.contact_length.ravel(),
+        "contact_thickness": (face.contact_area / joints.contact_length).ravel(),
+        "contact_kind": spread(face.kind),
+        "contact_joint": spread(face.joint),
+        "contact_interface": spread(np.arange(len(face.kind))),
+        "contact_normal_x": spread(face.normal_x),
+        "contact_normal_y": spread(face.normal_y),
+        "contact_tensile_strength": spread(model.properties.tensile_strength),
+        "contact_cohesion": spread(model.properties.cohesion),
+        "contact_friction": spread(model.properties.friction),
+        "contact_opening": stacked("opening"),
+        "contact_slip": stacked("slip"),
+        "contact_normal_stress": stacked("normal_stress"),
+        "contact_shear_stress": stacked("shear_stress"),
+        "contact_state": stacked("state"),
+        **_broken_at(steps[-1].increment),
+        **_footing_values(model, steps),
+        **(_zone_values(model, steps) if store_zones else {}),
+    }
+    ds = dataset(
+        values,
+        {
+            **attributes,
+            **provenance(),
+            "damage_table": table.name,
+            "damage_measure": damage.measure,
+            "count_footing_gap": damage.count_footing_gap,
+            "apex_limited_joints": model.apex_limited,
+            "snap_back_limited_joints": model.snap_back_limited,
+            "span": model.span,
+            "thickness": model.thickness,
+            "mean_block_weight": model.mean_block_weight,
+            **_zoning(model),
+        },
+    )
+    for share in (energy_error_share, snap_through_share):
+        if np.isfinite(found := share(values)):
+            ds.attrs[share.__name__] = found
+    ds.attrs |= {name: share for name, share in shares_of_size(model, steps).items() if np.isfinite(share)}
+    ds.attrs["implausible"] = int(implausible(ds.attrs, settings))
+    for name, more in kept_rules(damage).items():
+        ds[name].attrs.update(more)
+    name_categories(ds, table.category_names, f"{table.name}; {table.source}")
+    return ds

@@ -1,0 +1,11 @@
+"""Physical mass and time, geometry updated: blocks rock, slide, fall, meet others and come to rest.
+
+``body_arrays``: edges, boundary points and laws as kernels take them. ``body_motion``: poses, velocities and forces.
+``facets``, ``gridpoints``: deformable blocks. ``base_motion``: pulses and records. ``contact_search``: neighbours.
+``time_step``, ``initial_state``, ``energy_balance``, and ``run``, which joins them. The laws are in
+``damagepred.kernels.dynamics``.
+"""
+
+from damagepred.solvers.dynamics.run import DynamicRun
+
+__all__ = ["DynamicRun"]

@@ -1,0 +1,351 @@
+"""Edges, boundary points and laws of a model, as the kernels of large movement take them.
+
+The contacts of an interface become two points each: one on the face of either block, measured against the face of the
+other, with half the area, the same law and a memory of its own. So their elastic stiffness is that of the contacts of
+small displacements. Faces and parts of faces without a joint get points too, corners included; their law is that of
+the block's longest joint with its bond broken. A deformable block shows its facets: each is a body of one edge, and so
+is each place of a facet that an interface joins (``sides``).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.assembly.model import JointProperties
+from damagepred.kernels.dynamics.contact import EDGE, FREE, HOME, LAW, POINT
+from damagepred.kernels.joint.law import bond_slope, slip_compliance
+from damagepred.solvers.dynamics.facets import Sides, sides_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+REACH = 0.02
+"""A point may pass the end of the edge it faces by this share of the length it stands for."""
+RELEASE = 0.1
+"""A point whose bond is broken is free once it has parted from its first edge by this share of that length."""
+MOST_CELLS = 100
+"""Cells into which a stretch of a face without joint is cut at most, each with its points."""
+GAUSS = 12.0**-0.5
+"""Distance of the two points of Gauss from the middle of a cell of length 1."""
+LONG = 1e9
+"""Length of the ground to either side (m)."""
+
+
+class Scenery(NamedTuple):
+    """What bodies look like to each other.
+
+    Attributes
+    ----------
+    points : array of record (p,)
+        Boundary points; first the 2 m q of the interfaces, (m, 2, q): those of block b, then those of block a.
+    edges : array of record (e,)
+        Edges of the blocks, facet by facet where they are deformable, then those of the ground, its lowest level first,
+        then those of the places of facets that interfaces join.
+    first_edge : array of int (polygons + 1,)
+        Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground at its lowest level.
+    laws : array (l, LAW)
+        Laws of bonds, each followed by the one of what is met later.
+    reach : array (n,)
+        Largest distance of a corner from its block's centroid (m).
+    """
+
+    points: NDArray[Any]
+    edges: NDArray[Any]
+    first_edge: IntArray
+    laws: FloatArray
+    reach: FloatArray
+
+
+def scenery(model: Model, origin: FloatArray, search: bool = True) -> Scenery:
+    """Return edges, points and laws of a model.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks, m interfaces with q contacts.
+    origin : array (2,)
+        Place that becomes the origin (m): far away, coordinates have few digits left.
+    search : bool
+        Whether points may meet what they did not face at first. If not, a joint's facet goes on in its line to the
+        ends of its face, so that what slides does not lose it.
+    """
+    sides = sides_of(model)
+    centre = np.vstack((_centres(model, origin), sides.place))
+    edges, first_edge = _edges(model, origin, sides, centre, search)
+    home = _home_edges(model, edges, first_edge)
+    joined = _joined_points(model, edges, home, centre, sides)
+    points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre)))
+    vertices, first = model.blocks.vertices, model.blocks.first_vertex
+    owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
+    arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
+    return Scenery(points, edges, first_edge, _laws(model), np.maximum.reduceat(arm, first[:-1]))
+
+
+def _edges(
+    model: Model, origin: FloatArray, sides: Sides, centre: FloatArray, search: bool
+) -> tuple[NDArray[Any], IntArray]:
+    blocks, n = model.blocks, model.n_blocks
+    sizes = np.diff(blocks.first_vertex)
+    owner = np.repeat(np.arange(n), sizes)
+    following = np.arange(len(blocks.vertices)) + 1
+    following[blocks.first_vertex[1:] - 1] = blocks.first_vertex[:-1]
+    end, start = blocks.vertices, blocks.vertices[following]  # clockwise: from the later corner to the earlier
+    rigid = ~np.isin(owner, [] if model.mesh is None else model.mesh.block)
+    own = _edges_between(start[rigid], end[rigid], owner[rigid], owner[rigid], centre)
+    own["face"] = np.flatnonzero(rigid)
+    on_facets = _edges_between(sides.x_end, sides.x_start, sides.block, n + 1 + np.arange(len(sides.start)), centre)
+    on_facets["face"] = len(end) + sides.face
+    facets, places = on_facets[: sides.facets], on_facets[sides.piece]
+    if not search:
+        places["low"], places["length"] = sides.face_low[sides.piece], sides.face_high[sides.piece]
+    own = np.concatenate((own, facets))
+    own = own[np.argsort(own["polygon"], kind="stable")]
+    # the ground: a line, whose outward normal points up, its lowest level endless
+    levels = _ground_levels(model)
+    face = model.interfaces
+    ground = np.zeros(len(levels), dtype=EDGE)
+    ground["body"] = ground["polygon"] = n
+    ground["face"] = -1 - np.arange(len(levels))
+    ground["along_x"] = 1.0
+    for i, level in enumerate(levels):
+        ground["y"][i] = level - origin[1]
+        if i == 0:
+            ground["low"][i], ground["length"][i] = -LONG, LONG
+            continue
+        on = _on_ground(model) & (face.y == level)
+        left, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
+        ground["x"][i], ground["length"][i] = left - origin[0], right - left
+    first = np.searchsorted(own["polygon"], np.arange(n + 1))
+    if len(levels):
+        first = np.append(first, len(own) + 1)
+    return np.concatenate((own, ground, places)), first.astype(np.int64)
+
+
+def _edges_between(
+    start: FloatArray, end: FloatArray, block: IntArray, body: IntArray, centre: FloatArray
+) -> NDArray[Any]:
+    """Return edges from one place to another (e, 2) of bodies."""
+    edges = np.zeros(len(start), dtype=EDGE)
+    edges["body"], edges["polygon"] = body, block
+    edges["x"], edges["y"] = (start - centre[body]).T
+    length = np.hypot(*(end - start).T)
+    edges["along_x"], edges["along_y"] = (end - start).T / length
+    edges["length"] = length
+    return edges
+
+
+def _on_ground(model: Model) -> NDArray[np.bool_]:
+    return np.asarray(model.interfaces.block_a == model.n_blocks)
+
+
+def _ground_levels(model: Model) -> list[float]:
+    """Levels at which blocks rest on the ground (m), the lowest first."""
+    return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
+
+
+def _bodies(body: IntArray, n: int, sides: Sides) -> IntArray:
+    """Return the bodies of a dynamic run for those of ``Interfaces``."""
+    found = body.copy()
+    found[body > n] = n + 1 + sides.piece[body[body > n] - n - 1]
+    return found
+
+
+class _Home(NamedTuple):
+    """Edges of block a and of block b on which each interface lies: those of the blocks, and those it is held to."""
+
+    a: IntArray
+    b: IntArray
+    held_a: IntArray
+    held_b: IntArray
+
+
+def _home_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _Home:
+    face, n = model.interfaces, model.n_blocks
+    levels = _ground_levels(model)
+    first_ground = int(first_edge[n])
+    first_place = first_ground + len(levels)
+
+    def find(block: int, i: int, sign: float) -> int:
+        if block == n:
+            return first_ground + levels.index(face.y[i])
+        own = edges[first_edge[block] : first_edge[block + 1]]
+        across = -own["along_y"] * face.normal_x[i] * sign + own["along_x"] * face.normal_y[i] * sign
+        x, y = face.x[i] - model.blocks.x[block] - own["x"], face.y[i] - model.blocks.y[block] - own["y"]
+        along = own["along_x"] * x + own["along_y"] * y
+        off = np.abs(own["along_x"] * y - own["along_y"] * x)
+        outside = np.maximum(-along, along - own["length"]).clip(min=0.0)
+        # among the edges that look the right way, the one the joint's middle lies on
+        miss = np.where(across > 1.0 - 1e-6, off + outside, np.inf)
+        return int(first_edge[block] + miss.argmin())
+
+    def own_and_held(block: IntArray, body: IntArray, sign: float) -> tuple[IntArray, IntArray]:
+        own, held = np.zeros(len(block), dtype=np.int64), np.zeros(len(block), dtype=np.int64)
+        rigid = body <= n
+        own[rigid] = held[rigid] = [find(int(block[i]), i, sign) for i in np.flatnonzero(rigid).tolist()]
+        if model.mesh is not None:
+            mesh, piece = model.mesh, body[~rigid] - n - 1
+            facet = mesh.piece_facet[piece]
+            of_block = np.searchsorted(mesh.block, block[~rigid])
+            own[~rigid] = first_edge[block[~rigid]] + facet - mesh.first_facet[of_block]
+            held[~rigid] = first_place + piece
+        return own, held
+
+    a, held_a = own_and_held(face.block_a, face.body_a, 1.0)
+    b, held_b = own_and_held(face.block_b, face.body_b, -1.0)
+    return _Home(a, b, held_a, held_b)
+
+
+def _centres(model: Model, origin: FloatArray) -> FloatArray:
+    """Centroids of the blocks, and the origin for the ground (m)."""
+    return np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
+
+
+def _joined_points(model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray, sides: Sides) -> NDArray[Any]:
+    face = model.interfaces
+    m, q = face.contact_area.shape
+    points = np.zeros((m, 2, q), dtype=POINT)
+    x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
+    y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
+    body_a, body_b = (_bodies(body, model.n_blocks, sides) for body in (face.body_a, face.body_b))
+    for side, (own, other, own_home, other_home) in enumerate(
+        ((body_b, body_a, home.b, home.held_a), (body_a, body_b, home.a, home.held_b))
+    ):
+        p = points[:, side]
+        p["body"], p["own_edge"], p["target"] = own[:, None], own_home[:, None], other_home[:, None]
+        p["x"], p["y"] = x - centre[own, 0][:, None], y - centre[own, 1][:, None]
+        at_x, at_y = x - centre[other, 0][:, None], y - centre[other, 1][:, None]
+        e = edges[other_home]
+        at_x, at_y = at_x - e["x"][:, None], at_y - e["y"][:, None]
+        p["anchor"] = e["along_x"][:, None] * at_x + e["along_y"][:, None] * at_y
+        p["offset"] = -(e["along_x"][:, None] * at_y - e["along_y"][:, None] * at_x)
+    points["area"] = 0.5 * face.contact_area[:, None, :]
+    points["law"] = 2 * np.arange(m)[:, None, None]
+    length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
+    points["reach"], points["release"] = REACH * length[:, None, :], RELEASE * length[:, None, :]
+    points["status"] = HOME
+    return points.ravel()
+
+
+def _free_points(
+    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _Home, centre: FloatArray
+) -> NDArray[Any]:
+    """Put points on what of the faces of blocks has no joint, corners included."""
+    law = _usual_law(model)
+    own_edges = edges[: first_edge[model.n_blocks]]
+    stretches = _free_stretches(model, own_edges, home, centre)
+    cell = float(np.sqrt(model.blocks.area.min()))
+    # a face begins and ends in a corner; where facets of one face meet there is none
+    begins = np.ones(len(own_edges), dtype=np.bool_)
+    same = own_edges["face"][1:] == own_edges["face"][:-1]
+    ends = begins.copy()
+    ends[1:], begins[:-1] = ~same, ~same  # listed counter-clockwise, each edge going clockwise
+    on, along, length = [], [], []
+    for edge, start, end in stretches:
+        whole = float(edges["length"][edge])
+        for place, share in _spread(start, end, cell, start == 0.0 and begins[edge], end == whole and ends[edge]):
+            on.append(edge)
+            along.append(place)
+            length.append(share)
+    own, way, stretch = np.array(on, dtype=np.int64), np.array(along), np.array(length)
+    points = np.zeros(len(on), dtype=POINT)
+    e = edges[own]
+    points["body"], points["own_edge"] = e["body"], own
+    points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
+    points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
+    points["reach"], points["release"] = REACH * stretch, RELEASE * stretch
+    points["law"] = 2 * law[e["polygon"]] + 1
+    points["status"] = FREE
+    points["cracked"] = 1.0
+    return points
+
+
+def _free_stretches(
+    model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray
+) -> list[tuple[int, float, float]]:
+    """Return edge, start and end (m along it) of what of the blocks' faces has no joint."""
+    face, n = model.interfaces, model.n_blocks
+    covered: dict[int, list[tuple[float, float]]] = {}
+    for block, on in ((face.block_a, home.a), (face.block_b, home.b)):
+        own = block < n
+        e = edges[on[own]]
+        start = centre[e["body"]] + np.column_stack((e["x"], e["y"]))
+        along = e["along_x"] * (face.x[own] - start[:, 0]) + e["along_y"] * (face.y[own] - start[:, 1])
+        for edge, middle, length in zip(on[own].tolist(), along.tolist(), face.length[own].tolist()):
+            covered.setdefault(edge, []).append((middle - length / 2, middle + length / 2))
+    found: list[tuple[int, float, float]] = []
+    for edge in range(len(edges)):
+        length, reached = float(edges["length"][edge]), 0.0
+        for begin, end in [*sorted(covered.get(edge, [])), (length, length)]:
+            if begin - reached > 1e-6 * length:
+                found.append((edge, reached, begin))
+            reached = max(reached, end)
+    return found
+
+
+def _spread(start: float, end: float, cell: float, first: bool, last: bool) -> list[tuple[float, float]]:
+    """Return places (m) and lengths (m) of points on a stretch of a face, cell by cell.
+
+    A cell has a point at its end where that is a corner of the block, and none where the stretch borders on a joint:
+    quadrature of Lobatto (3 points), Radau or Gauss (2).
+    """
+    count = min(max(1, round((end - start) / cell)), MOST_CELLS)
+    size = (end - start) / count
+    found = []
+    for k in range(count):
+        left, right = first and k == 0, last and k == count - 1
+        rule: tuple[tuple[float, float], ...]
+        if left and right:
+            rule = ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6))
+        elif left:
+            rule = ((0.0, 1 / 4), (2 / 3, 3 / 4))
+        elif right:
+            rule = ((1 / 3, 3 / 4), (1.0, 1 / 4))
+        else:
+            rule = ((0.5 - GAUSS, 1 / 2), (0.5 + GAUSS, 1 / 2))
+        found += [(start + (k + at) * size, share * size) for at, share in rule]
+    return found
+
+
+def _usual_law(model: Model) -> IntArray:
+    """Return whose law each block has where it has no joint: its longest joint's, or that of the model's loose ends."""
+    face, n = model.interfaces, model.n_blocks
+    usual = np.full(n + 1, len(face.kind), dtype=np.int64)  # the law after those of the interfaces
+    for i in np.argsort(face.length, kind="stable").tolist():
+        usual[face.block_a[i]] = usual[face.block_b[i]] = i
+    return usual[:-1]
+
+
+def _laws(model: Model) -> FloatArray:
+    """Return the laws of the interfaces and, last, the one of blocks without any, each followed by its bare one."""
+    own = model.properties
+    loose = model.loose_joint or JointProperties._make(values[:1] for values in own)
+    properties = JointProperties._make(np.concatenate(pair) for pair in zip(own, loose))
+    laws = np.zeros((len(properties.friction), 2, LAW))
+    k_n, k_s = properties.normal_stiffness, properties.shear_stiffness
+    laws[..., 0], laws[..., 1], laws[..., 2] = k_n[:, None], k_s[:, None], 1.0 / k_s[:, None]
+    bond, bare = laws[:, 0], laws[:, 1]
+    bond[:, 3:6] = np.column_stack((properties.tensile_strength, properties.cohesion, properties.friction))
+    bond[:, 6] = slip_compliance.py_func(k_n, k_s, properties.friction, properties.dilation)
+    bond[:, 7:10] = np.column_stack(
+        (properties.residual_tensile_strength, properties.residual_cohesion, properties.residual_friction)
+    )
+    bond[:, 10] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, properties.dilation)
+    bond[:, 11] = properties.critical_opening
+    bond[:, 12] = bond_slope.py_func(k_n, properties.tensile_strength, properties.critical_opening)
+    bond[:, 13], bond[:, 14] = properties.dilation, properties.brittle_shear
+    strongest = properties.compressive_strength[:, None]
+    laws[..., 15], laws[..., 16], laws[..., 17] = (
+        strongest,
+        strongest / k_n[:, None],
+        1.0 / properties.cap_shear[:, None],
+    )
+    bond[:, 18] = properties.wear
+    for first in (3, 7):
+        bare[:, first + 2] = properties.residual_friction
+        bare[:, first + 3] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, 0.0)
+    bare[:, 12] = bond_slope.py_func(k_n, 0.0, 0.0)
+    return np.ascontiguousarray(laws.reshape(-1, LAW))

@@ -1,0 +1,119 @@
+"""Poses, velocities and forces of all bodies in a dynamic run."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.errors import InputError
+from damagepred.solvers.dynamics.facets import sides_of
+from damagepred.solvers.time_stepping.scheme import describe_block
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Motion(NamedTuple):
+    """Bodies: n blocks, then the ground, then those on the facets of deformable blocks (``sides``).
+
+    A deformable block as a whole does not move: its gridpoints do (``grid``).
+
+    Attributes
+    ----------
+    reference : array (n + 1, 2)
+        Where centroids were before anything moved, from the run's origin (m).
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the angle turned: all that contacts look at.
+    force : array (bodies, 3)
+        What contacts do to each body (N, N, N m).
+    load, live_load : array (n + 1, 3)
+        Load now, dead and live, and live load at full movement (N, N m).
+    inverse_mass : array (n + 1, 3)
+        1 / mass, 0 where it is held.
+    velocity : array (n + 1, 3)
+        Half a step ago (m/s, rad/s).
+    displacement : array (n + 1, 3)
+        From the reference (m, rad).
+    held : array of int (h,)
+        Degrees of freedom 3 block + axis that are held or moved.
+    held_start, held_displacement : array (h,)
+        Where they start, and how far they go at full movement (m, rad).
+    """
+
+    reference: FloatArray
+    pose: FloatArray
+    force: FloatArray
+    load: FloatArray
+    live_load: FloatArray
+    inverse_mass: FloatArray
+    velocity: FloatArray
+    displacement: FloatArray
+    held: IntArray
+    held_start: FloatArray
+    held_displacement: FloatArray
+
+
+def motion_of(model: Model, origin: FloatArray) -> Motion:
+    """Return the bodies of a model at rest where they are built.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    origin : array (2,)
+        Place that becomes the origin (m).
+
+    Raises
+    ------
+    InputError
+        If a block that can move has no mass.
+    """
+    n = model.n_blocks
+    mass = np.column_stack((model.mass, model.mass, model.density * model.blocks.polar * model.block_law.thickness))
+    inverse = np.zeros((n + 1, 3))
+    np.divide(1.0, mass, out=inverse[:-1], where=mass > 0)
+    whole = model.supports.prescribed < 3 * (n + 1)
+    held = model.supports.prescribed[whole]
+    inverse.ravel()[held] = 0.0
+    free = np.ones((n, 3), dtype=np.bool_)
+    free.ravel()[held] = False
+    load, live = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    load[:-1], live[:-1] = model.supports.load.reshape(-1, 3), model.supports.live_load.reshape(-1, 3)
+    bodies = n + 1
+    if model.mesh is not None:
+        deformable = model.mesh.block
+        free[deformable], inverse[deformable], load[deformable], live[deformable] = False, 0.0, 0.0, 0.0
+        bodies += len(sides_of(model).start)
+    bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
+    if bare.size:
+        raise InputError(
+            f"{describe_block(model, int(bare[0]))} has no mass, so it cannot move in time: give its material a "
+            f"density greater than 0, or hold it."
+        )
+    place = np.zeros((n + 1, 2))
+    place[:-1] = np.column_stack((model.blocks.x, model.blocks.y)) - origin
+    pose = np.zeros((bodies, 4))
+    pose[: n + 1, :2], pose[:, 2] = place, 1.0
+    return Motion(
+        place,
+        pose,
+        np.zeros((bodies, 3)),
+        load,
+        live,
+        inverse,
+        np.zeros((n + 1, 3)),
+        np.zeros((n + 1, 3)),
+        held,
+        np.zeros(len(held)),
+        model.supports.prescribed_displacement[whole],
+    )
+
+
+def put_bodies(motion: Motion) -> None:
+    """Bring poses in line with displacements."""
+    motion.pose[: len(motion.displacement), :2] = motion.reference + motion.displacement[:, :2]
+    motion.pose[: len(motion.displacement), 2] = np.cos(motion.displacement[:, 2])
+    motion.pose[: len(motion.displacement), 3] = np.sin(motion.displacement[:, 2])

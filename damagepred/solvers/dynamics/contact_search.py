@@ -1,0 +1,98 @@
+"""The search for what is near: when and how it is done."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.kernels.dynamics.detection import near_pairs
+from damagepred.solvers.dynamics.body_arrays import Scenery
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+WIDE = 4.0
+"""Blocks wider than so many times the median are tried for every point."""
+
+
+class Near(NamedTuple):
+    """Blocks near each of p boundary points.
+
+    Attributes
+    ----------
+    first : array of int (p + 1,)
+        Where the list of each point begins.
+    polygon, edge : array of int (k,), distance : array (k,)
+        Which block, which of its edges the point's face looks at, and signed distance from that when last looked at
+        (m).
+    """
+
+    first: IntArray
+    polygon: IntArray
+    edge: IntArray
+    distance: FloatArray
+
+
+def nothing_near(scene: Scenery) -> Near:
+    """Return empty lists."""
+    none = np.zeros(0, np.int64)
+    return Near(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
+
+
+def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
+    """Return what is nearer to each point than a margin.
+
+    Parameters
+    ----------
+    scene : Scenery
+        Points and edges.
+    pose : array (bodies, 4)
+        Where the bodies are.
+    margin : float
+        What is near (m).
+    """
+    points, edges = scene.points, scene.edges
+    own = edges[: scene.first_edge[-1]]
+    corner = places(pose, own["body"], own["x"], own["y"])
+    sides = np.diff(scene.first_edge)
+    low = np.minimum.reduceat(corner, scene.first_edge[:-1])
+    high = np.maximum.reduceat(corner, scene.first_edge[:-1])
+    low[sides < 3], high[sides < 3] = -np.inf, np.inf  # the ground: a line without end
+    width = high[:, 0] - low[:, 0]
+    is_wide = width > WIDE * np.median(width)
+    narrow = np.flatnonzero(~is_wide)
+    narrow = narrow[np.argsort(low[narrow, 0], kind="stable")]
+    left = places(pose, points["body"], points["x"], points["y"])[:, 0].copy()
+    first = np.zeros(len(points) + 1, dtype=np.int64)
+    room = 8 * len(points)
+    while True:
+        polygon, edge, distance = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
+        count = near_pairs(
+            points,
+            left,
+            edges,
+            scene.first_edge,
+            pose,
+            low,
+            high,
+            narrow,
+            low[narrow, 0].copy(),
+            float(width[narrow].max(initial=0.0)),
+            np.flatnonzero(is_wide),
+            margin,
+            first,
+            polygon,
+            edge,
+            distance,
+        )
+        if count <= room:
+            return Near(first, polygon[:count], edge[:count], distance[:count])
+        room = count
+
+
+def places(pose: FloatArray, body: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return where points of bodies are, array (p, 2) in m."""
+    c, s = pose[body, 2], pose[body, 3]
+    return np.column_stack((pose[body, 0] + c * x - s * y, pose[body, 1] + s * x + c * y))

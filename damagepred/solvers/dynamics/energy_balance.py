@@ -1,0 +1,182 @@
+"""The energy audit of a run: where all that was put in has gone.
+
+Kinetic energy at a step is taken as m v(n - 1/2) v(n + 1/2) / 2. With it, central differences obey exactly
+
+    change of kinetic energy = sum over the steps of (F(n) + F(n + 1)) (x(n + 1) - x(n)) / 2,
+
+so all works are counted by the trapezoidal rule too, and elastic joints balance to the last digits. What does not
+balance is the error of the step: blocks that turn in it, and joints that touch or part in it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
+from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
+from damagepred.kernels.dynamics.zones import DRAGGED, YIELDING
+from damagepred.solvers.dynamics.body_arrays import Scenery
+from damagepred.solvers.dynamics.body_motion import Motion
+from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
+
+FloatArray = NDArray[np.float64]
+
+
+class Counts(NamedTuple):
+    """What kernels count: works of joints, see ``large_contact``, and of bodies, see ``large_motion`` (J)."""
+
+    tallies: FloatArray
+    works: FloatArray
+
+
+class Energies(NamedTuple):
+    """Balance at an output (J); works are summed from the start.
+
+    Attributes
+    ----------
+    kinetic_energy, elastic_energy : float
+        Of the blocks, and held in joints and zones.
+    external_work, boundary_work : float
+        Of loads, ground and supports together; and of ground and supports alone.
+    friction_work, fracture_work, plastic_work, damping_work : float
+        Taken by sliding, by softening bonds, by zones that yield, by damping.
+    released_energy : float
+        Set free where bonds broke and where a point left an edge under pressure.
+    energy_error : float
+        What does not balance.
+    """
+
+    kinetic_energy: float
+    elastic_energy: float
+    external_work: float
+    boundary_work: float
+    friction_work: float
+    fracture_work: float
+    plastic_work: float
+    released_energy: float
+    damping_work: float
+    energy_error: float
+
+
+class Audit:
+    """Balance of one run.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    scene : Scenery
+        Its points.
+    motion : Motion
+        Its bodies.
+    grid : Grid or None
+        Gridpoints and zones of its deformable blocks.
+    damping : tuple of float
+        Local (1), mass-proportional (1/s), stiffness-proportional (s).
+    time_step : float
+        dt (s).
+    counts : Counts
+        What kernels count.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        scene: Scenery,
+        motion: Motion,
+        grid: Grid | None,
+        damping: tuple[float, float, float, float],
+        time_step: float,
+        counts: Counts,
+    ) -> None:
+        self._scene, self._motion, self._grid, self._counts = scene, motion, grid, counts
+        self._damping, self._step = damping, time_step
+        # what moves: the blocks, and the gridpoints of those that are deformable
+        self._moving: list[Motion | Grid] = [motion] if grid is None else [motion, grid]
+        self._start = [part.displacement.copy() for part in self._moving]
+        self._dead = [part.load.copy() for part in self._moving]
+        self._kinetic, self._damped, self._pulled = self._half_steps()
+        self._elastic = self.elastic_energy()
+        self._given = self._seen = 0.0
+
+    def _half_steps(self) -> tuple[float, float, float]:
+        """Return the kinetic energy, and the works of damping and of the base, by damping, in the half step to now."""
+        base = np.array([*self._motion.velocity[-1, :2], 0.0])
+        parts = np.array([self._half_step(part, base[: part.velocity.shape[1]]) for part in self._moving])
+        kinetic, damped, pulled = parts.sum(axis=0)
+        return float(kinetic), float(damped), float(pulled)
+
+    def _half_step(self, part: Motion | Grid, base: FloatArray) -> tuple[float, float, float]:
+        local, viscous, _, _ = self._damping
+        before, inverse = part.velocity, part.inverse_mass
+        mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+        force = (part.force[: len(before)] + part.load) * (inverse > 0)
+        drag = local * np.abs(force) * np.sign(before)
+        half = 0.5 * viscous * self._step
+        push = self._step * (force - drag) * inverse
+        after = (before * (1.0 - half) + 2.0 * half * base + push) / (1.0 + half)
+        dashpot = viscous * mass * (0.5 * (before + after) - base)
+        kinetic = 0.5 * float((mass * before * after).sum())
+        half_step = 0.5 * self._step
+        damped = half_step * float((drag * before + dashpot * (before - base)).sum())
+        return kinetic, damped, -half_step * float((dashpot * base).sum())
+
+    def elastic_energy(self) -> float:
+        """Return what joints and zones hold (J)."""
+        points = self._scene.points
+        law = self._scene.laws[points["law"]]
+        sigma = points["sigma"]
+        # a softening bond unloads to the origin
+        softened = (sigma > 0) & (points["cracked"] != 0) & (law[:, 11] > 0)
+        opening = np.where(softened, points["opening"] - points["dilated"], sigma / law[:, 0])
+        joints = 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law[:, 2])).sum())
+        return joints if self._grid is None else joints + zone_energy(self._grid)
+
+    def balance(self) -> Energies:
+        """Return the balance now."""
+        tallies, works = self._counts
+        kinetic, damped, pulled = self._half_steps()
+        elastic = self.elastic_energy()
+        boundary = float(works[BOUNDARY]) + pulled - self._pulled
+        ways = [part.displacement - start for part, start in zip(self._moving, self._start)]
+        dead = sum(float((load * way).sum()) for load, way in zip(self._dead, ways))
+        external = boundary + dead + float(works[LIVE])
+        damping = float(works[DAMPING] + tallies[DASHPOT]) + damped - self._damped
+        friction, fracture, released = (float(tallies[k]) for k in (FRICTION, FRACTURE, RELEASED))
+        plastic = 0.0
+        if self._grid is not None:
+            plastic = float(self._grid.tallies[YIELDING])
+            damping += float(self._grid.tallies[DRAGGED])
+        change = kinetic - self._kinetic + elastic - self._elastic
+        return Energies(
+            kinetic,
+            elastic,
+            external,
+            boundary,
+            friction,
+            fracture,
+            plastic,
+            released,
+            damping,
+            external - change - friction - fracture - plastic - released - damping,
+        )
+
+    def out_of_bounds(self, factor: float, made: float) -> bool:
+        """Tell whether there is more energy than a multiple of what has gone about so far, or more was made of nothing.
+
+        Parameters
+        ----------
+        factor : float
+            Of what there was at first and was put in at most; a block that bounces gives it back time and again.
+        made : float
+            Share of that, and of what there has been at most, which steps that are too long may have made.
+        """
+        now = self.balance()
+        there = now.kinetic_energy + now.elastic_energy
+        self._given = max(self._given, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
+        self._seen = max(self._seen, self._given, there)
+        return not (there <= factor * self._given + 1e-300 and -now.energy_error <= made * self._seen + 1e-300)

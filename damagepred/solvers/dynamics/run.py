@@ -1,0 +1,439 @@
+"""A run in physical time: steps between outputs, the search for new contacts, and what is reported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.errors import DivergenceError, InputError
+from damagepred.kernels.dynamics.contact import HOME, TALLIES
+from damagepred.kernels.dynamics.cycle import first_forces, run_steps
+from damagepred.kernels.dynamics.motion import WORKS
+from damagepred.one_thread import one_blas_thread
+from damagepred.scene import Solver
+from damagepred.scene.dynamics import Dynamics
+from damagepred.solvers.dynamics.base_motion import base_displacement
+from damagepred.solvers.dynamics.body_arrays import scenery
+from damagepred.solvers.dynamics.body_motion import Motion, motion_of, put_bodies
+from damagepred.solvers.dynamics.contact_search import Near, find_near, nothing_near, places
+from damagepred.solvers.dynamics.energy_balance import Audit, Counts
+from damagepred.solvers.dynamics.gridpoints import Grid, Wholes, by_point, grid_of, put_sides, set_off, zone_picture
+from damagepred.solvers.dynamics.initial_state import static_equilibrium
+from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
+from damagepred.solvers.state.increment import ContactState, Increment
+from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.elastic_stiffness import (
+    base_reaction,
+    held_dofs,
+    live_load,
+    residual_scale,
+    support_force,
+)
+from damagepred.solvers.time_stepping.scheme import describe_block
+from damagepred.solvers.time_stepping.tiles import needs_all_of_the_law, needs_softening
+from damagepred.time_limit import check_time
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MARGIN = 0.1
+"""What is nearer than this share of the smallest block's size is near."""
+SEEN = 0.4
+"""What is near is looked for anew once a point may have moved this share of the margin: two that come nearer have not
+met then, and one step more does not bring them together."""
+STRETCH = 5_000_000
+"""Points times steps between two looks at the interrupt key and at whether all is finite."""
+AT_REST = 3
+"""Outputs in a row at which all must be slow."""
+ABSURD, MADE = 10.0, 0.5
+"""Energy over what there was and was put in at most, and made out of nothing over what went about, from which a run has
+diverged. Steps as long as they may be make some where blocks bounce without damping."""
+
+
+class Imposed(NamedTuple):
+    """Movement of the ground under points per load factor: arrays (i,), numbers of the points, and m."""
+
+    point: IntArray
+    normal: FloatArray
+    shear: FloatArray
+
+
+class DynamicRun:
+    """One run; iterate over it to follow it, output by output.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Of the static solution from which the run begins.
+    dynamics : Dynamics
+        Time, damping, base motion.
+
+    Attributes
+    ----------
+    time_step : float
+        dt (s).
+    frequency : HighestFrequency
+        From which it follows.
+    steps, searches : int
+        Steps so far, and how often it was looked for what is near.
+
+    Raises
+    ------
+    InputError
+        If the model cannot be run in time.
+    """
+
+    @one_blas_thread()
+    def __init__(self, model: Model, settings: Solver, dynamics: Dynamics) -> None:
+        _refuse(model, settings, dynamics)
+        self.model, self.dynamics = model, dynamics
+        self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
+        self.motion = motion_of(model, self.origin)
+        self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
+        self.grid = grid_of(model, self.origin, dynamics.stiffness_damping > 0.0)
+        self.scene = scenery(model, self.origin, dynamics.new_contacts)
+        points = self.scene.points
+        self.home = points[: 2 * model.n_contacts].copy()
+        self.frequency = highest_frequency(model, self.scene, self.motion.inverse_mass, self.grid)
+        highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
+        self.interval = dynamics.duration / dynamics.outputs
+        dry = bool((model.properties.tensile_strength <= 0.0).any())
+        contacts = contact_damping(model, dynamics)
+        longest = time_step(highest, dynamics, dry, contacts)
+        self.steps_each = max(1, int(np.ceil(self.interval / longest - 1e-9)))
+        self.time_step = self.interval / self.steps_each
+        local = dynamics.local_damping if dynamics.damping == "local" else 0.0
+        self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
+        # two laws are enough, the plain one and the whole: each takes a while to compile
+        self.special = self.softening = True if needs_all_of_the_law(model) or needs_softening(model) else None
+        self.imposed, self.pushed = _imposed(model), bool(live_load(model).any())
+        self.base = base_displacement(dynamics.base)
+        self.margin = MARGIN * float(np.sqrt(model.blocks.area.min()))
+        self.far = SEEN * self.margin if dynamics.new_contacts else 0.0
+        self.near: Near = nothing_near(self.scene)
+        self.seen = np.zeros_like(self.motion.displacement)
+        self.steps = self.searches = self.output = 0
+        self.counts = Counts(np.zeros(TALLIES), np.zeros(WORKS))
+        self._begin(settings)
+        self.audit = Audit(model, self.scene, self.motion, self.grid, self.damping, self.time_step, self.counts)
+        self.wholes = None if self.grid is None else Wholes(model, self.grid)
+
+    @property
+    def _moving(self) -> tuple[Motion | Grid, ...]:
+        return (self.motion,) if self.grid is None else (self.motion, self.grid)
+
+    def _begin(self, settings: Solver) -> None:
+        motion, points = self.motion, self.scene.points
+        found = static_equilibrium(self.model, settings) if self.dynamics.start == "equilibrium" else None
+        self.begins_in_equilibrium = found is not None
+        if found is not None:
+            motion.displacement[:] = found.displacement[: motion.displacement.size].reshape(-1, 3)
+            m, q = self.model.interfaces.contact_area.shape
+            for name in JointMemory._fields:
+                remembered = getattr(found.memory, name)[:, None, :]
+                points[name][: 2 * m * q] = np.repeat(remembered, 2, axis=1).ravel()
+        motion.held_start[:] = motion.displacement.ravel()[motion.held]
+        put_bodies(motion)
+        grid = self.grid
+        if grid is not None:
+            if found is not None:
+                motion.displacement[self.deformable] = 0.0
+                grid.displacement[:] = by_point(self.model, found.displacement)
+                if found.plastic is not None:
+                    grid.plastic[:] = found.plastic[grid.zones["memory"] >= 0]
+            grid.held_start[:] = grid.displacement.ravel()[grid.held]
+            put_sides(grid, motion)
+        self._look_around()
+        # what contacts did in the last cycle: nothing has moved since
+        opening, shear = self._home_gaps()
+        points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
+        search = self.dynamics.new_contacts
+        still = Counts(np.zeros(TALLIES), np.zeros(WORKS))
+        first_forces(self.scene, self.near, motion, grid, self.special, self.softening, search, still)
+        if self.model.initial_velocity is not None:
+            motion.velocity[:-1] = self.model.initial_velocity
+        acting = motion.force[: len(motion.load)] + motion.load
+        motion.velocity[:] -= 0.5 * self.time_step * acting * motion.inverse_mass
+        if grid is not None:
+            motion.velocity[self.deformable] = 0.0
+            set_off(grid, self.model)
+            grid.velocity[:] -= 0.5 * self.time_step * (grid.force + grid.load) * grid.inverse_mass
+            grid.tallies[:] = 0.0
+
+    def _look_around(self) -> None:
+        if self.far > 0.0:
+            self.near = find_near(self.scene, self.motion.pose, self.margin)
+            self.seen[:] = self.motion.displacement
+            if self.grid is not None:
+                self.grid.seen[:] = self.grid.displacement
+            self.searches += 1
+
+    @property
+    def time(self) -> float:
+        """Physical time (s)."""
+        return self.output * self.interval
+
+    def progress(self, time: FloatArray) -> FloatArray:
+        """Return the share of the movement that is reached at times (s)."""
+        whole = self.dynamics.movement_time
+        return np.zeros_like(time) if whole is None else gently(np.clip(time / whole, 0.0, 1.0))
+
+    def __iter__(self) -> Iterator[Increment]:
+        """Yield the state at the start and after each interval.
+
+        Raises
+        ------
+        DivergenceError
+            If blocks move as nothing could move them; the message names block and time.
+        """
+        slow = 0
+        yield self.report(0)
+        while self.output < self.dynamics.outputs:
+            before = self.steps
+            self.advance()
+            yield self.report(self.steps - before)
+            slow = slow + 1 if self.speed() < self.dynamics.rest_speed else 0
+            if self.dynamics.stop_at_rest and slow >= AT_REST:
+                return
+
+    @one_blas_thread()
+    def advance(self) -> None:
+        """Run to the next output."""
+        count = self.steps_each
+        time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
+        drive = np.column_stack((self.base(time), self.progress(time)))
+        zones = 0 if self.grid is None else len(self.grid.zones)
+        stretch = max(1, STRETCH // (len(self.scene.points) + zones))
+        done = 0
+        imposed, line_ends = self.imposed, 0
+        while done < count:
+            check_time()
+            if done == line_ends:
+                imposed, line_ends = self._next_line(drive[:, 2], done)
+            reached = run_steps(
+                self.scene,
+                self.near,
+                self.motion,
+                self.grid,
+                self.special,
+                self.softening,
+                imposed,
+                self.pushed,
+                drive,
+                done,
+                min(line_ends, done + stretch),
+                self.damping,
+                self.time_step,
+                self.seen,
+                self.far,
+                self.counts,
+            )
+            self.steps += reached - done
+            done = reached
+            if not all(np.isfinite(part.displacement).all() for part in self._moving):
+                self._diverged(time[done])
+            if self.far > 0.0 and self._moved() > self.far:
+                self._look_around()
+        self.output += 1
+        if self.audit.out_of_bounds(ABSURD, MADE):
+            self._diverged(self.time)
+
+    def _next_line(self, progress: FloatArray, first: int) -> tuple[Imposed, int]:
+        """Return the movement of the ground from a step on, and the step up to which it is a straight line.
+
+        Parameters
+        ----------
+        progress : array (steps + 1,)
+            Load factor at each step up to the next output.
+        first : int
+            The step.
+        """
+        last, ground = len(progress) - 1, self.model.ground
+        if ground.proportional or progress[last] == progress[first]:
+            return self.imposed, last
+        before = float(progress[first])
+        end = int(np.searchsorted(progress, before + 1.0 / self.dynamics.ground_pieces, side="right"))
+        end = min(max(end, first + 1), last)
+        after = float(progress[end])
+        if after == before:
+            return self.imposed, end
+        lines = (
+            np.repeat((there - here)[:, None, :], 2, axis=1).ravel() / (after - before)
+            for here, there in zip(ground.at(before), ground.at(after), strict=True)
+        )
+        return Imposed(self.imposed.point, *lines), end
+
+    def _moved(self) -> float:
+        """Return how far a point may have moved since it was last looked for what is near (m); as ``farthest``."""
+        moved = self.motion.displacement - self.seen
+        base = np.array([*moved[-1, :2], 0.0])
+        moved = np.abs(moved[:-1] - base)
+        farthest = float((moved[:, 0] + moved[:, 1] + self.scene.reach * moved[:, 2]).max())
+        if self.grid is not None:
+            points = np.abs(self.grid.displacement - self.grid.seen - base[:2])[self.grid.boundary].sum(axis=1)
+            farthest = max(farthest, float(points.max()))
+        return farthest
+
+    def _diverged(self, time: float) -> None:
+        speed = np.hypot(*self.motion.velocity[:-1, :2].T)
+        if self.grid is not None and self.model.mesh is not None:
+            points = np.hypot(*self.grid.velocity.T)
+            np.maximum.at(speed, self.model.mesh.gridpoint_block, np.where(np.isfinite(points), points, np.inf))
+        block = int(np.where(np.isfinite(speed), speed, np.inf).argmax())
+        raise DivergenceError(
+            f"diverged at {time:.4g} s (step {self.steps}): blocks move with more energy than was put in; fastest is "
+            f"{describe_block(self.model, block)}. Lower dynamics.time_step_safety.",
+            increment=self.output,
+            block=block,
+        )
+
+    def speed(self) -> float:
+        """Return the root mean square speed relative to the base, by mass (m/s)."""
+        base, total, energy = self.motion.velocity[-1], 0.0, 0.0
+        for part in self._moving:
+            inverse = part.inverse_mass
+            mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+            energy += float((mass * (part.velocity - base[: mass.shape[1]]) ** 2).sum())
+            total += float(mass[:, :2].sum())
+        return float(np.sqrt(energy / total)) if total > 0 else 0.0
+
+    def attributes(self) -> dict[str, object]:
+        """Return what is to be kept of the run as a whole."""
+        return {
+            "time_step": self.time_step,
+            "highest_frequency": self.frequency.intact,
+            "highest_frequency_bound": self.frequency.touched,
+            "begins_in_equilibrium": self.begins_in_equilibrium,
+            "contact_points": len(self.scene.points),
+            "impacts": impacts(self.dynamics),
+        }
+
+    # -- reports ----------------------------------------------------------------------------------------------------
+
+    def _home_gaps(self) -> tuple[FloatArray, FloatArray]:
+        """Return opening and shear (m) of all contacts against their first edges, arrays (m, 2, q)."""
+        m, q = self.model.interfaces.contact_area.shape
+        home, pose = self.home, self.motion.pose
+        at = places(pose, home["body"], home["x"], home["y"])
+        edge = self.scene.edges[home["target"]]
+        b = edge["body"]
+        x, y = at[:, 0] - pose[b, 0], at[:, 1] - pose[b, 1]
+        local_x = pose[b, 2] * x + pose[b, 3] * y - edge["x"]
+        local_y = pose[b, 2] * y - pose[b, 3] * x - edge["y"]
+        opening = edge["along_x"] * local_y - edge["along_y"] * local_x + home["offset"]
+        shear = edge["along_x"] * local_x + edge["along_y"] * local_y - home["anchor"]
+        return opening.reshape(m, 2, q), shear.reshape(m, 2, q)
+
+    def report(self, steps: int) -> Increment:
+        """Take a picture of the present state."""
+        model, motion = self.model, self.motion
+        m, q = model.interfaces.contact_area.shape
+        points = self.scene.points[: 2 * m * q].reshape(m, 2, q)
+        at_home = points["status"] == HOME
+        opening, shear = self._home_gaps()
+        progress = float(self.progress(np.array([self.time]))[0])
+        ground = model.ground.at(progress)
+        first = m - len(ground.normal)
+        opening[first:] -= ground.normal[:, None, :]
+        shear[first:] -= ground.shear[:, None, :]
+        slip = np.where(at_home, points["slip"], shear).mean(axis=1)
+        cracked = ((points["cracked"] != 0) | ~at_home).any(axis=1)
+        slipped = np.where(slip != 0.0, ContactState.SLIPPING, ContactState.INTACT)
+        moved = motion.displacement.copy()
+        if self.grid is not None and self.wholes is not None:
+            moved[self.wholes.block] = self.wholes.motion(self.time)
+        moved[:, :2] -= motion.displacement[-1, :2]
+        loose = come_loose(model, moved.ravel(), progress)
+        energy, acting = self.audit.balance(), self._acting()
+        return Increment(
+            number=self.output,
+            progress=progress,
+            displacement=moved[:-1],
+            base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
+            opening=opening.mean(axis=1),
+            slip=slip,
+            normal_stress=np.where(at_home, points["sigma"], 0.0).mean(axis=1),
+            shear_stress=np.where(at_home, points["tau"], 0.0).mean(axis=1),
+            state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
+            unbalanced_force_ratio=self._unbalanced(),
+            base_reaction=base_reaction(model, acting),
+            cycles=steps,
+            support_force=support_force(model, acting),
+            collapsed=bool(loose.any()),
+            time=self.time,
+            searches=self.searches,
+            zones=None if self.grid is None else zone_picture(self.grid, motion.displacement[-1, :2]),
+            deflection=self._deflection(),
+            **energy._asdict(),
+        )
+
+    def _deflection(self) -> float:
+        """Return the deflection (m, upwards) of a footing that finds its own form, NaN without."""
+        model = self.model
+        if model.deflection is None:
+            return np.nan
+        moved = np.zeros(model.size)
+        moved[: self.motion.displacement.size] = self.motion.displacement.ravel()
+        if self.grid is not None and model.mesh is not None:
+            moved[model.mesh.dof_x], moved[model.mesh.dof_y] = self.grid.displacement.T
+        return float(model.deflection @ moved)
+
+    def _acting(self) -> FloatArray:
+        """Return what acts on all degrees of freedom (size,) (N, N m), on facets as on their gridpoints."""
+        force = np.zeros(self.model.size)
+        acting = self.motion.force[: len(self.motion.load)] + self.motion.load
+        force[: acting.size] = acting.ravel()
+        if self.grid is not None and self.model.mesh is not None:
+            on_points = self.grid.force + self.grid.load
+            force[self.model.mesh.dof_x], force[self.model.mesh.dof_y] = on_points.T
+        return force
+
+    def _unbalanced(self) -> float:
+        """Return the largest force on what is free, moments over radii of gyration, over the mean block weight."""
+        ratio = np.abs(self._acting() / residual_scale(self.model))
+        ratio[held_dofs(self.model)] = 0.0
+        return float(ratio.max(initial=0.0))
+
+
+def impacts(dynamics: Dynamics) -> str:
+    """Return what becomes of the energy of impacts, in words."""
+    share = dynamics.contact_damping
+    if share > 0.0:
+        return f"damped: dynamics.contact_damping = {share:g} of critical"
+    more = "" if dynamics.damping == "none" else f", but for damping = '{dynamics.damping}'"
+    return f"elastic: no energy is lost where blocks strike (dynamics.contact_damping = 0){more}"
+
+
+def gently(share: FloatArray) -> FloatArray:
+    """Rise from 0 to 1 with neither speed nor acceleration at either end."""
+    return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
+
+
+def _imposed(model: Model) -> Imposed:
+    """Return the points whose ground moves by itself."""
+    m, q = model.interfaces.contact_area.shape
+    ground = model.ground.full
+    first = m - len(ground.normal)
+    normal, shear = (np.repeat(values[:, None, :], 2, axis=1).ravel() for values in ground)
+    moves = (normal != 0) | (shear != 0) | (not model.ground.proportional)
+    return Imposed((2 * first * q + np.arange(len(normal)))[moves], normal[moves], shear[moves])
+
+
+def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
+    if model.sections is not None:
+        raise InputError(
+            "footing.concrete: in a run in time the footing stays elastic and does not crack; leave out "
+            "[footing.concrete] and give footing.elastic_modulus, or leave out [dynamics]."
+        )
+    if settings.quadrature == "midpoint" and dynamics.new_contacts:
+        raise InputError(
+            "solver.quadrature = 'midpoint': leaves the corners of blocks without a contact, so they could pass "
+            "through each other; take 'lobatto', or dynamics.new_contacts = false."
+        )

@@ -1,0 +1,217 @@
+"""The time step: from the highest frequency of the wall, and of what it may become."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, eigsh
+
+from damagepred.assembly import Model
+from damagepred.kernels.dynamics.contact import HOME
+from damagepred.scene import Dynamics
+from damagepred.solvers.dynamics.body_arrays import Scenery
+from damagepred.solvers.dynamics.gridpoints import Grid
+from damagepred.solvers.system.deformable_blocks import zone_stiffness
+from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
+
+FloatArray = NDArray[np.float64]
+
+SLACK = 1e-3
+"""Relative accuracy asked of the highest eigenvalue, and added to it."""
+SMALL = 60
+"""Up to that many degrees of freedom all eigenvalues are found directly."""
+
+
+class HighestFrequency(NamedTuple):
+    """Highest angular frequencies (rad/s).
+
+    Attributes
+    ----------
+    intact : float
+        Of the wall with all joints intact: an eigenvalue.
+    touched : float
+        Bound for whatever the wall may become when blocks meet what they did not touch at first.
+    """
+
+    intact: float
+    touched: float
+
+
+def highest_frequency(
+    model: Model, scene: Scenery, inverse_mass: FloatArray, grid: Grid | None = None
+) -> HighestFrequency:
+    """Return the highest frequency of a model, and a bound for it once blocks meet others.
+
+    The bound: with S the stiffness of all points that act on a block while the other side is held, the energy of each
+    contact is at most twice that of both sides' own movement, so omega^2 <= 2 max eig(M^-1 S) over the blocks. S is
+    that of the intact wall, or twice that of the block's own points if this is more: all of its faces in full
+    contact, as many points of others on them as there are of its own. To a deformable block its zones' stiffness is
+    added, and S, that of its facets' gridpoints, is twice that of its own points: at first, too, there is one of
+    another's where there is one of its own in a joint.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    scene : Scenery
+        Its points.
+    inverse_mass : array (n + 1, 3)
+        0 where it is held.
+    grid : Grid, optional
+        Gridpoints of the deformable blocks.
+    """
+    inverse = np.zeros(model.size)
+    inverse[: inverse_mass.size] = inverse_mass.ravel()
+    if grid is None or model.mesh is None:
+        intact = _highest(elastic_stiffness(model), inverse)
+        return HighestFrequency(intact, _touched(model, scene, inverse_mass))
+    inverse[model.mesh.dof_x], inverse[model.mesh.dof_y] = grid.inverse_mass.T
+    zones = zone_stiffness(model)
+    met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse)
+    return HighestFrequency(_highest(elastic_stiffness(model), inverse), max(met, _touched(model, scene, inverse_mass)))
+
+
+def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray) -> float:
+    """Return the highest angular frequency (rad/s) of a stiffness; what is held has an inverse mass of 0."""
+    root = np.sqrt(inverse_mass)
+    free = np.flatnonzero(root > 0)
+    scale = sparse.diags_array(root[free])
+    matrix = (scale @ stiffness.tocsr()[free][:, free] @ scale).tocsr()
+    if matrix.nnz == 0:
+        return 0.0
+    if len(free) <= SMALL:
+        return float(np.sqrt(np.linalg.eigvalsh(matrix.toarray())[-1]))
+    # Gershgorin's circles, rotations made comparable by the scaling itself: never below the true one
+    circles = float(abs(matrix).sum(axis=1).max())
+    try:
+        start = np.random.default_rng(1).standard_normal(len(free))
+        found = eigsh(matrix, k=1, which="LA", tol=SLACK, v0=start, return_eigenvectors=False)
+        largest = min(float(found[0]) * (1.0 + SLACK), circles)
+    except (ArpackNoConvergence, ArpackError):
+        largest = circles
+    return float(np.sqrt(largest))
+
+
+def _on_gridpoints(model: Model, scene: Scenery, grid: Grid) -> sparse.sparray:
+    """Return the stiffness (size, size) of the points of deformable blocks while what they face is held (N/m).
+
+    A point moves with the gridpoints at both ends of its facet by shares that add up to 1, so what it holds is at most
+    what it would hold if each of them alone moved it, times these shares: the matrix joins no two gridpoints.
+    """
+    mesh = model.mesh
+    assert mesh is not None
+    points = scene.points
+    points = points[points["body"] > model.n_blocks]
+    side = grid.sides[points["body"] - model.n_blocks - 1]
+    law, edge = scene.laws[points["law"]], scene.edges[points["own_edge"]]
+    along = points["x"] * side["along_x"] + points["y"] * side["along_y"]
+    share = np.clip(side["share"] + along / edge["length"], 0.0, 1.0)
+    k_n, k_s = law[:, 0] * points["area"], law[:, 1] * points["area"]
+    t_x, t_y = side["along_x"], side["along_y"]
+    parts = []
+    for point, weight in ((side["start"], 1.0 - share), (side["end"], share)):
+        x, y = mesh.dof_x[point], mesh.dof_y[point]
+        cross = weight * (k_s - k_n) * t_x * t_y
+        parts += [
+            (x, x, weight * (k_n * t_y**2 + k_s * t_x**2)),
+            (y, y, weight * (k_n * t_x**2 + k_s * t_y**2)),
+            (x, y, cross),
+            (y, x, cross),
+        ]
+    rows, columns, values = (np.concatenate(part) for part in zip(*parts))
+    return sparse.coo_array((values, (rows, columns)), shape=(model.size, model.size)).tocsr()
+
+
+def _touched(model: Model, scene: Scenery, inverse_mass: FloatArray) -> float:
+    n, points, edges = model.n_blocks, scene.points, scene.edges
+    centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
+    own = np.zeros((n + 1, 3, 3))
+    all_sides = np.zeros((n + 1, 3, 3))
+    law = scene.laws[points["law"]]
+    normal = law[:, 0] * points["area"], law[:, 1] * points["area"]
+    face = edges[points["own_edge"]]
+    rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal)
+    whole = points["body"] <= n  # not on the facet of a deformable block
+    np.add.at(own, points["body"][whole], rows[whole])
+    np.add.at(all_sides, points["body"][whole], rows[whole])
+    # those of others that lie on a block at first; the ground has no centroid, and does not move
+    joined = (points["status"] == HOME) & (edges["body"][points["target"]] <= n)
+    other = edges[points["target"][joined]]
+    on, body = other["body"], points["body"][joined]
+    moves = (on < n) & (body < n)
+    at = np.zeros((len(on), 2))
+    at[moves] = np.column_stack((points["x"], points["y"]))[joined][moves] + (centre[body[moves]] - centre[on[moves]])
+    elsewhere = (on < n) & (body >= n)
+    along = points["anchor"][joined]
+    for axis, key in enumerate("xy"):  # on its edge: from the edge's end along it
+        at[elsewhere, axis] = (other[key] + other[f"along_{key}"] * along)[elsewhere]
+    rows = _stiffness_rows(at[:, 0], at[:, 1], other["along_x"], other["along_y"], *(k[joined] for k in normal))
+    np.add.at(all_sides, on, rows)
+    root = np.sqrt(inverse_mass)[:-1]
+    worst = 0.0
+    for stiffness in (all_sides, 2.0 * own):
+        scaled = root[:, :, None] * stiffness[:-1] * root[:, None, :]
+        worst = max(worst, float(np.linalg.eigvalsh(scaled).max(initial=0.0)))
+    return float(np.sqrt(2.0 * worst))
+
+
+def _stiffness_rows(
+    x: FloatArray, y: FloatArray, t_x: FloatArray, t_y: FloatArray, k_n: FloatArray, k_s: FloatArray
+) -> FloatArray:
+    """Return the stiffness (p, 3, 3) of points at arms (x, y) along normal and direction of an edge."""
+    across = np.stack((-t_y, t_x, x * t_x + y * t_y), axis=-1)
+    along = np.stack((t_x, t_y, x * t_y - y * t_x), axis=-1)
+    return np.asarray(
+        k_n[:, None, None] * across[:, :, None] * across[:, None, :]
+        + k_s[:, None, None] * along[:, :, None] * along[:, None, :]
+    )
+
+
+def contact_damping(model: Model, settings: Dynamics) -> float:
+    """Return the damping stress of pressed contacts over the rate of their elastic stress (s).
+
+    2 zeta / omega, with omega = sqrt(k_n A / m) the least frequency at which a block bounces on a joint; m is the mass
+    of the lighter of the two.
+    """
+    if settings.contact_damping == 0.0:
+        return 0.0
+    face = model.interfaces
+    mass = np.append(model.mass, np.inf)
+    held = model.supports.prescribed
+    mass[held[held % 3 == 1] // 3] = np.inf
+    lighter = np.minimum(mass[face.block_a], mass[face.block_b])
+    moves = np.isfinite(lighter)
+    if not moves.any():
+        return 0.0
+    stiffness = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
+    return float(2.0 * settings.contact_damping * np.sqrt((lighter[moves] / stiffness[moves]).max()))
+
+
+def time_step(frequency: float, settings: Dynamics, dry: bool = False, contacts: float = 0.0) -> float:
+    """Return the time step to use (s).
+
+    Central differences are stable up to 2 / omega. Damping proportional to stiffness, taken from the last half step,
+    lowers that to 2 / omega (sqrt(1 + xi^2) - xi), where xi = beta omega / 2; local damping alpha adds up to alpha
+    times the unbalanced force, and lowers it by 1 / sqrt(1 + alpha). Damping proportional to mass does not.
+
+    Parameters
+    ----------
+    frequency : float
+        Highest angular frequency (rad/s); 0 if nothing is elastic.
+    settings : Dynamics
+        Damping, and the share of the limit to use.
+    dry : bool
+        Whether some joints have no tensile strength: blocks may bounce on them.
+    contacts : float
+        Damping stress of pressed contacts over the rate of their elastic stress (s).
+    """
+    if frequency == 0.0:
+        return settings.duration / settings.outputs
+    xi = 0.5 * (settings.stiffness_damping + contacts) * frequency
+    limit = 2.0 / frequency / (np.sqrt(1.0 + xi * xi) + xi)
+    if settings.damping == "local":
+        limit /= np.sqrt(1.0 + settings.local_damping)
+    return float(settings.step_share(dry) * limit)

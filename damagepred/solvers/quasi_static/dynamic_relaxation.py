@@ -1,0 +1,197 @@
+"""What happens where no equilibrium is near: the wall gives way at standing movement, and comes to rest elsewhere.
+
+Where joints slide unstably there is no path of equilibria to follow; the wall jumps. The explicit scheme lets the
+blocks move from where they are, damped, until they are nearly at rest; from there the equilibrium is found as ever.
+Bonds do not break at once on the way: that is left to the path, which breaks them in order. They may begin to soften.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from damagepred.assembly import Model
+from damagepred.scene import Solver
+from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND
+from damagepred.solvers.state.joint_history import fields_of
+from damagepred.solvers.system.detached_blocks import Leeway, come_loose
+from damagepred.solvers.system.loading_stages import pushing_supports
+from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, goes_on, lasting_bonds
+from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.tiles import memory_of
+
+CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
+"""After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
+ALONG = 3000
+"""Cycles in which the movement goes on from the last equilibrium."""
+FLOATING_LOOKS = 2
+"""Looks in a row at which a footing on jacks floats above all its supports, after which it has lifted off."""
+LOOKS, SLOWED = 4, 0.8
+"""Looks, in which its cycles double, and share of its speed before them below which a wall is slowing down."""
+SHAKEN, EASED, LEAST = 4000, 0.8, 0.1
+"""Cycles after which damping is eased, the share of it that is left each time the wall is looked at, and its least.
+
+Joints that stick and slide by turns shake what moves, and local damping, a share of the forces that shake, brakes it as
+by a friction that is not there: a wall well beyond what it carries would creep down at a steady pace. By then the jolt
+of the load has died away, which is what strong damping is for.
+"""
+
+
+@dataclass
+class VolumeCorrection:
+    """Corrections of the pump's volume while a wall relaxes, by the secant method; the deflection is given.
+
+    Under a given volume a footing that yields, or whose load falls as it bends, does not run away. A correction waits
+    until the wall has answered to the last one.
+
+    Attributes
+    ----------
+    rate : float
+        Volume per deflection (1): of the tangent, then the secant of the last correction.
+    growth : float
+        Largest factor from one rate to the next (1).
+    settled : float
+        Change of the deflection from look to look over what is missing of it, up to which the wall has answered (1).
+    """
+
+    rate: float
+    growth: float = 4.0
+    settled: float = 0.1
+    _last: float = 0.0
+    _corrected_at: float = 0.0
+    _deflection: float = np.inf
+
+    def settles(self, deflection: float, missing: float) -> bool:
+        """Return whether the wall has answered to the last correction, and a deflection (m) is still missing (m)."""
+        change, self._deflection = abs(deflection - self._deflection), deflection
+        return abs(missing) > DEFLECTION_FOUND and change <= self.settled * abs(missing)
+
+    def next(self, deflection: float, missing: float) -> float:
+        """Return what is to be added to the volume (m), at a deflection of which some is missing (m)."""
+        if self._last != 0.0:
+            answer, most = (deflection - self._corrected_at) / self._last, self.growth * self.rate
+            self.rate = 1.0 / answer if answer * most > 1.0 else most
+        self._last, self._corrected_at = missing * self.rate, deflection
+        return self._last
+
+
+def come_to_rest(
+    model: Model, start: State, left: float, patience: float = 1.0, volume_per_deflection: float | None = None
+) -> Iterator[State]:
+    """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
+
+    The movement goes on slowly: ground that was in its new place at once would press
+    joints together so much that blocks fly off, and stay where they climb or wedge on their way.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    start : State
+        Load and movement to go to; where the blocks are, the load of the jacks and the memory of the last equilibrium.
+    left : float
+        Share of the movement of that.
+    patience : float
+        Share of the cycles that it is given, unless it is slowing down.
+    volume_per_deflection : float, optional
+        Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
+
+    Yields
+    ------
+    State
+        Nearer and nearer to rest; the last one, if a part of the wall has come loose, with that part on its way.
+    """
+    law = model.properties
+    softens = law.critical_opening > 0
+    # no bond breaks meanwhile, nor do sections crack for good
+    run = _at(model, replace(start, progress=left), volume_per_deflection)
+    if start.progress != left:
+        run.advance(ALONG, start.progress, run.load_share)
+        run.halt()
+    correction = None if volume_per_deflection is None else VolumeCorrection(volume_per_deflection)
+    cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
+    supports, floating_looks = pushing_supports(model), 0
+    while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
+        if run.cycles > begun + SHAKEN:
+            run.damping = max(EASED * run.damping, LEAST)
+        before = run.motion.displacement.copy()
+        if run.pump is not None and correction is not None:
+            deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.progress, before)
+            if correction.settles(deflection, missing):
+                if floating_looks >= FLOATING_LOOKS:  # the jacks carry all of the weight, and lift it freely
+                    before[1 : 3 * model.n_blocks : 3] += 2.0 * Leeway.of(model).at(1.0)
+                    yield replace(start, displacement=before, memory=memory_of(run.joints), jack=run.pump.load)
+                    return
+                if not floating_looks:
+                    run.pump.deliver(correction.next(deflection, missing))
+        run.cycle(cycles)
+        speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
+        cycles = int(LONGER * cycles)
+        memory = memory_of(run.joints)
+        opening = fields_of(run.model, memory, run.motion.displacement, start.progress).opening
+        floating_looks = floating_looks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
+        stress = law.normal_stiffness[:, None] * (opening - memory.dilated)
+        parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
+        brittle = memory.cracked & ~softens[:, None]
+        memory.opened[brittle] = parted[brittle]
+        plastic = start.plastic if run.zones is None else run.zones.plastic()
+        jack = start.jack if run.pump is None else run.pump.load
+        yield replace(start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic, jack=jack)
+        if come_loose(model, run.motion.displacement, start.progress).any():
+            return
+
+
+def pushed_on(model: Model, state: State, nearly_at_rest: bool) -> State | None:
+    """Push a wall on that does not come to rest; return it with what comes loose on its way, None if it is held.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    state : State
+        Where it has come to.
+    nearly_at_rest : bool
+        Whether what is out of balance is little; then it is not pushed as long.
+    """
+    if model.jacks is not None:
+        return None
+    run = _at(model, state)
+    if not goes_on(run, FEW if nearly_at_rest else ROUNDS):
+        return None
+    plastic = state.plastic if run.zones is None else run.zones.plastic()
+    return replace(state, displacement=run.motion.displacement, memory=memory_of(run.joints), plastic=plastic)
+
+
+def unbalanced_on_its_way(model: Model, state: State) -> float:
+    """Return the largest unbalanced force over the mean block weight of a wall that falls.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    state : State
+        Where it was last seen.
+    """
+    run = _at(model, state)
+    run.cycle(1)
+    return float(run.unbalanced().max())
+
+
+def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> Run:
+    """Return the explicit scheme with lasting bonds in a state, at rest; jacks without a pump carry their own load."""
+    lasting, jacks = lasting_bonds(model), model.jacks
+    pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
+    run, load = Run(pumped, Solver(), settle_every=0), state.load
+    if jacks is not None and run.pump is None:
+        # what is given grows with the movement from that of the level state
+        growth = (jacks.load - state.jack) / (1.0 - state.progress) if jacks.by_load and state.progress < 1.0 else 0.0
+        run.motion.load[:] = load * run.motion.load + (state.jack - state.progress * growth) * jacks.push
+        run.motion.live_load[:] += growth * jacks.push
+        load = 1.0
+    run.resume(state.displacement, state.memory, load, state.progress, state.plastic, sections=state.sections)
+    if run.pump is not None and volume_per_deflection is not None:
+        run.pump.begin_at(state.displacement, state.jack, volume_per_deflection)
+    return run

@@ -1,0 +1,203 @@
+"""Energy balance of a path, and how well its equilibria obey the law of the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.assembly.model import Ground
+from damagepred.kernels.interface.equilibrium import energy
+from damagepred.kernels.interface.residual import beyond_law
+from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.quasi_static.superelements import Solids
+from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
+from damagepred.solvers.system.footing_forces import section_energy, section_response_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Spent(NamedTuple):
+    """Work taken in a step (J): by friction, by joints that are crushed, by zones that yield."""
+
+    friction: float
+    crushing: float
+    yielding: float
+
+
+@dataclass
+class WorkBalance:
+    """Where the work of dead load and movement has gone, all in J, summed along the path.
+
+    Attributes
+    ----------
+    residual : array (size,)
+        Largest residual force of each degree of freedom (N, N m).
+    external_work : float
+        Work of dead load, live load and movement on the wall.
+    elastic_energy : float
+        Stored in joints and zones.
+    friction_work, fracture_work : float
+        Taken by sliding, and by softening bonds and cracking sections of the footing.
+    crushing_work : float
+        Taken by joints that are crushed.
+    plastic_work : float
+        Taken by zones that yield.
+    released_energy : float
+        Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
+    snap_through_energy : float
+        Part of that: set free where the wall moved by itself to an equilibrium that was not near.
+    energy_error : float
+        What does not balance in the steps between, added up without sign: their length is what makes it.
+    section_error : float
+        Part of that: what cracking sections of the footing give back under load, which no shorter step makes less.
+    largest_work : float
+        Largest external work so far, without sign.
+    residual_work : float
+        What it may have worked in the last step (J).
+    """
+
+    residual: FloatArray
+    external_work: float = 0.0
+    elastic_energy: float = 0.0
+    friction_work: float = 0.0
+    fracture_work: float = 0.0
+    crushing_work: float = 0.0
+    plastic_work: float = 0.0
+    released_energy: float = 0.0
+    snap_through_energy: float = 0.0
+    energy_error: float = 0.0
+    section_error: float = 0.0
+    largest_work: float = 0.0
+    residual_work: float = 0.0
+
+    def begin(self, model: Model, state: State) -> None:
+        """Note where the path begins."""
+        self.go_on(model)
+        self._keep(state)
+        self._reaction = self._torn = 0.0
+        self._cracked = self._most_cracked = np.zeros(0 if model.sections is None else len(model.sections.interface))
+        self._ground = model.ground.at(state.progress)
+        self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
+        self._sections: FloatArray | None = None
+
+    def go_on(self, model: Model) -> None:
+        """Go on with a model of the same wall that is held otherwise."""
+        self._model, self._loads = model, (dead_load(model), live_load(model))
+
+    def softened(self, work: float) -> None:
+        """Count the work (J) that softening took of bonds whose rest slip has broken; the rest is set free."""
+        self._torn += work
+
+    def crack(self, work: FloatArray) -> None:
+        """Count the work (J) that a step took of each cracking section; what cracked does not heal."""
+        given_back = float((self._most_cracked - self._cracked).sum())
+        self._cracked = self._cracked + work
+        self._most_cracked = np.maximum(self._most_cracked, self._cracked)
+        self.section_error += abs(float((self._most_cracked - self._cracked).sum()) - given_back)
+
+    def _keep(self, state: State) -> None:
+        self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
+        self._jack = state.jack
+
+    def add(
+        self,
+        state: State,
+        spent: Spent,
+        torn: float,
+        reaction: float,
+        gave_way: bool,
+        snapped: bool,
+        solids: Solids | None,
+        beyond: tuple[IntArray, float],
+    ) -> None:
+        """Add the step to a new equilibrium.
+
+        Parameters
+        ----------
+        state : State
+            With the memory of the new equilibrium.
+        spent : Spent
+            Work taken in the step.
+        torn : float
+            Work taken by the tension of bonds that wear by slip (J), which the energy of the joints does not tell.
+        reaction : float
+            Work per progress of what moves the supports in the new equilibrium (J).
+        gave_way : bool
+            Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
+        snapped : bool
+            Whether it led to an equilibrium that was not near.
+        solids : Solids or None
+            Deformable blocks.
+        beyond : (array of int, float)
+            Interfaces to look at, and what all others store; see ``Equilibrium.stored_beyond``.
+        """
+        model, (listed, elsewhere) = self._model, beyond
+        ground = model.ground.at(state.progress)
+        on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
+        stored, softened = energy(
+            listed, model.interfaces, model.properties, ground, state.memory, state.displacement, on_ground
+        )
+        stored += elsewhere
+        if solids is not None:
+            stored += solids.stored(state.displacement, state.plastic)
+        if model.sections is not None:
+            response = section_response_of(model, state.sections, state.displacement)
+            held, cracked = section_energy(model, response, self._sections)
+            stored += held
+            self.crack(cracked)
+            self._sections = response
+        softened += float(self._most_cracked.sum())
+        self._torn += torn
+        softened += self._torn
+        moved = state.displacement - self._displacement
+        # a wall that gives way does so under the load that it has come to
+        before = (state.load, state.progress) if gave_way else (self._load, self._progress)
+        dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
+        live = 0.5 * (state.progress + before[1]) * float(self._loads[1] @ moved)
+        work = dead + live + 0.5 * (reaction + self._reaction) * (state.progress - self._progress)
+        work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
+        if model.jacks is not None:
+            work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
+        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
+        self.external_work += work
+        self.largest_work = max(self.largest_work, abs(self.external_work))
+        self.residual_work = float(self.residual @ np.abs(moved))
+        self.elastic_energy, self.fracture_work = stored, softened
+        self.friction_work += spent.friction
+        self.crushing_work += spent.crushing
+        self.plastic_work += spent.yielding
+        if gave_way and missing > 0.0:
+            self.released_energy += missing
+            self.snap_through_energy += missing if snapped else 0.0
+        else:  # what gives way can only lose energy
+            self.energy_error += abs(missing)
+        self._keep(state)
+        self._reaction, self._ground, self._on_ground = reaction, ground, on_ground
+
+
+def _trapezoidal(ground: tuple[Ground, Ground], force: tuple[Ground, Ground]) -> float:
+    """Return the work (J) of forces (N) on the ground between two states (m), by the trapezoidal rule."""
+    (from_n, from_s), (to_n, to_s) = ground
+    (before_n, before_s), (after_n, after_s) = force
+    along_normal = (before_n + after_n) * (to_n - from_n)
+    return 0.5 * float(along_normal.sum() + ((before_s + after_s) * (to_s - from_s)).sum())
+
+
+def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray) -> float:
+    """Return by how much the stresses exceed what the joints carry (Pa), at most; 0 if they obey the law.
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces with q contacts.
+    state : State
+        With the memory of this equilibrium.
+    sigma, tau : array (m, q)
+        Normal stress, tension positive, and shear stress (Pa).
+    """
+    return float(beyond_law(model.properties, state.memory.cracked, state.memory.opened, sigma, tau))

@@ -1,0 +1,1 @@
+"""The discrete system: elastic stiffness, loading stages, deformable blocks, and forces read from contacts."""

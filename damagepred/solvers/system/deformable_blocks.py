@@ -1,0 +1,475 @@
+"""Deformable blocks for the solvers: zones and facets as kernels take them, and what follows from gridpoints."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from damagepred.assembly import Model
+from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh
+from damagepred.kernels.zone.forces import memory_type, moduli_type, shape_type, work_type
+from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
+from damagepred.solvers.time_stepping.tiles import aligned
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class Facets(NamedTuple):
+    """Pieces of facets as ``place_facets`` and ``hand_on`` take them; f of them.
+
+    Attributes
+    ----------
+    start_x, start_y, end_x, end_y : array of int (f,)
+        Degrees of freedom of the gridpoints at both ends of the facet.
+    start_share, end_share : array (f,)
+        Shares of the two in the motion of the piece's middle.
+    turn_x, turn_y : array (f,)
+        Rotation for a unit displacement of the end against the start (1/m).
+    first_dof : int
+        First degree of freedom of the first piece.
+    """
+
+    start_x: IntArray
+    start_y: IntArray
+    end_x: IntArray
+    end_y: IntArray
+    start_share: FloatArray
+    end_share: FloatArray
+    turn_x: FloatArray
+    turn_y: FloatArray
+    first_dof: int
+
+
+class PackedZones(NamedTuple):
+    """Zones in batches of blocks of one pattern, their values side by side; see ``damagepred.kernels.zone.forces``.
+
+    Attributes
+    ----------
+    first_dof : array of int (b + 1,)
+        Where the degrees of freedom of each batch begin.
+    pattern : array of int (b,)
+        Pattern of each batch.
+    first_corner : array of int (p + 1,), corners : array of unsigned int (c, 5)
+        Where the cells of each pattern begin; where the degrees of freedom of a cell's four corners and of the
+        gridpoint in its middle begin in a batch.
+    first_shape : array of int (b,), shapes : array of record
+        Where the shapes of each batch's cells begin; batches of bricks that are all alike share them.
+    first_memory : array of int (b,), memory : array of record
+        Where the memory of each batch's cells begins, -1 if none of its blocks has a strength.
+    moduli : array of record (b,)
+        Materials; nothing in empty lanes.
+    work : array of record (1,)
+        What a cell works with.
+    """
+
+    first_dof: NDArray[np.uint64]
+    pattern: IntArray
+    first_corner: IntArray
+    corners: NDArray[np.uint64]
+    first_shape: IntArray
+    shapes: NDArray[Any]
+    first_memory: IntArray
+    memory: NDArray[Any]
+    moduli: NDArray[Any]
+    work: NDArray[Any]
+
+
+def facets_of(model: Model) -> Facets:
+    """Return the pieces of facets of a model with deformable blocks."""
+    mesh = _mesh(model)
+    start, end = mesh.facets[mesh.piece_facet].T
+    along_x, along_y = mesh.x[end] - mesh.x[start], mesh.y[end] - mesh.y[start]
+    square = along_x**2 + along_y**2
+    return Facets(
+        mesh.dof_x[start],
+        mesh.dof_y[start],
+        mesh.dof_x[end],
+        mesh.dof_y[end],
+        1.0 - mesh.piece_place,
+        mesh.piece_place,
+        -along_y / square,
+        along_x / square,
+        3 * (model.n_blocks + 1),
+    )
+
+
+def pack_zones(model: Model) -> PackedZones:
+    """Return the zones of a model, with no plastic strain yet."""
+    mesh = _mesh(model)
+    corners = [cell_gridpoints(p.zones) for p in mesh.patterns]
+    cells_of = np.array([len(c) for c in corners])
+    first_shape, shapes = _shapes(model, cells_of)
+    yields = np.bincount(mesh.batch, can_yield(model)[mesh.block], len(mesh.batch_pattern)) > 0
+    in_memory = np.where(yields, cells_of[mesh.batch_pattern], 0)
+    moduli = aligned(len(mesh.batch_pattern), moduli_type())
+    # empty lanes do not yield
+    moduli["strength"][:] = np.array([NO_LIMIT, 1.0, 1.0, NO_LIMIT, NO_LIMIT, 0.0, 1.0])[:, None]
+    for name, values in zip(("elasticity", "strength"), block_moduli(model)):
+        moduli[name][mesh.batch, :, mesh.lane] = values[mesh.block]
+    work = aligned(1, work_type())
+    work["lanes"] = SIDE_BY_SIDE
+    return PackedZones(
+        first_dof=mesh.batch_dof.astype(np.uint64),
+        pattern=mesh.batch_pattern,
+        first_corner=np.concatenate(([0], np.cumsum(cells_of))),
+        corners=2 * SIDE_BY_SIDE * np.concatenate(corners).astype(np.uint64),
+        first_shape=first_shape,
+        shapes=shapes,
+        first_memory=np.where(yields, np.cumsum(in_memory) - in_memory, -1),
+        memory=aligned(int(in_memory.sum()), memory_type()),
+        moduli=moduli,
+        work=work,
+    )
+
+
+def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
+    """Return where the shapes of each batch begin, and the shapes: one set for all batches of blocks that are alike."""
+    mesh = _mesh(model)
+    thickness = model.block_law.thickness
+    slopes, area = zone_slopes(mesh).reshape(-1, 4), mesh.zone_area
+    gamma, strain = bending(model)
+    first: list[int] = []
+    sets: list[NDArray[Any]] = []
+    known: dict[bytes, int] = {}
+    order = np.lexsort((mesh.lane, mesh.batch))  # within a batch, blocks of one shape stand first
+    ends = np.searchsorted(mesh.batch[order], np.arange(len(mesh.batch_pattern) + 1))
+    for batch, pattern in enumerate(mesh.batch_pattern):
+        cells = aligned(int(cells_of[pattern]), shape_type())
+        members = order[ends[batch] : ends[batch + 1]]
+        zones = [slice(mesh.first_zone[d], mesh.first_zone[d + 1]) for d in members]
+        for lane in range(SIDE_BY_SIDE):
+            d = min(lane, len(members) - 1)  # empty lanes look like the last block
+            cells["slopes"][:, :, :, lane] = slopes[zones[d]].reshape(-1, 4, 4)
+            cells["gamma"][:, :, lane] = gamma[zones[d]].reshape(-1, 4)
+            cells["bending"][:, :, :, lane] = strain[zones[d]].reshape(-1, 4, 6)
+            cells["volume"][:, :, lane] = (area[zones[d]] * thickness[mesh.block[members[d]]]).reshape(-1, 4)
+        # alike to nine digits: far from the origin there are no more
+        largest = np.abs(cells["slopes"]).max()
+        parts = [cells["slopes"] / largest * 1e9, cells["bending"] / largest * 1e9, cells["volume"] * 1e15]
+        alike = np.round(np.concatenate([part.ravel() for part in parts]))
+        key = (alike + 0.0).tobytes()
+        if key not in known:
+            known[key] = sum(len(c) for c in sets)
+            sets.append(cells)
+        first.append(known[key])
+    shapes = aligned(sum(len(c) for c in sets), shape_type())
+    shapes[:] = np.concatenate(sets)
+    return np.array(first), shapes
+
+
+Places = tuple[IntArray, IntArray, IntArray]
+"""Cell, number within it, and lane of each zone (z,)."""
+
+
+def cell_gridpoints(zones: IntArray) -> IntArray:
+    """Return the four corners of each cell and the gridpoint in its middle, (c, 5), of zones (z, 3)."""
+    cell = zones.reshape(-1, 4, 3)
+    return np.column_stack((cell[:, :, 0], cell[:, 0, 2]))
+
+
+def zone_places(mesh: Mesh, first_cell: IntArray) -> Places:
+    """Return where each zone stands in memory, if the cells of each batch begin there."""
+    owner = np.repeat(np.arange(len(mesh.block)), np.diff(mesh.first_zone))
+    local = np.arange(len(owner)) - mesh.first_zone[owner]
+    return first_cell[mesh.batch[owner]] + local // 4, local % 4, mesh.lane[owner]
+
+
+def first_cells(mesh: Mesh) -> IntArray:
+    """Return where the cells of each batch (b + 1,) begin, all batches one after the other."""
+    cells = np.array([len(p.zones) // 4 for p in mesh.patterns])
+    return np.concatenate(([0], np.cumsum(cells[mesh.batch_pattern])))
+
+
+def put(field: NDArray[Any], place: Places, values: NDArray[Any]) -> None:
+    """Write values of the zones, (z,) or (z, k), into a field of cells, (c, 4, 8) or (c, 4, k, 8)."""
+    cell, number, lane = place
+    field[cell, number, ..., lane] = values
+
+
+def take(field: NDArray[Any], place: Places) -> NDArray[Any]:
+    """Return the values of the zones, (z,) or (z, k), from a field of cells."""
+    cell, number, lane = place
+    return np.ascontiguousarray(field[cell, number, ..., lane])
+
+
+def zone_slopes(mesh: Mesh) -> FloatArray:
+    """Return the slopes (z, 2, 2) of the shape functions of each zone's second and third gridpoint (1/m)."""
+    x, y = mesh.x[mesh.zones], mesh.y[mesh.zones]
+    twice = 2.0 * mesh.zone_area
+    second = np.stack((y[:, 2] - y[:, 0], x[:, 0] - x[:, 2]), axis=1)
+    third = np.stack((y[:, 0] - y[:, 1], x[:, 1] - x[:, 0]), axis=1)
+    return np.asarray(np.stack((second, third), axis=1) / twice[:, None, None], dtype=np.float64)
+
+
+def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
+    """Return elasticity and strength (n, 7) of the blocks as the law of zones takes them."""
+    law = model.block_law
+    elastic = zone_elasticity(law.elastic_modulus, law.poisson_ratio, model.plane == "strain")
+    strength = zone_strength(
+        np.minimum(law.cohesion, NO_LIMIT), law.friction, law.dilation, np.minimum(law.tensile_strength, NO_LIMIT)
+    )
+    return np.column_stack(elastic), np.column_stack(strength)
+
+
+def can_yield(model: Model) -> BoolArray:
+    """Tell which blocks (n,) have a strength."""
+    return np.isfinite(model.block_law.cohesion) | np.isfinite(model.block_law.tensile_strength)
+
+
+def gridpoint_mass(model: Model) -> FloatArray:
+    """Return the mass of the gridpoints (g,) (kg): a third of each zone's that meets there (paper, after Eq. 7)."""
+    mesh = _mesh(model)
+    block = mesh.zone_block
+    third = mesh.zone_area * model.block_law.thickness[block] * model.density[block] / 3.0
+    return np.asarray(np.bincount(mesh.zones.ravel(), np.repeat(third, 3), mesh.x.size))
+
+
+def share_of_mass(model: Model) -> FloatArray:
+    """Return the share of each gridpoint (g,) in its block: as its mass, also where that is nothing."""
+    mesh = _mesh(model)
+    third = np.repeat(mesh.zone_area / 3.0, 3)
+    area = np.bincount(mesh.zones.ravel(), third, mesh.x.size)
+    return area / model.blocks.area[mesh.gridpoint_block]
+
+
+def spread(model: Model, load: FloatArray) -> FloatArray:
+    """Return loads on blocks as loads on all degrees of freedom.
+
+    What acts on a deformable block goes to its gridpoints as if it were accelerated as a rigid one: forces by their
+    mass, a moment by mass and arm.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    load : array (3 n,)
+        Forces and moments on the blocks (N, N m).
+
+    Returns
+    -------
+    array (size,)
+    """
+    out = np.zeros(model.size)
+    out[: load.size] = load
+    if model.mesh is None:
+        return out
+    out[3 * model.mesh.block[:, None] + np.arange(3)] = 0.0
+    motion = rigid_motion(model)
+    out += motion.T @ load
+    return out
+
+
+def rigid_motion(model: Model) -> sparse.csr_array:
+    """Return what takes displacements of gridpoints to the mean motion of their blocks, matrix (3 n, size).
+
+    The mean is that of the mass; rotation that of the moment of momentum.
+    """
+    mesh = _mesh(model)
+    block = mesh.gridpoint_block
+    share = share_of_mass(model)
+    # about the centroid of the lumped masses, which is the block's
+    r_x, r_y = mesh.x - model.blocks.x[block], mesh.y - model.blocks.y[block]
+    inertia = np.bincount(block, share * (r_x**2 + r_y**2), model.n_blocks)[block]
+    rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
+    columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
+    values = np.concatenate((share, share, -share * r_y / inertia, share * r_x / inertia))
+    return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
+
+
+def gridpoint_arms(model: Model) -> tuple[FloatArray, FloatArray]:
+    """Return the arms x and y (g,) of gridpoints about their block's centroid, over its radius of gyration."""
+    mesh = _mesh(model)
+    block = mesh.gridpoint_block
+    gyration = np.sqrt(model.blocks.polar / model.blocks.area)[block]
+    return (mesh.x - model.blocks.x[block]) / gyration, (mesh.y - model.blocks.y[block]) / gyration
+
+
+def resultants(model: Model) -> sparse.csr_array:
+    """Return what adds up forces on gridpoints to those on their blocks, matrix (3 n, size).
+
+    A moment about the centroid counts over the block's radius of gyration, as a force.
+    """
+    mesh = _mesh(model)
+    block, one = mesh.gridpoint_block, np.ones(mesh.x.size)
+    arm_x, arm_y = gridpoint_arms(model)
+    rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
+    columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
+    values = np.concatenate((one, one, -arm_y, arm_x))
+    return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
+
+
+def kinematics(model: Model) -> sparse.csr_array:
+    """Return what makes displacements of bodies and gridpoints from those that are free to choose, (size, size).
+
+    Facets follow from gridpoints, all else from itself; deformable blocks as a whole do not count.
+    """
+    size = model.size
+    if model.mesh is None:
+        return sparse.eye_array(size, format="csr")
+    facets = facets_of(model)
+    own = np.ones(size)
+    own[3 * model.mesh.block[:, None] + np.arange(3)] = 0.0
+    count = len(facets.turn_x)
+    body = facets.first_dof + 3 * np.arange(count)
+    own[body[:, None] + np.arange(3)] = 0.0
+    entries = [
+        (np.arange(size), np.arange(size), own),
+        (body, facets.start_x, facets.start_share),
+        (body, facets.end_x, facets.end_share),
+        (body + 1, facets.start_y, facets.start_share),
+        (body + 1, facets.end_y, facets.end_share),
+        (body + 2, facets.start_x, -facets.turn_x),
+        (body + 2, facets.end_x, facets.turn_x),
+        (body + 2, facets.start_y, -facets.turn_y),
+        (body + 2, facets.end_y, facets.turn_y),
+    ]
+    rows, columns, values = (np.concatenate(part) for part in zip(*entries))
+    return sparse.coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
+
+
+def zone_stiffness(model: Model) -> sparse.csr_array:
+    """Return the elastic stiffness of all zones, (size, size) (N/m)."""
+    mesh = _mesh(model)
+    size = model.size
+    matrix = cell_matrices(model)
+    points = cell_gridpoints(mesh.zones)
+    dof = np.stack((mesh.dof_x[points], mesh.dof_y[points]), axis=2).reshape(-1, 10)
+    rows, columns = np.broadcast_to(dof[:, :, None], matrix.shape), np.broadcast_to(dof[:, None, :], matrix.shape)
+    return sparse.coo_array((matrix.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size)).tocsr()
+
+
+class Bending(NamedTuple):
+    """What the strain of zones has from the bending of their cells, instead of that of their shape functions.
+
+    Crossed triangles of constant strain are 50 % too stiff in bending, one row of them, and more where they are long:
+    they strain as the outermost fibre does, and are sheared. The strain of a cell is that of its mean displacement
+    gradient, of its middle gridpoint, and of the hourglass displacement q of its corners (Flanagan and Belytschko
+    1981), which is how it bends. Of the last an assumed strain is taken (Belytschko and Bindeman 1991, ASQBI): linear
+    across the cell, uniaxial, without shear. A zone has its mean times sqrt(3/2): so the energy of four zones is that
+    of the linear field, and a rectangle bends as a beam does. Strains that are constant stay so, and a constant
+    stress does no work on q (patch test). The zone law is as before, of the strain of each zone.
+
+    Attributes
+    ----------
+    gamma : array (z,)
+        Share of the displacement of a zone's first gridpoint, a corner of its cell, in q of the cell (1).
+    strain : array (z, 3, 2)
+        e_xx, e_yy, g_xy in addition to those of the shape functions, for q in x and in y (1/m).
+    """
+
+    gamma: FloatArray
+    strain: FloatArray
+
+
+def bending(model: Model) -> Bending:
+    """Return the assumed strains of the zones of a model in bending."""
+    mesh = _mesh(model)
+    corner = mesh.zones.reshape(-1, 4, 3)[:, :, 0]
+    # about a corner of each cell, so that far-away coordinates lose no digits
+    far = np.stack((mesh.x[corner[:, :1]], mesh.y[corner[:, :1]]), axis=-1)  # (c, 1, 2)
+    x, y = mesh.x[corner] - far[..., 0], mesh.y[corner] - far[..., 1]  # (c, 4)
+    sign = np.array([1.0, -1.0, 1.0, -1.0])
+    area = mesh.zone_area.reshape(-1, 4)
+    twice = 2.0 * area.sum(axis=1, keepdims=True)
+    by_x = (np.roll(y, -1, axis=1) - np.roll(y, 1, axis=1)) / twice
+    by_y = (np.roll(x, 1, axis=1) - np.roll(x, -1, axis=1)) / twice
+    gamma = 0.25 * (sign - (x @ sign)[:, None] * by_x - (y @ sign)[:, None] * by_y)
+    # of the shape functions: the corners displaced by +1, -1, +1, -1, the middle not
+    slopes = zone_slopes(mesh).reshape(-1, 4, 2, 2)
+    after = np.roll(sign, -1)
+    own = (after - sign)[:, None] * slopes[:, :, 0] - sign[:, None] * slopes[:, :, 1]  # (c, 4, 2)
+    # assumed: the gradient of xi eta at the zones' centroids, in the coordinates of the parallelogram that fits best
+    first = 0.25 * np.stack((x @ [-1.0, 1.0, 1.0, -1.0], y @ [-1.0, 1.0, 1.0, -1.0]), axis=-1)
+    second = 0.25 * np.stack((x @ [-1.0, -1.0, 1.0, 1.0], y @ [-1.0, -1.0, 1.0, 1.0]), axis=-1)
+    dual = np.linalg.inv(np.stack((first, second), axis=-1))  # rows: gradients of xi and of eta
+    points = mesh.zones.reshape(-1, 4, 3)
+    at = np.stack((mesh.x[points].mean(axis=2), mesh.y[points].mean(axis=2)), axis=-1) - far
+    at = at - (area[..., None] * at).sum(axis=1, keepdims=True) / area.sum(axis=1)[:, None, None]
+    natural = np.einsum("cij,ckj->cki", dual, at)
+    slope = np.sqrt(1.5) * np.einsum("cki,cij->ckj", natural[:, :, ::-1], dual)
+    # axes of the cell: as far turned as its two directions on average
+    unit = (
+        first / np.hypot(*first.T)[:, None] + np.stack((second[:, 1], -second[:, 0]), -1) / np.hypot(*second.T)[:, None]
+    )
+    t = unit / np.hypot(*unit.T)[:, None]
+    n = np.stack((-t[:, 1], t[:, 0]), axis=-1)
+    ratio = model.block_law.poisson_ratio[mesh.zone_block].reshape(-1, 4)
+    if model.plane == "strain":
+        ratio = ratio / (1.0 - ratio)
+    along, across = np.einsum("ckj,cj->ck", slope, t), np.einsum("ckj,cj->ck", slope, n)
+    t, n = t[:, None, :], n[:, None, :]
+    stretch = along[..., None] * t - (ratio * across)[..., None] * n  # e_tt for q in x and in y, (c, 4, 2)
+    swell = across[..., None] * n - (ratio * along)[..., None] * t
+    strain = np.stack(
+        [
+            stretch * t[..., :1] ** 2 + swell * n[..., :1] ** 2,
+            stretch * t[..., 1:] ** 2 + swell * n[..., 1:] ** 2,
+            2.0 * (stretch * t[..., :1] * t[..., 1:] + swell * n[..., :1] * n[..., 1:]),
+        ],
+        axis=2,
+    )
+    strain[:, :, 0, 0] -= own[..., 0]
+    strain[:, :, 1, 1] -= own[..., 1]
+    strain[:, :, 2, 0] -= own[..., 1]
+    strain[:, :, 2, 1] -= own[..., 0]
+    return Bending(gamma.ravel(), strain.reshape(-1, 3, 2))
+
+
+def strain_rows(model: Model) -> FloatArray:
+    """Return e_xx, e_yy, g_xy of each zone for unit displacements x, y of its cell's gridpoints, (z, 3, 10) (1/m)."""
+    mesh = _mesh(model)
+    second_third = zone_slopes(mesh)
+    slopes = np.concatenate((-second_third.sum(axis=1, keepdims=True), second_third), axis=1)
+    number = np.arange(len(slopes)) % 4
+    rows = np.zeros((len(slopes), 3, 5, 2))
+    every = np.arange(len(slopes))
+    for i, point in enumerate((number, (number + 1) % 4, np.full(len(slopes), 4))):
+        rows[every, 0, point, 0] = rows[every, 2, point, 1] = slopes[:, i, 0]
+        rows[every, 1, point, 1] = rows[every, 2, point, 0] = slopes[:, i, 1]
+    gamma, strain = bending(model)
+    rows[:, :, :4] += strain[:, :, None, :] * np.repeat(gamma.reshape(-1, 4), 4, axis=0)[:, None, :, None]
+    return rows.reshape(-1, 3, 10)
+
+
+def cell_matrices(model: Model, which: slice = slice(None)) -> FloatArray:
+    """Return the elastic stiffness of cells between x, y of their gridpoints in turn, (c, 10, 10) (N/m).
+
+    Parameters
+    ----------
+    model : Model
+        With a mesh.
+    which : slice
+        Of the zones, whole cells.
+    """
+    mesh = _mesh(model)
+    block = mesh.zone_block[which]
+    c11, c12, c33 = block_moduli(model)[0][block, :3].T
+    moduli = np.zeros((len(block), 3, 3))
+    moduli[:, 0, 0] = moduli[:, 1, 1] = c11
+    moduli[:, 0, 1] = moduli[:, 1, 0] = c12
+    moduli[:, 2, 2] = c33
+    moduli *= (mesh.zone_area[which] * model.block_law.thickness[block])[:, None, None]
+    rows = strain_rows(model)[which]
+    found = np.einsum("zki,zkl,zlj->zij", rows, moduli, rows, optimize=True)
+    return np.asarray(found.reshape(-1, 4, 10, 10).sum(axis=1))
+
+
+def idle_dofs(model: Model) -> IntArray:
+    """Return the degrees of freedom that follow from others, or belong to nothing: they are not solved for."""
+    if model.mesh is None:
+        return np.empty(0, dtype=np.int64)
+    idle = np.ones(model.size, dtype=np.bool_)
+    idle[: 3 * (model.n_blocks + 1)] = False
+    idle[3 * model.mesh.block[:, None] + np.arange(3)] = True
+    idle[model.mesh.dof_x] = idle[model.mesh.dof_y] = False
+    return np.flatnonzero(idle)
+
+
+def _mesh(model: Model) -> Mesh:
+    assert model.mesh is not None
+    return model.mesh

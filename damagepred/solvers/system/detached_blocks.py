@@ -1,0 +1,109 @@
+"""Has a part of the wall come loose? Then it is farther from home than movement and elasticity take it.
+
+Elastic walls may go far: a tall stack is shortened by its own weight by more than a brick. Displacements are taken to
+be small here as everywhere: a slender stack that would buckle under its weight is only shortened.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+from weakref import finalize
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions, live_load
+
+FloatArray = NDArray[np.float64]
+
+_known: dict[int, tuple[float, float]] = {}
+"""By model: it takes a factorisation, and is asked for again while a wall falls."""
+
+
+def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArray[np.bool_]:
+    """Tell which blocks (n,) have left the wall: further from home than movement and elasticity explain.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    displacement : array (3 (n + 1),)
+        Of the blocks and the ground.
+    progress : float
+        Share of the full movement.
+    """
+    moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
+    allowed = Leeway.of(model).at(progress)
+    far = np.hypot(moved[:, 0], moved[:, 1])
+    if not (far > allowed).any():
+        return np.zeros(model.n_blocks, dtype=np.bool_)
+    return np.asarray(far > allowed + 2.0 * elastic_reach(model, progress))
+
+
+class Leeway(NamedTuple):
+    """How far blocks may go from home (m) before they have come loose, what is elastic left aside.
+
+    Attributes
+    ----------
+    always, with_progress : float
+        At a standing movement, and what the full movement adds (m).
+    """
+
+    always: float
+    with_progress: float
+
+    @classmethod
+    def of(cls, model: Model) -> Leeway:
+        """Return it for a wall: half the largest block that can move beyond twice what ground and supports move."""
+        ground = model.ground.largest_rate()
+        supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
+        jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
+        moves = model.moves if model.moves.any() else ~model.moves
+        size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
+        return cls(0.5 * size + 2.0 * _settlement(model), 2.0 * max(ground, supports, jacks))
+
+    def at(self, progress: float) -> float:
+        """Return it at a share of the movement."""
+        return self.always + progress * self.with_progress
+
+
+def _settlement(model: Model) -> float:
+    """Return how far all of the dead load presses a wall into soft ground (m)."""
+    on_ground = model.ground.full.normal.shape[0]
+    if not on_ground:
+        return 0.0
+    area = model.interfaces.contact_area[-on_ground:].sum(axis=1)
+    stiffness = float((model.properties.normal_stiffness[-on_ground:] * area).sum())
+    return abs(float(model.supports.load.reshape(-1, 3)[:, 1].sum())) / stiffness
+
+
+def elastic_reach(model: Model, progress: float) -> float:
+    """Return how far the loads take a block of the intact wall (m), at most; 0 where that is not to be had.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    progress : float
+        Share of the live load.
+    """
+    key = id(model)
+    if key not in _known:
+        _known[key] = _largest(model)
+        finalize(model, _known.pop, key, None)
+    dead, live = _known[key]
+    return dead + progress * live
+
+
+def _largest(model: Model) -> tuple[float, float]:
+    if model.jacks is not None or model.sections is not None or model.footing is not None:
+        return 0.0, 0.0  # what bears on a footing goes with it, and that is allowed for
+    found = elastic_solutions(model, dead_load(model), live_load(model))
+    if found is None:
+        return 0.0, 0.0
+    blocks = [u[: 3 * model.n_blocks].reshape(-1, 3)[:, :2] for u in found]
+    dead, live = (float(np.hypot(*u.T).max(initial=0.0)) for u in blocks)
+    # farther than it is large: hardly anything holds it
+    size = float(np.ptp(model.blocks.vertices, axis=0).max())
+    return (dead, live) if max(dead, live) < size else (0.0, 0.0)

@@ -1,0 +1,159 @@
+"""What the footing carries, read off from the contacts of an equilibrium."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Kind, Model
+from damagepred.assembly.section import SectionMemory
+from damagepred.kernels.concrete_section.forces import section_values
+
+FloatArray = NDArray[np.float64]
+
+
+class SectionForces(NamedTuple):
+    """Deformation and internal forces of the footing's s sections, arrays (s,) or (increments, s).
+
+    Attributes
+    ----------
+    strain, curvature : array
+        At mid-depth, elongation positive (1), and sagging positive (1/m).
+    axial_force, shear_force, moment : array
+        Tension positive (N); what the left pushes the right up by (N); sagging positive, tension below (N m).
+    """
+
+    strain: FloatArray
+    curvature: FloatArray
+    axial_force: FloatArray
+    shear_force: FloatArray
+    moment: FloatArray
+
+
+def section_interfaces(model: Model) -> NDArray[np.int64]:
+    """Return the interfaces between segments of the footing (s,), left to right."""
+    here = np.flatnonzero(model.interfaces.kind == Kind.FOOTING_SECTION)
+    return here[np.argsort(model.interfaces.x[here])]
+
+
+def section_lengths(model: Model, here: NDArray[np.int64]) -> FloatArray:
+    """Return the length of beam that each section stands for (m): from middle to middle of its segments.
+
+    On the axis of a wall of which one half is solved that is from the axis to the middle of the segment.
+    """
+    face, x = model.interfaces, model.blocks.x
+    on_axis = face.block_a[here] == model.n_blocks
+    left = np.where(on_axis, face.x[here], np.append(x, 0.0)[face.block_a[here]])
+    return np.asarray(x[face.block_b[here]] - left)
+
+
+def section_forces(model: Model, opening: FloatArray, sigma: FloatArray, tau: FloatArray) -> SectionForces:
+    """Return what the sections of the footing carry.
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces with q contacts.
+    opening, sigma, tau : array (..., m, q)
+        Opening (m), normal stress, tension positive, and shear stress (Pa) of all contacts.
+    """
+    here, face = section_interfaces(model), model.interfaces
+    length, area, at = section_lengths(model, here), face.contact_area[here], face.contact_offset[here]
+    opens, normal, shear = (values[..., here, :] for values in (opening, sigma, tau))
+    whole = area.sum(axis=-1)
+    middle = (opens * area).sum(axis=-1) / whole
+    turn = (opens * area * at).sum(axis=-1) / (area * at**2).sum(axis=-1)
+    return SectionForces(
+        middle / length,
+        turn / length,
+        (normal * area).sum(axis=-1),
+        (shear * area).sum(axis=-1),
+        (normal * area * at).sum(axis=-1),
+    )
+
+
+def section_response_of(model: Model, memory: SectionMemory, displacement: FloatArray) -> FloatArray:
+    """Return opening, shear (m), turn, axial, shear force (N) and moment (N m) of cracking sections, array (s, 6)."""
+    assert model.sections is not None
+    values = np.empty((len(model.sections.interface), 6))
+    section_values(model.sections, memory, model.interfaces, model.properties, displacement, values)
+    return values
+
+
+def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, FloatArray]:
+    """Return what cracking sections store beyond their contacts as whole ones would, and what a step took of each (J).
+
+    The step is straight, by the trapezoidal rule. Where the curvature changes its sign the secant stiffness is that of
+    the other face: the section unloads to where it began and is loaded from there, by which nothing is dissipated.
+    Less than nothing is taken where the secant stiffness grows under load: where axial force pulls at both faces, the
+    cracks of the less pulled one close as the moment turns, and the law follows its secant.
+
+    Parameters
+    ----------
+    model : Model
+        With sections; they unload straight to where they began, as long as no steel yields.
+    now, before : array (s, 6)
+        See ``section_response_of``; None before the first step.
+    """
+    assert model.sections is not None
+    here, face, law = model.sections.interface, model.interfaces, model.properties
+    opening, shear, turn = now[:, :3].T
+    apart = opening[:, None] + face.contact_offset[here] * turn[:, None]
+    squares = law.normal_stiffness[here, None] * apart**2 + law.shear_stiffness[here, None] * shear[:, None] ** 2
+    as_whole = 0.5 * float((face.contact_area[here] * squares).sum())
+    then = np.zeros_like(now) if before is None else before
+    stored, was = (0.5 * (v[:, :3] * v[:, 3:]).sum(axis=1) for v in (now, then))
+    work = 0.5 * ((now[:, 3:] + then[:, 3:]) * (now[:, :3] - then[:, :3])).sum(axis=1)
+    reverses = turn * then[:, 2] < 0.0
+    dissipated = np.where(reverses, 0.0, work - (stored - was))
+    return float(stored.sum()) - as_whole, dissipated
+
+
+def as_if_straight(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
+    """Give the contacts of cracking sections the stresses, linear over the depth, that carry the same forces.
+
+    Parameters
+    ----------
+    model : Model
+        With sections.
+    response : array (s, 6)
+        See ``section_response_of``.
+    sigma, tau : array (m, q)
+        Stresses (Pa) of all contacts; those of the sections are replaced.
+    """
+    assert model.sections is not None
+    here, face = model.sections.interface, model.interfaces
+    area, at = face.contact_area[here], face.contact_offset[here]
+    whole, second = area.sum(axis=1), (area * at**2).sum(axis=1)
+    axial, across, moment = response[:, 3:].T
+    sigma[here] = (axial / whole)[:, None] + (moment / second)[:, None] * at
+    tau[here] = (across / whole)[:, None]
+
+
+def support_loads(model: Model, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where the supports of the footing are (m), left to right, and what each carries (N, upwards).
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces with q contacts.
+    sigma : array (..., m, q)
+        Normal stress (Pa), tension positive.
+
+    Returns
+    -------
+    tuple of array (p,), array (..., p)
+    """
+    here = np.flatnonzero(model.interfaces.kind == Kind.SUPPORT)
+    load = -(sigma[..., here, :] * model.interfaces.contact_area[here]).sum(axis=-1)
+    # where two segments meet, both bear on the one support
+    at, which = np.unique(np.round(model.interfaces.x[here], 9), return_inverse=True)
+    return at, load @ np.eye(len(at))[which.ravel()]
+
+
+def outer_support_loads(model: Model, ends: FloatArray, sigma: FloatArray) -> FloatArray:
+    """Return what the supports at some places (m) carry (N, upwards), left to right; see ``support_loads``."""
+    at, load = support_loads(model, sigma)
+    return load[np.isclose(at[:, None], ends, rtol=0.0, atol=1e-6).any(axis=1)]

@@ -1,0 +1,1 @@
+"""Time stepping with local damping, used by the explicit solver and by dynamic relaxation."""

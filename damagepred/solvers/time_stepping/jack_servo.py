@@ -1,0 +1,228 @@
+"""Jacks of the explicit solver: one pump feeds them all, and is controlled by the deflection that they make.
+
+Jacks with equal loads work on the sum of their lifts, but what is controlled is a deflection: to let the load follow
+from the deflection at once would feed energy into the blocks. So the load comes from a stiff line between pump and
+jacks, which stores what it takes. The pump's volume runs ahead with the movement as it did in the last increment, and
+what of the deflection is then still missing is brought about by an integral control, slower than the wall swings.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.assembly import Model
+from damagepred.errors import ConvergenceError
+from damagepred.kernels.explicit.jacks import LOAD, VOLUME
+from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+STIFFER = 100.0
+"""Stiffness of the line over that of the intact wall under the jacks: the stiffer, the faster the control may be; much
+more, and the segments that are jacked grow heavy."""
+PACE = 0.12
+"""Rate of the control over what damping takes of the slower swing of the intact wall that has to do with the jacks:
+local damping times its circular frequency. Ten times that and more may stir a swing up faster than damping takes it;
+two to five times, where jacks stand by the supports, far from what they are controlled by.
+"""
+DEFLECTION_FOUND = 1e-7
+"""Deflection (m) that may be missing at rest."""
+
+
+class Line(NamedTuple):
+    """The pump and its line, as ``damagepred.kernels.explicit.jacks`` takes them.
+
+    Attributes
+    ----------
+    dof : array of int (k,)
+        Degrees of freedom on which jacks push, or at which the deflection is measured.
+    push, weight : array (k,)
+        Force on each of jacks that push with 1 N each, and its weight in the deflection.
+    state : array (2,)
+        Volume: the sum of all lifts if the line did not give (m); and load of each jack (N).
+    stiffness : float
+        Load of each jack for a unit of volume (N/m); 0 where the load itself is given.
+    gain : float
+        Volume that the control delivers in a cycle for a unit of missing deflection.
+    goal, volume_step : float
+        Deflection (m), and volume (m) that is delivered in advance, per progress.
+    load, load_step : float
+        Load that is given (N): at no progress, and per progress.
+    """
+
+    dof: IntArray
+    push: FloatArray
+    weight: FloatArray
+    state: FloatArray
+    stiffness: float
+    gain: float
+    goal: float
+    volume_step: float
+    load: float
+    load_step: float
+
+
+Pumped = tuple[Line, FloatArray, tuple[float, float]]
+"""A state of the pump to come back to: what ``Pump.resume`` takes."""
+
+
+class Pump:
+    """Pump of a model's jacks, from no load to the level state and through the movement.
+
+    Parameters
+    ----------
+    model : Model
+        With jacks.
+
+    Raises
+    ------
+    ConvergenceError
+        If nothing holds the footing, or its jacks do not bend it.
+    """
+
+    def __init__(self, model: Model) -> None:
+        assert model.jacks is not None
+        assert model.deflection is not None
+        self.jacks, self.weights = model.jacks, model.deflection
+        push = self.jacks.push
+        solved = elastic_solutions(model, dead_load(model), push, self.weights)
+        if solved is None:
+            raise ConvergenceError("nothing holds the footing on its supports", increment=0)
+        alone, by_push, by_weight = solved
+        bends, gives = float(self.weights @ by_push), float(push @ by_push)
+        if not bends > 0.0:
+            raise ConvergenceError("the jacks do not move the footing's middle against its ends", increment=0)
+        self.level_load = -float(self.weights @ alone) / bends
+        self.level = alone + self.level_load * by_push
+        self.stiffness = STIFFER / gives
+        self._by_volume = by_push / (gives + 1.0 / self.stiffness)
+        """Displacements for a unit of volume."""
+        self._bent = by_weight - float(push @ by_weight) * self._by_volume
+        """Displacements for a unit force where the deflection is measured, at a standing volume."""
+        self.volume_per_deflection = 1.0 / float(self.weights @ self._by_volume)
+        self.level_volume = float(push @ self.level) + self.level_load / self.stiffness
+        here = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
+        goal = 0.0 if self.jacks.by_load else self.jacks.deflection
+        self.line = Line(
+            here,
+            push[here],
+            self.weights[here],
+            np.zeros(2),
+            self.stiffness,
+            0.0,
+            goal,
+            goal * self.volume_per_deflection,
+            0.0,
+            0.0,
+        )
+        self._from = (0.0, 0.0)
+        """Progress and volume of the last increment."""
+
+    def row_sum(self, scale: FloatArray) -> FloatArray:
+        """Return the sums (size,) of the rows of the line's stiffness, each degree of freedom as a displacement.
+
+        Parameters
+        ----------
+        scale : array (size,)
+            Arm of each degree of freedom (m), 1 where it is a displacement.
+        """
+        push = np.abs(self.jacks.push) / scale
+        return self.stiffness * push * push.sum()
+
+    def set_pace(self, mass: FloatArray, damping: float) -> None:
+        """Let the control be slower than the wall swings under the jacks.
+
+        Parameters
+        ----------
+        mass : array (size,)
+            Of each degree of freedom, for a time step of 1; infinite where it is held.
+        damping : float
+            Local damping.
+        """
+        free = np.isfinite(mass)
+        swings = [
+            # Rayleigh's quotients for the shape that a volume holds the wall in, and for that in which it is bent then
+            float(force @ shape) / float(mass[free] @ shape[free] ** 2)
+            for force, shape in ((self.stiffness * self.jacks.push, self._by_volume), (self.weights, self._bent))
+        ]
+        frequency = np.sqrt(min(swings))
+        self.line = self.line._replace(gain=PACE * damping * frequency * self.volume_per_deflection)
+
+    @property
+    def slowness(self) -> float:
+        """Cycles in which the control closes all but 1/e of a deflection that is missing; endless without control."""
+        return self.volume_per_deflection / self.line.gain if self.controlled else np.inf
+
+    def slow_down(self) -> None:
+        """Control at half the pace."""
+        self.line = self.line._replace(gain=0.5 * self.line.gain)
+
+    @property
+    def load(self) -> float:
+        """Load of each jack (N)."""
+        return float(self.line.state[LOAD])
+
+    @property
+    def controlled(self) -> bool:
+        """Whether the load follows from the deflection."""
+        return self.line.stiffness > 0.0
+
+    def missing(self, progress: float, displacement: FloatArray) -> float:
+        """Return the deflection (m) that is missing; 0 where the load is given."""
+        return progress * self.line.goal - float(self.weights @ displacement) if self.controlled else 0.0
+
+    def begin_level(self) -> None:
+        """Deliver what holds the intact wall level under its dead load."""
+        self.line.state[:] = self.level_volume, self.level_load
+        self._from = (0.0, self.level_volume)
+
+    def begin_at(self, displacement: FloatArray, load: float, volume_per_deflection: float) -> None:
+        """Deliver what holds the wall at a displacement under a load of each jack (N), and control nothing more.
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom.
+        load : float
+            Of each jack (N).
+        volume_per_deflection : float
+            With which the volume follows the movement (1).
+        """
+        self.line.state[:] = float(self.jacks.push @ displacement) + load / self.stiffness, load
+        self.line = self.line._replace(gain=0.0, volume_step=self.line.goal * volume_per_deflection)
+
+    def deliver(self, volume: float) -> None:
+        """Deliver some more volume (m)."""
+        self.line.state[VOLUME] += volume
+
+    def with_dead_load(self, share: float) -> None:
+        """Deliver what a further share of the dead load presses out of the jacks of an intact, level wall."""
+        self.line.state[VOLUME] += share * self.level_volume
+
+    def look_ahead(self, progress: float) -> None:
+        """Let the volume run ahead of the deflection as it had to since the last call, at rest then and now."""
+        before, volume = self._from[0], float(self.line.state[VOLUME])
+        if self.controlled and progress > before:
+            self.line = self.line._replace(volume_step=(volume - self._from[1]) / (progress - before))
+        self._from = (progress, volume)
+
+    def control_load(self) -> None:
+        """From the level state on, let the load be given instead of the deflection, if it is to be."""
+        if self.jacks.by_load:
+            self.line = self.line._replace(
+                stiffness=0.0, gain=0.0, goal=0.0, load=self.load, load_step=self.jacks.load - self.load
+            )
+
+    def standing(self) -> Pumped:
+        """Return what ``resume`` takes to come back to the present state."""
+        return self.line, self.line.state.copy(), self._from
+
+    def resume(self, standing: Pumped) -> None:
+        """Come back to an earlier state."""
+        line, state, self._from = standing
+        self.line = line._replace(state=self.line.state)
+        self.line.state[:] = state

@@ -1,0 +1,224 @@
+"""Which blocks need zones: an estimate of what it costs to leave each of them rigid.
+
+The wall is solved with rigid blocks first, whose elasticity is lumped into the joints. The forces of the joints then
+load every block by itself, cut into zones: the strain energy it takes, less what the lumped springs take for it, is the
+error made by leaving it rigid. Blocks are cut, the worst first, until what is left is a small share of the energy in
+the wall; blocks whose stress comes near their strength are cut anyway.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from damagepred.assembly import Model
+from damagepred.kernels.zone.forces import zones_beyond
+from damagepred.scene import Solver
+from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.system.deformable_blocks import (
+    block_moduli,
+    can_yield,
+    cell_gridpoints,
+    rigid_motion,
+    spread,
+    strain_rows,
+    zone_stiffness,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+NEAR_STRENGTH = 0.8
+"""Share of the strength from which a block is cut whatever its energy."""
+
+Build = Callable[[Solver, frozenset[int] | None], Model]
+"""Makes the model for given settings, with given blocks deformable."""
+
+
+def needs_zones(build: Build, settings: Solver, increments: int) -> frozenset[int]:
+    """Return the blocks that are to be deformable.
+
+    Parameters
+    ----------
+    build : callable
+        Settings, and the blocks that are deformable (None: as the settings say) -> model.
+    settings : Solver
+        ``blocks = "auto"``; ``rigid_error`` is the share of energy that may be left out.
+    increments : int
+        Of the movement.
+    """
+    from damagepred.solvers import solve_path
+
+    rigid = replace(settings, blocks="rigid", above_dpc=None, below_dpc=None, method="quasi_static", tolerance=None)
+    whole = build(rigid, None)
+    cut = build(replace(settings, method="quasi_static"), frozenset(range(whole.n_blocks)) - _held(whole))
+    loads = BlockLoads(whole, cut)
+    error, energy = np.zeros(whole.n_blocks), 0.0
+    yielding = np.zeros(whole.n_blocks, dtype=np.bool_)
+    for increment in solve_path(whole, rigid, increments):
+        if increment.collapsed:
+            break
+        found, beyond = loads.errors(increment)
+        error, yielding = np.maximum(error, found), yielding | beyond
+        energy = max(energy, stored(whole, increment))
+    order = np.argsort(error)
+    left_out = np.cumsum(error[order]) <= settings.rigid_error * energy
+    chosen = np.ones(whole.n_blocks, dtype=np.bool_)
+    chosen[order[left_out]] = False
+    chosen |= yielding
+    return frozenset(np.flatnonzero(chosen).tolist()) - _held(whole)
+
+
+def _held(model: Model) -> frozenset[int]:
+    prescribed = model.supports.prescribed
+    return frozenset((prescribed[prescribed < 3 * model.n_blocks] // 3).tolist())
+
+
+def stored(model: Model, increment: Increment) -> float:
+    """Return the elastic energy of the joints (J), lumped blocks included."""
+    law, area = model.properties, model.interfaces.contact_area
+    squares = (
+        increment.normal_stress**2 / law.normal_stiffness[:, None]
+        + increment.shear_stress**2 / law.shear_stiffness[:, None]
+    )
+    return float(0.5 * (squares * area).sum())
+
+
+class BlockLoads:
+    """Loads each block of a wall by itself with the forces of its joints.
+
+    Parameters
+    ----------
+    whole, cut : Model
+        The wall with rigid blocks, and the same with deformable ones.
+    """
+
+    def __init__(self, whole: Model, cut: Model) -> None:
+        assert cut.mesh is not None
+        self.whole, self.cut, self.mesh = whole, cut, cut.mesh
+        self._alike = self._flexibilities(zone_stiffness(cut))
+        self._motion = rigid_motion(cut)
+        self._rows = strain_rows(cut)
+        self._moduli, strength = block_moduli(cut)
+        # stress of NEAR_STRENGTH times the strength counts as yielding: all strengths scale with the stress
+        self._strength = strength.copy()
+        self._strength[:, [0, 3, 4]] *= NEAR_STRENGTH
+        self._yields = can_yield(cut)
+        self._sides = [self._gridpoints_at(side) for side in (whole.interfaces.block_a, whole.interfaces.block_b)]
+
+    def _gridpoints_at(self, block: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return the two gridpoints of a block next to each contact (m, q, 2), and their shares."""
+        face, mesh = self.whole.interfaces, self.mesh
+        x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
+        y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
+        number = np.full(self.whole.n_blocks + 1, -1)
+        number[mesh.block] = np.arange(len(mesh.block))
+        points, shares = np.full((*x.shape, 2), -1), np.zeros((*x.shape, 2))
+        counts = np.diff(mesh.first_facet)
+        for count in np.unique(counts):
+            here = np.flatnonzero((number[block] >= 0) & (counts[number[block]] == count))
+            facets = mesh.facets[mesh.first_facet[number[block[here]], None] + np.arange(count)]  # (i, f, 2)
+            at = np.stack((x[here], y[here]), axis=-1)[:, :, None]  # (i, q, 1, 2)
+            start, end = (np.stack((mesh.x[facets[..., e]], mesh.y[facets[..., e]]), axis=-1)[:, None] for e in (0, 1))
+            along = end - start
+            share = np.clip(((at - start) * along).sum(axis=-1) / (along**2).sum(axis=-1), 0.0, 1.0)
+            away = start + share[..., None] * along - at
+            nearest = (away**2).sum(axis=-1).argmin(axis=-1)  # (i, q)
+            part = np.take_along_axis(share, nearest[..., None], axis=-1)[..., 0]
+            points[here] = facets[np.arange(len(here))[:, None], nearest]
+            shares[here] = np.stack((1.0 - part, part), axis=-1)
+        return points, shares
+
+    def errors(self, increment: Increment) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return the energy (n,) (J) that rigid blocks miss, without sign, and which of them come near yielding."""
+        whole, mesh, face = self.whole, self.mesh, self.whole.interfaces
+        area = face.contact_area
+        sigma, tau = area * increment.normal_stress, area * increment.shear_stress
+        n_x, n_y = face.normal_x[:, None], face.normal_y[:, None]
+        force = np.stack((sigma * n_x + tau * n_y, sigma * n_y - tau * n_x), axis=-1)
+        load = spread(self.cut, whole.supports.load + increment.progress * whole.supports.live_load)
+        for (points, shares), sign in zip(self._sides, (1.0, -1.0)):
+            known = points[..., 0] >= 0
+            for end in range(2):
+                at, part = points[known][:, end], sign * shares[known][:, end, None] * force[known]
+                np.add.at(load, mesh.dof_x[at], part[:, 0])
+                np.add.at(load, mesh.dof_y[at], part[:, 1])
+        # what is left over by rounding, or by what holds the block, accelerates it as a whole
+        load -= self._motion.T @ _rigid_share(self.cut, load)
+        energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
+        displacement = np.zeros(self.cut.size)
+        for block, dofs, flexibility in self._alike:
+            moved = load[dofs] @ flexibility
+            displacement[dofs] = moved
+            energy[block] = 0.5 * (load[dofs] * moved).sum(axis=1)
+        if self._yields.any():
+            yielding[self._near_yield(displacement)] = True
+        error = np.abs(energy - self._lumped(increment))
+        error[np.setdiff1d(np.arange(whole.n_blocks), mesh.block)] = 0.0
+        return error, yielding
+
+    def _dofs(self, d: int) -> IntArray:
+        own = slice(self.mesh.first_gridpoint[d], self.mesh.first_gridpoint[d + 1])
+        return np.concatenate((self.mesh.dof_x[own], self.mesh.dof_y[own]))
+
+    def _flexibilities(self, stiffness: csr_array) -> list[tuple[IntArray, IntArray, FloatArray]]:
+        """Return blocks (b,) that are alike, their degrees of freedom (b, k), and the pseudo-inverse of a stiffness."""
+        alike: dict[bytes, list[int]] = {}
+        matrices: dict[bytes, FloatArray] = {}
+        for d in range(len(self.mesh.block)):
+            dofs = self._dofs(d)
+            matrix = stiffness[dofs][:, dofs].toarray()
+            scale = np.abs(matrix).max()
+            key = (np.round(matrix / scale * 1e9) + 0.0).tobytes() + np.float64(f"{scale:.9e}").tobytes()
+            alike.setdefault(key, []).append(d)
+            matrices.setdefault(key, matrix)
+        return [
+            (
+                self.mesh.block[members],
+                np.array([self._dofs(d) for d in members]),
+                np.asarray(np.linalg.pinv(matrices[key], rcond=1e-10, hermitian=True), dtype=np.float64),
+            )
+            for key, members in alike.items()
+        ]
+
+    def _near_yield(self, displacement: FloatArray) -> IntArray:
+        mesh = self.mesh
+        points = cell_gridpoints(mesh.zones)
+        u = np.stack((displacement[mesh.dof_x[points]], displacement[mesh.dof_y[points]]), axis=2).reshape(-1, 10)
+        e_xx, e_yy, g_xy = np.einsum("zij,zj->iz", self._rows, np.repeat(u, 4, axis=0))
+        c11, c12, c33, c13, *_ = self._moduli[mesh.zone_block].T
+        stress = np.stack((c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, c33 * g_xy, c13 * (e_xx + e_yy)), axis=1)
+        beyond = np.zeros(len(stress), dtype=np.bool_)
+        zones_beyond(np.ascontiguousarray(stress), self._strength, mesh.zone_block, beyond)
+        return np.unique(mesh.zone_block[beyond])
+
+    def _lumped(self, increment: Increment) -> FloatArray:
+        """Return the energy (n,) (J) that springs in the joints take in place of each block."""
+        whole, face, law = self.whole, self.whole.interfaces, self.whole.block_law
+        total = np.zeros(whole.n_blocks)
+        shear_modulus = law.elastic_modulus / (2.0 * (1.0 + law.poisson_ratio))
+        for block in (face.block_a, face.block_b):
+            known = np.flatnonzero(block < whole.n_blocks)
+            of = block[known]
+            depth = np.abs(
+                face.normal_x[known] * (face.x[known] - whole.blocks.x[of])
+                + face.normal_y[known] * (face.y[known] - whole.blocks.y[of])
+            )
+            area = face.contact_area[known]
+            normal = (area * increment.normal_stress[known] ** 2).sum(axis=1) / law.elastic_modulus[of]
+            shear = (area * increment.shear_stress[known] ** 2).sum(axis=1) / shear_modulus[of]
+            np.add.at(total, of, 0.5 * depth * (normal + shear))
+        return total
+
+
+def _rigid_share(model: Model, load: FloatArray) -> FloatArray:
+    """Return force and moment about the centroid (3 n,) of loads on gridpoints."""
+    mesh, block, n = model.mesh, model.mesh.gridpoint_block, model.n_blocks  # type: ignore[union-attr]
+    assert mesh is not None
+    x, y = load[mesh.dof_x], load[mesh.dof_y]
+    turning = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
+    return np.asarray(np.column_stack([np.bincount(block, values, n) for values in (x, y, turning)]).ravel())

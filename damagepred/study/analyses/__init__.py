@@ -1,0 +1,1 @@
+"""Analyses that run campaigns: rare events, two levels, shares of variance."""

@@ -1,0 +1,1 @@
+"""The campaign: design of samples, workers, failures, resume, status, cost."""

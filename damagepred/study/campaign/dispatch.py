@@ -1,0 +1,250 @@
+"""Handing samples to whoever solves them, and making the best of what comes back.
+
+A batch that gets lost, because its worker died, took too long or its answer never came, is not held against the samples
+in it: each is run again, alone. Only one that gets lost alone as well has failed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from itertools import islice
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.errors import InputError, StudyError
+from damagepred.study.campaign.sample import HANDED_BACK, Batch, Outcome, already_done, run_batch
+from damagepred.study.campaign.workers import WorkerDied
+
+ATTEMPTS = 2
+"""Times a sample may get lost alone: the second time it has failed."""
+
+PARTS = 10_000
+"""Files that a study is to have at most, roughly."""
+SHORTEST, LONGEST = 2.0, 30.0
+"""Seconds of work in a batch: little of it is lost when all is killed, and a file is not written for every wall."""
+
+
+UNKNOWN = 8
+"""Workers that an executor is taken to have that does not tell."""
+
+RECOUNT = 10.0
+"""Seconds after which the workers of an executor are counted again."""
+
+
+class Lost(NamedTuple):
+    """A sample whose worker never answered.
+
+    Attributes
+    ----------
+    sample : int
+        Its number.
+    reason : str
+        timeout, worker_died or error.
+    message : str
+        In full.
+    """
+
+    sample: int
+    reason: str
+    message: str
+
+
+class Engine(Protocol):
+    """What runs batches."""
+
+    @property
+    def width(self) -> int:
+        """Batches that run at a time."""
+
+    def submit(self, batch: Batch) -> Future[list[Outcome]]:
+        """Hand over a batch."""
+
+    def close(self) -> None:
+        """End it once it is idle."""
+
+    def kill(self) -> None:
+        """End it now."""
+
+    def strike(self) -> None:
+        """End what runs, in a signal handler."""
+
+
+class GivenExecutor:
+    """Any ``concurrent.futures`` executor, or a Dask client: what they share is ``submit``.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder, as the executor's workers see it.
+    executor : Executor
+        The executor; it is left open.
+    """
+
+    def __init__(self, folder: str, executor: Executor | Any) -> None:
+        self._client = getattr(executor, "_client", executor)  # Dask's own executor knows its client
+        if hasattr(executor, "get_executor"):
+            executor = executor.get_executor(pure=False)
+        self.folder, self.executor = folder, executor
+        self._width, self._counted = UNKNOWN, -np.inf
+
+    @property
+    def width(self) -> int:
+        """Samples that run at a time; a cluster may grow."""
+        if time.monotonic() - self._counted > RECOUNT:
+            self._counted = time.monotonic()
+            known = getattr(self.executor, "_max_workers", None) or getattr(self.executor, "num_workers", None)
+            if hasattr(self._client, "nthreads"):
+                known = sum(self._client.nthreads().values())
+            self._width = known if isinstance(known, int) and known > 0 else UNKNOWN
+        return self._width
+
+    def submit(self, batch: Batch) -> Future[list[Outcome]]:
+        """Hand a batch to the executor."""
+        future = self.executor.submit(run_batch, self.folder, list(batch))
+        if not isinstance(future, Future):
+            raise InputError(
+                f"executor: its submit returns a {type(future).__name__}, not a future of concurrent.futures."
+            )
+        return future
+
+    def close(self) -> None:
+        """Leave the executor as it is: it is the caller's."""
+
+    kill = strike = close
+
+
+class Batches:
+    """Divides samples into batches, by the time that samples have taken so far.
+
+    Parameters
+    ----------
+    tasks : iterable of (int, mapping)
+        Samples with their values, in ascending order.
+    count : int
+        How many there are.
+    timeout : float or None
+        Seconds a sample may take.
+    """
+
+    def __init__(
+        self, tasks: Iterable[tuple[int, Mapping[str, float]]], count: int, timeout: float | None = None
+    ) -> None:
+        self._tasks = iter(tasks)
+        self._next: tuple[int, Mapping[str, float]] | None = next(self._tasks, None)
+        self._count, self._timeout = count, timeout
+        self._seconds, self._known = 0.0, 0
+
+    def note(self, seconds: float) -> None:
+        """Learn how long a sample took."""
+        self._seconds, self._known = self._seconds + seconds, self._known + 1
+
+    def size(self) -> int:
+        """Return how many samples the next batch takes."""
+        if not self._known:
+            return 1
+        each = max(self._seconds / self._known, 1e-6)
+        work = min(max(each * self._count / PARTS, SHORTEST), LONGEST)
+        if self._timeout is not None:
+            work = min(work, self._timeout / 4)
+        return max(1, int(work / each))
+
+    def next(self) -> Batch | None:
+        """Return the next batch: samples whose numbers follow each other."""
+        if self._next is None:
+            return None
+        batch = [self._next]
+        self._next = None
+        for task in islice(self._tasks, self.size()):
+            if len(batch) == self.size() or task[0] != batch[-1][0] + 1:
+                self._next = task
+                return batch
+            batch.append(task)
+        self._next = next(self._tasks, None)
+        return batch
+
+
+def run_all(engine: Engine, folder: str, batches: Batches, interrupts: Callable[[], int]) -> Iterator[Outcome | Lost]:
+    """Keep workers busy and yield what becomes of the samples, in the order in which it comes.
+
+    A sample that was handed back unsolved, because the study is to stop, is not among it.
+
+    Parameters
+    ----------
+    engine : Engine
+        Where to run.
+    folder : str
+        Study folder.
+    batches : Batches
+        What to run.
+    interrupts : callable
+        How often a stop was asked for. Once: what runs is waited for, and nothing is begun. Twice: return now.
+
+    Raises
+    ------
+    StudyError
+        If results cannot be written, or nothing can be run any more.
+    """
+    running: dict[Any, Batch] = {}
+    again: list[Batch] = []
+    lost: dict[int, int] = {}
+    stopping = False
+    while True:
+        while not interrupts() and not stopping and len(running) < 2 * engine.width:
+            batch = again.pop(0) if again else batches.next()
+            if batch is None:
+                break
+            try:
+                running[engine.submit(batch)] = batch
+            except (BrokenExecutor, RuntimeError) as error:
+                raise StudyError(
+                    f"the executor takes no more work ({type(error).__name__}: {error}); what was finished is kept, "
+                    "and the same call goes on from there."
+                ) from error
+        if not running:
+            return
+        # a short wait, so that an interrupt is seen also while all samples are slow
+        done, _ = wait(running, timeout=0.25, return_when=FIRST_COMPLETED)
+        if interrupts() > 1:
+            for future in running:
+                future.cancel()
+            return
+        for future in done:
+            batch = running.pop(future)
+            found = _result(future, folder, batch)
+            if isinstance(found, list):
+                for outcome in found:
+                    if outcome.status == HANDED_BACK:
+                        stopping = True  # somebody has asked the study's folder for it
+                    else:
+                        batches.note(outcome.seconds)
+                yield from (outcome for outcome in found if outcome.status != HANDED_BACK)
+            elif interrupts():
+                continue  # not its fault, perhaps: it stays to be run
+            elif len(batch) > 1:
+                again += [[task] for task in batch]
+            elif lost.setdefault(batch[0][0], 1) < ATTEMPTS:
+                lost[batch[0][0]] += 1
+                again.append(batch)
+            else:
+                yield found
+
+
+def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Outcome] | Lost:
+    """Return what a batch came to; what is in the folder counts, whatever the future says."""
+    try:
+        return future.result()
+    except StudyError:
+        raise
+    except (Exception, CancelledError) as error:
+        if (found := already_done(StudyFolder(folder), batch)) is not None:
+            return found
+        sample = batch[0][0]
+        if isinstance(error, TimeoutError):
+            return Lost(sample, "timeout", str(error) or "took longer than its time limit")
+        if isinstance(error, WorkerDied | BrokenExecutor) or type(error).__name__ == "KilledWorker":
+            return Lost(sample, "worker_died", str(error) or "its worker process died")
+        return Lost(sample, "error", f"{type(error).__name__}: {error}")

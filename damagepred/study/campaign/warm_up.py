@@ -1,0 +1,59 @@
+"""Compiling once, before there are workers."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+from damagepred.assembly import NO_LIMITS
+from damagepred.errors import SolverError
+from damagepred.pipeline import solve
+from damagepred.scene import Loads, Movement, Scene
+
+
+def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
+    """Return a small wall whose footing finds its own form, and is bent until it cracks."""
+    return replace(
+        small,
+        movement=replace(scene.movement, central_deflection=5e-3, increments=1),
+        mound=replace(scene.mound, surface_movement=0.02),
+        rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
+        soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
+        solver=scene.solver,
+    )
+
+
+def warm_up(scene: Scene) -> None:
+    """Compile the kernels once, here, so that workers only load them.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its law and its solver decide what is compiled.
+    """
+    # small, and moved so far that its joints open, slide and break: every kernel has its say
+    small = replace(
+        scene,
+        wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
+        opening=(),
+        control_joint=tuple(replace(joint, x=0.72) for joint in scene.control_joint[:1]),
+        dpc=replace(scene.dpc, course=1) if scene.dpc else None,
+        movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
+        loads=Loads(),
+        solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
+        dynamics=None,
+    )
+    # a wall that gives way moves by the explicit scheme, whatever the solver
+    runs = [(small, replace(small.solver, method="explicit", tolerance=0.1))]
+    if scene.solver.method == "quasi_static":
+        runs.append((small, small.solver))
+        if scene.dpc is not None:
+            runs.append((replace(small, dpc=None), small.solver))
+        if not scene.movement.prescribed:
+            runs.append((_small_on_the_ground(small, scene), scene.solver))
+    if scene.dynamics is not None:
+        brief = replace(scene.dynamics, duration=1e-3, outputs=1)
+        runs.append((replace(small, dynamics=brief), scene.solver))
+    for wall, solver in runs:
+        with suppress(SolverError):
+            solve(wall, solver=solver, limits=NO_LIMITS)
