@@ -1,0 +1,142 @@
+"""Results of reference walls, recorded and compared bit by bit, before and after a change of the code.
+
+Run: python tests/reference_walls/run.py record FOLDER
+     python tests/reference_walls/run.py compare FOLDER [--only NAME ...] [--tolerance 1e-12]
+
+Twenty small walls, one for each mechanism, a study, one of its samples replayed, and its fragility curves. Results depend
+on the machine's BLAS, so they are recorded where they are compared and are not part of the repository.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+import xarray as xr
+
+import damagepred
+from damagepred.archive.files import read_dataset
+
+HERE = Path(__file__).resolve().parent
+VARYING = ("run_time", "machine")
+"""Variables that differ from run to run."""
+
+
+def walls() -> dict[str, str]:
+    """Return the scenes as TOML, by name."""
+    tables = tomllib.loads((HERE / "walls.toml").read_text(encoding="utf-8"))
+    return {name: tomli_w.dumps(table) for name, table in tables.items()}
+
+
+def solved(scene: str) -> xr.Dataset:
+    """Solve one wall, all increments even if it fails."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "wall.toml"
+        file.write_text(scene, encoding="utf-8")
+        return damagepred.solve(damagepred.Scene.from_toml(file), on_failure="return")
+
+
+def studied() -> Iterator[tuple[str, xr.Dataset]]:
+    """Run the study; yield its results, one sample replayed by the command line, and the fragility curves."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        out = folder / "study.dp"
+        damagepred.Study.from_toml(HERE / "study.toml").run(out, workers=1)
+        results = damagepred.open_study(out)
+        yield "study", results
+        wall = folder / "wall.nc"
+        subprocess.run(
+            [sys.executable, "-m", "damagepred", "replay", out, "3", "-o", wall], check=True, capture_output=True
+        )
+        yield "replay", read_dataset(wall)
+        yield "fragility", damagepred.fit_fragility(results, bootstrap=50)
+
+
+def results(only: list[str]) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield names and datasets of all that is compared."""
+    for name, scene in walls().items():
+        if not only or name in only:
+            yield name, solved(scene)
+    if not only or "study" in only:
+        yield from studied()
+
+
+def differences(before: xr.Dataset, after: xr.Dataset, tolerance: float) -> list[str]:
+    """Return what differs between two datasets, in words.
+
+    Parameters
+    ----------
+    before, after : xarray.Dataset
+        Two results of the same wall.
+    tolerance : float
+        Largest difference allowed, relative to the largest value of the variable; 0 compares bit by bit.
+    """
+    found = []
+    for name in sorted({*map(str, before.variables), *map(str, after.variables)} - set(VARYING)):
+        if name not in before.variables or name not in after.variables:
+            found.append(f"{name}: only {'after' if name in after.variables else 'before'}")
+            continue
+        one, two = before[name].values, after[name].values
+        if one.shape != two.shape or one.dtype != two.dtype:
+            found.append(f"{name}: {one.dtype} {one.shape}, now {two.dtype} {two.shape}")
+        elif one.tobytes() != two.tobytes() if one.dtype.kind in "biuf" else (one != two).any():
+            change = np.nan
+            if one.dtype.kind in "iuf":
+                spread = np.nanmax(np.abs(one), initial=0.0) or 1.0
+                change = float(np.nanmax(np.abs(two.astype(float) - one), initial=0.0) / spread)
+                if change <= tolerance and (np.isnan(one.astype(float)) == np.isnan(two.astype(float))).all():
+                    continue
+            found.append(f"{name}: differs by {change:.2g} of its largest value")
+    for key in ("status", "status_message"):
+        if before.attrs.get(key) != after.attrs.get(key):
+            found.append(f"{key}: {before.attrs.get(key)!r}, now {after.attrs.get(key)!r}")
+    return found
+
+
+def record(folder: Path, only: list[str]) -> int:
+    """Write all results into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, ds in results(only):
+        ds.to_netcdf(folder / f"{name}.nc")
+        print(f"{name}: {ds.attrs.get('status', 'recorded')}", flush=True)
+    return 0
+
+
+def compare(folder: Path, only: list[str], tolerance: float) -> int:
+    """Compare all results with those recorded; return 1 if any differs."""
+    worst = 0
+    for name, ds in results(only):
+        with tempfile.TemporaryDirectory() as other:
+            ds.to_netcdf(Path(other) / "now.nc")
+            with xr.open_dataset(folder / f"{name}.nc") as before, xr.open_dataset(Path(other) / "now.nc") as after:
+                found = differences(before.load(), after.load(), tolerance)
+        print(f"{name}: {'identical' if not found else '; '.join(found)}", flush=True)
+        worst = max(worst, bool(found))
+    return worst
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Record or compare."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("record", "compare"))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--only", nargs="*", default=[], help="names of walls, or study")
+    parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference allowed (0: bit by bit)")
+    given = parser.parse_args(arguments)
+    run: Callable[[], int] = (
+        (lambda: record(given.folder, given.only))
+        if given.what == "record"
+        else (lambda: compare(given.folder, given.only, given.tolerance))
+    )
+    return run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
