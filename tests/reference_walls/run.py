@@ -3,8 +3,8 @@
 Run: python tests/reference_walls/run.py record FOLDER
      python tests/reference_walls/run.py compare FOLDER [--only NAME ...] [--tolerance 1e-12]
 
-Twenty small walls, one for each mechanism, a study, one of its samples replayed, and its fragility curves. Results depend
-on the machine's BLAS, so they are recorded where they are compared and are not part of the repository.
+Twenty small walls, one for each mechanism, a study, one of its samples replayed, and its fragility curves. Results
+depend on the machine's BLAS, so they are recorded where they are compared and are not part of the repository.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ def differences(before: xr.Dataset, after: xr.Dataset, tolerance: float) -> list
                     continue
             found.append(f"{name}: differs by {change:.2g} of its largest value")
     for key in ("status", "status_message"):
-        if before.attrs.get(key) != after.attrs.get(key):
-            found.append(f"{key}: {before.attrs.get(key)!r}, now {after.attrs.get(key)!r}")
+        one, two = before.attrs.get(key), after.attrs.get(key)
+        found += [f"{key}: {one!r}, now {two!r}"] if one != two else []
     return found
 
 
