@@ -24,6 +24,10 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
+LARGEST = 1e30
+"""Largest number (SI) that is read: products of two are far from overflow."""
+
+
 def to_si(value: Any, unit: str) -> float:
     """Return ``value`` as a float in SI.
 
@@ -48,6 +52,8 @@ def to_si(value: Any, unit: str) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise ValueError("must be a finite number")
+    if abs(number) > LARGEST:
+        raise ValueError(f"must be at most {LARGEST:g}{_of(unit)}, whatever its sign")
     return number
 
 

@@ -236,7 +236,7 @@ class Mixture:
                 with np.errstate(invalid="ignore", divide="ignore"):
                     middle = b - at_b * (b - a) / (at_b - at_a)
             halve = ~np.isfinite(middle) | (middle <= a) | (middle >= b) | (turn % 8 == 7)
-            middle = np.where(halve, 0.5 * (a + b), middle)
+            middle = np.where(halve, 0.5 * a + 0.5 * b, middle)
             value = self._score(middle) - wanted
             done = (np.abs(value) <= 1e-12) | (middle <= a) | (middle >= b)
             x[open_] = middle

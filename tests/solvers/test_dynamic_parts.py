@@ -323,3 +323,12 @@ def test_bouncing_makes_hardly_any_energy(side: float, high: float, count: int, 
     steps = list(started(model, 200.0 * bounce, 20, start="unstressed"))
     most = max(step.kinetic_energy + step.elastic_energy for step in steps)
     assert max(abs(step.energy_error) for step in steps) < 0.015 * most
+
+
+@pytest.mark.parametrize(
+    ("time", "values"), [((0.0, 1.0), (0.0, 1e7)), ((0.0, 1.0), (1.0, 1e15)), ((0.0, 1e-9), (0.0, 1.0))]
+)
+def test_a_record_beyond_all_bounds_is_refused(time: tuple[float, ...], values: tuple[float, ...]) -> None:
+    motion = BaseMotion(kind="record", time=time, values=values, scale=10.0)
+    with np.errstate(all="raise"), pytest.raises(InputError, match="the record reaches"):
+        base_displacement([motion])

@@ -13,6 +13,9 @@ from damagepred.input_files import LARGEST_TABLE, read_bytes
 from damagepred.scene.dynamics import BaseMotion
 
 FloatArray = NDArray[np.float64]
+LARGEST_VALUE, SHORTEST_STEP = 1e6, 1e-6
+"""Bounds of a record: acceleration, velocity or displacement (SI), and time between two points (s)."""
+
 Displacement = Callable[[FloatArray], FloatArray]
 
 
@@ -43,7 +46,15 @@ def base_displacement(motions: Sequence[BaseMotion]) -> Displacement:
 def _one(motion: BaseMotion) -> Displacement:
     if motion.kind == "record":
         time, values = _record(motion)
-        return from_record(time, motion.scale * values, motion.quantity, motion.baseline)
+        with np.errstate(over="ignore"):
+            scaled = motion.scale * values
+        largest, shortest = np.abs(scaled).max(), np.diff(time).min()
+        if largest > LARGEST_VALUE or shortest < SHORTEST_STEP:
+            raise InputError(
+                f"dynamics.base: the record reaches {largest:.3g} (SI) in steps of {shortest:.3g} s; "
+                f"at most {LARGEST_VALUE:g} in steps of at least {SHORTEST_STEP:g} s are allowed."
+            )
+        return from_record(time, scaled, motion.quantity, motion.baseline)
     peak, length = motion.acceleration, motion.duration
     return {"rectangular": rectangular, "half_sine": half_sine, "full_sine": full_sine}[motion.kind](peak, length)
 
