@@ -1,10 +1,18 @@
-"""Where the shipped data are: materials, statistics, damage tables, reference scenes."""
+"""Shipped data, where they are and how sure: materials, statistics, damage tables, reference scenes."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from damagepred.errors import InputError, nearest
+
+CONFIDENCE = {
+    "reported": "in the paper or test report named",
+    "secondary": "read in another source",
+    "derived": "derived from other figures",
+    "assumed": "general knowledge, not checked against a source",
+}
+"""Levels of confidence of a figure, and what each means."""
 
 _PACKAGE = Path(__file__).resolve().parent
 

@@ -22,7 +22,7 @@ class DeviationLimits(NamedTuple):
     Attributes
     ----------
     name, source, confidence : str
-        Where they come from, and how surely.
+        Where they come from, and the level of confidence (``data_files.CONFIDENCE``).
     level_names : tuple of str
         Of level 0, 1, ...
     limits : tuple of float

@@ -88,7 +88,7 @@ class StickingLimits(NamedTuple):
     Attributes
     ----------
     name, source, confidence : str
-        Where they come from, and how surely.
+        Where they come from, and the level of confidence (``data_files.CONFIDENCE``).
     level_names : tuple of str
         Of level 0, 1, ...
     angle, narrowing, diagonal : tuple of float

@@ -22,7 +22,7 @@ class StrainTable:
     Attributes
     ----------
     name, source, confidence : str
-        Where the limits come from, and how surely.
+        Where the limits come from, and the level of confidence.
     limits : tuple of float
         Largest strain of category 0, 1, ... (1); a strain that meets a limit belongs to the lower category.
     """
@@ -59,7 +59,7 @@ class MovementLimit:
     deflection : float or None
         Central deflection that must not be exceeded, either (m).
     confidence : str
-        How surely it is known.
+        Its level (``data_files.CONFIDENCE``).
     """
 
     author: str
@@ -69,7 +69,7 @@ class MovementLimit:
     length_over_height: tuple[float, ...] = ()
     kind: str | None = None
     deflection: float | None = None
-    confidence: str = "memory"
+    confidence: str = "assumed"
 
     def value(self, length: float, height: float) -> float:
         """Return the limit (1) for a wall of given size (m)."""

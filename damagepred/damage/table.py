@@ -30,7 +30,7 @@ class DamageTable:
     Attributes
     ----------
     name, source, confidence : str
-        Where the limits come from, and how surely.
+        Where the limits come from, and the level of confidence (``data_files.CONFIDENCE``).
     category_names : tuple of str
         Of category 0, 1, ...
     limits : tuple of float

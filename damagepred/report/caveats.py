@@ -116,7 +116,7 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySett
     ]
     if doubtful := unsure(settings):
         said.append(
-            f"The mean or the scatter of {len(doubtful)} variables is remembered or assumed, not measured: "
+            f"The mean or the scatter of {len(doubtful)} variables is assumed, not measured: "
             f"{', '.join(doubtful)}. Measure those that matter before anything is built on the figures."
         )
     if curves is not None:

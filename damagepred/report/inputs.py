@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from damagepred.data_files import CONFIDENCE
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.sources import (
-    CONFIDENCE,
     GIVEN,
     PAPER,
     Source,
@@ -93,15 +93,15 @@ def input_section(scene: Scene, settings: StudySettings | None = None) -> Sectio
         parts.append(Text([f"Zhuge et al.: {PAPER}."]))
     if sources:
         known = [f"({name}): {meaning}" for name, meaning in CONFIDENCE.items() if name in sources]
-        parts.append(Text(["How sure a source is:"], known))
+        parts.append(Text(["Levels of confidence:"], known))
     return Section("inputs", "Inputs and their sources", parts)
 
 
 def unsure(settings: StudySettings) -> list[str]:
-    """Return the variables whose mean or scatter nobody has measured, or that was not looked up."""
+    """Variables whose mean or scatter is assumed."""
     doubtful = []
     for place, variable in settings.variables.items():
-        if any(source.confidence in ("memory", "inferred") for source in sources_of_variable(place, variable)):
+        if any(source.confidence == "assumed" for source in sources_of_variable(place, variable)):
             doubtful.append(_place(place))
     return doubtful
 

@@ -18,15 +18,6 @@ PAPER = "The Prediction of Damage to Masonry Houses Caused by Foundation Movemen
 GIVEN = "as given"
 DEFAULT = "default"
 
-CONFIDENCE = {
-    "seed": "the paper that the model follows",
-    "read": "read in a secondary source",
-    "derived": "derived from other figures",
-    "memory": "remembered from the literature, not looked up",
-    "inferred": "assumed, with no source",
-}
-"""What the shipped tables mean by how sure they are."""
-
 _MATERIALS = {
     "block": "clay_brick_masonry",
     "joint": "mortar_joint",

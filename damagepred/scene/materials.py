@@ -89,14 +89,14 @@ class Joint:
         G_f (N/m, the same as J/m2): the work of opening a crack of unit area, mode I. Tension then falls linearly with
         the opening, from f_t to nothing at 2 G_f / f_t, and cohesion and friction fall to their residual values with
         it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
-        Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, from memory).
+        Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
     shear_fracture_energy : float or None
         G_f (N/m), mode II: what sliding an unopened joint takes to wear off its bond, on top of what the residual
         values take. Cohesion, friction and what tension the joint carries fall linearly with the slip, to the residual
         values at 2 G_f / (cohesion - residual_cohesion): slip and opening use up one and the same bond. Only together
         with fracture_energy, without dilation and brittle_shear. So little that the elastic joint holds more: the first
         slip breaks the bond. None: slip leaves the bond as it is. Clay brick and mortar: 10 to 250 N/m (van der
-        Pluijm 1999, from memory).
+        Pluijm 1999, assumed).
     compressive_strength : float or None
         f_c (Pa), the cap: the joint carries no more pressure, sigma >= -f_c, and closes for good beyond (it crushes);
         and pressed near to it, it carries less shear, |tau| <= sqrt((f_c^2 - sigma^2) / C_ss) where that is less than

@@ -196,8 +196,8 @@ class Mound:
 
         Notes
         -----
-        AS 2870-2011, Appendix F. That e depends on y_m and H_s in doming and on y_m in dishing, and in which units, was
-        read in the manual of a design program (CORD of FMG Engineering); the numbers in the formulas are from memory.
+        AS 2870-2011, Appendix F. The manual of a design program (CORD of FMG Engineering) says on what e depends: y_m
+        and H_s in doming, y_m in dishing, and the units (secondary). The numbers in the formulas are assumed.
         """
         if self.edge_distance is not None:
             return min(self.edge_distance, length / 2.0)
@@ -214,7 +214,7 @@ class Mound:
 
         Notes
         -----
-        1.5 L / (H_s - D_e), AS 2870-2011 (from memory). Below 1, for short walls on deep clay, the mound has a cusp
+        1.5 L / (H_s - D_e), AS 2870-2011 (assumed). Below 1, for short walls on deep clay, the mound has a cusp
         in the middle.
         """
         if self.exponent is not None:
@@ -240,7 +240,7 @@ def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:
     """Walsh mound: 0 in the middle, a parabola over the edge distance, 1 at both ends.
 
     The method is that of Walsh (1978), Walsh and Walsh (1986) and AS 2870; its history is told by Payne and Cameron
-    (2014), Australian Journal of Structural Engineering 15(2). The form is from memory.
+    (2014), Australian Journal of Structural Engineering 15(2). The form is assumed.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def mitchell(x: FloatArray, length: float, exponent: float) -> FloatArray:
     """Mitchell mound: |2 x' / L|^m with x' measured from the middle; 0 in the middle, 1 at both ends.
 
     Mitchell (1980), The structural analysis of footings on expansive soil; Mitchell (1984), A simple method of design
-    of shallow footings on expansive soil, Fifth International Conference on Expansive Soils. The form is from memory.
+    of shallow footings on expansive soil, Fifth International Conference on Expansive Soils. The form is assumed.
 
     Parameters
     ----------
@@ -277,7 +277,7 @@ def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
     """Drying by a tree: 1 at the tree, (1 - d / reach)^2 at a distance d, nothing from its reach on.
 
     The form is this project's choice. The reach is about the tree's height, more for rows and groups of trees (AS
-    2870-2011, Appendix H; Cameron and Beal 2011, Australian Geomechanics 46(3); the figure is from memory).
+    2870-2011, Appendix H; Cameron and Beal 2011, Australian Geomechanics 46(3); the figure is assumed).
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """What if the distributions were others? The same walls, counted anew: no wall is run again.
 
-What the model leaves open about its inputs, a scatter that was inferred above all, is no Monte Carlo error, and more
+What the model leaves open about its inputs, an assumed scatter above all, is no Monte Carlo error, and more
 walls do not make it smaller. So it is reported apart: the estimate under each alternative, each with its own error.
 """
 

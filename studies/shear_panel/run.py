@@ -31,7 +31,7 @@ DROP = 0.02
 """Share by which the force must fall for what was before to count as a peak."""
 
 CAP = 10.5e6
-"""Compressive strength (Pa): of the panel's masonry, from memory (Lourenco and Rots 1997)."""
+"""Compressive strength (Pa): of the panel's masonry, assumed (Lourenco and Rots 1997)."""
 
 
 JOINTS = {"brittle": BRITTLE, "softening in tension": SOFT, "softening in tension and shear": SOFT_IN_SHEAR}

@@ -142,7 +142,7 @@ def test_limits_of_slope_at_their_edges(limit: float, level: int):
     assert limits.level(values).tolist() == [level - 1, level, level]
     assert limits.level(np.zeros(3), values).tolist() == [level - 1, level, level]
     assert limits.level(np.array([np.nan, 1.0]), np.array([1.0, np.nan])).tolist() == [-1, -1]
-    assert limits.confidence == "memory"
+    assert limits.confidence == "assumed"
     assert limits.level_names == ("not noticeable", "undesirable", "clearly visible")
 
 
@@ -213,7 +213,7 @@ def test_limits_of_sticking_at_their_edges(measure: int, level: int):
         values = [np.zeros(1) for _ in range(3)]
         values[measure] += sign * factor * limit
         assert limits.level(*values).tolist() == [expected]
-    assert limits.confidence == "inferred"
+    assert limits.confidence == "assumed"
 
 
 def test_wider_openings_do_not_stick():

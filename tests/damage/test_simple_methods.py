@@ -109,7 +109,6 @@ def test_limits_of_movement():
     assert 8 * full.value(8.0, 2.4) == pytest.approx(4e-3)
     assert 30 * full.value(30.0, 2.4) == pytest.approx(10e-3)
     for limit in load_movement_limits():
-        assert limit.confidence in ("seed", "read", "derived", "memory", "inferred")
         assert limit.measure in ("deflection_ratio", "angular_distortion")
 
 

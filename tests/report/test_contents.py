@@ -75,7 +75,7 @@ def test_probabilities_are_never_rounded_to_certainty() -> None:
 def test_a_source_is_named_for_the_papers_values_and_for_no_other() -> None:
     paper = source_of_value("joint", "tensile_strength", 0.453e6)
     assert "Table 2" in paper.name
-    assert paper.confidence == "seed"
+    assert paper.confidence == "reported"
     assert "Table 1" in source_of_value("block", "density", 2000).name
     assert str(source_of_value("joint", "tensile_strength", 0.4e6)) == "as given"
     assert str(source_of_value("wall", "length", 6.0)) == "default"
@@ -88,7 +88,7 @@ def test_a_source_is_named_for_the_papers_values_and_for_no_other() -> None:
 def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> None:
     settings = StudySettings.from_toml(data_folder / "bryant_study.toml")
     mean, scatter = sources_of_variable("joint.tensile_strength", settings.variables["joint.tensile_strength"])
-    assert (mean.confidence, scatter.confidence) == ("seed", "memory")
+    assert (mean.confidence, scatter.confidence) == ("reported", "assumed")
     assert "Zhuge" in mean.name
     (given,) = sources_of_variable("movement.central_deflection", settings.variables["movement.central_deflection"])
     assert str(given) == "as given"
@@ -97,15 +97,15 @@ def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> 
     content["scene"] = Scene.from_toml(data_folder / content["scene"]).to_dict()
     changed = StudySettings.from_dict(content).variables["joint.tensile_strength"]
     mean, scatter = sources_of_variable("joint.tensile_strength", changed)
-    assert mean.confidence == "seed"
+    assert mean.confidence == "reported"
     assert str(scatter) == "cov: as given"
     normal = replace(changed, distribution="normal")
     assert [str(s) for s in sources_of_variable("joint.tensile_strength", normal)] == ["as given"]
     assert str(sources_of_variable("joint.tensile_strength", replace(changed, mean="0.4 MPa"))[0]) == "mean: as given"
     assert str(field_source("joint.tensile_strength", 0.41)) == "as given"
-    assert field_source("joint.tensile_strength", 0.4).confidence == "memory"
+    assert field_source("joint.tensile_strength", 0.4).confidence == "assumed"
     percent = replace(settings.variables["joint.tensile_strength"], cov="30 %")
-    assert [s.confidence for s in sources_of_variable("joint.tensile_strength", percent)] == ["seed", "memory"]
+    assert [s.confidence for s in sources_of_variable("joint.tensile_strength", percent)] == ["reported", "assumed"]
     own = replace(changed, source="our own tests")
     assert [str(s) for s in sources_of_variable("joint.tensile_strength", own)] == ["our own tests"]
     assert "mortar joints: tensile strength" in unsure(settings)

@@ -79,5 +79,4 @@ def test_ground_tables_say_where_they_come_from(data_folder):
     for name in ("site_classes", "footings"):
         table = tomllib.loads((data_folder / "ground" / f"{name}.toml").read_text())
         assert table["source"]
-        assert table["confidence"] in ("seed", "read", "derived", "memory", "inferred")
-    assert all(f.confidence in ("read", "memory") for f in standard_footings())
+    assert all(f.confidence in ("secondary", "assumed") for f in standard_footings())
