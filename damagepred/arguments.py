@@ -19,7 +19,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 Test = Callable[[Any], bool]
 
-NUMBERS = ("ArrayLike", "FloatArray", "IntArray", "BoolArray")
+NUMBERS = ("ArrayLike", "FloatArray", "IntArray", "Int8Array", "BoolArray")
 """Names of annotations of arrays of numbers; all but the first have a dimension."""
 
 

@@ -14,6 +14,7 @@ from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausi
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Assembly, Kind, Limits, Model, wall_model, wall_size
 from damagepred.damage import (
     GROUP_COUNTS,
@@ -36,7 +37,6 @@ from damagepred.time_limit import time_limit
 if TYPE_CHECKING:
     from damagepred.solvers.dynamics import DynamicRun
 
-FloatArray = NDArray[np.float64]
 
 QUALITY = (
     "joint_law_violation",

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from damagepred.archive.schema import (
     CATEGORIES,
@@ -21,6 +20,7 @@ from damagepred.archive.schema import (
     category_attributes,
 )
 from damagepred.arguments import checked
+from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.damage import (
     HAIRLINE,
     DamageTable,
@@ -41,9 +41,6 @@ from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Damage
 from damagepred.uq.fragility.capacities import sample_weights
-
-FloatArray = NDArray[np.float64]
-Categories = NDArray[np.int8]
 
 MEASURES = get_args(get_type_hints(Damage)["measure"])
 """Widths that a category is found by."""
@@ -354,7 +351,7 @@ def _group(ds: xr.Dataset, prefix: str, settings: Damage, shape: tuple[int, ...]
     return np.asarray(ds[name].values[..., position]).reshape(shape)
 
 
-def _beyond_the_end(new: Categories, old: Categories, fell: NDArray[np.bool_], highest: int, same: bool) -> Categories:
+def _beyond_the_end(new: Int8Array, old: Int8Array, fell: BoolArray, highest: int, same: bool) -> Int8Array:
     """Fill in what follows the last state known of each path (n, k); return what paths of open end had reached there.
 
     A wall that fell keeps the highest category; a path that ended because it had gone far enough is not known beyond,
@@ -394,7 +391,7 @@ def _levels(ds: xr.Dataset) -> list[str]:
     return notes
 
 
-def _put_level(ds: xr.Dataset, name: str, level: Categories, like: str) -> None:
+def _put_level(ds: xr.Dataset, name: str, level: Int8Array, like: str) -> None:
     ds[name] = (ds[like].dims, level, VARIABLES[name].attributes())
 
 

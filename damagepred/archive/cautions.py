@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 WORKS = (
     "external_work",

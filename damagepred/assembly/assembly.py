@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.assembly.interfaces import (
     Geometry,
@@ -42,9 +42,6 @@ from damagepred.assembly.properties import (
 from damagepred.errors import InputError, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import BlockMaterial, Joint, Solver
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
@@ -634,9 +631,7 @@ class Assembly:
             edge.astype(np.int64),
         ), what
 
-    def _classify(
-        self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]
-    ) -> tuple[NDArray[np.int8], IntArray]:
+    def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]) -> tuple[Int8Array, IntArray]:
         """Tell kind and material of each interface: by direction, then by level, then by pair."""
         level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
         kind = np.where(level, Kind.BED_JOINT, Kind.HEAD_JOINT).astype(np.int8)

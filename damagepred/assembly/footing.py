@@ -15,17 +15,14 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly.assembly import BEARING, Assembly, rectangle
 from damagepred.assembly.bond import Brick
 from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Jacks, JointProperties, Kind
 from damagepred.assembly.section import Sections, concrete_sections
 from damagepred.scene import Footing, Joint, Scene
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SHEAR_AREA = 5.0 / 6.0
 """Share of a rectangle's area that carries shear, kappa."""

@@ -6,16 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.assembly.geometry import SharedEdges
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints, Kind
 from damagepred.assembly.quadrature import quadrature
 from damagepred.scene import Solver
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -81,7 +78,7 @@ def cut(edges: SharedEdges, parts: IntArray) -> tuple[SharedEdges, IntArray]:
     return of._replace(start=start, end=end), whole
 
 
-def in_order(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks, grounded: int) -> IntArray:
+def in_order(edges: SharedEdges, kind: Int8Array, blocks: Blocks, grounded: int) -> IntArray:
     """Course by course, left to right, the ground last: neighbours in space are neighbours in memory."""
     middle = (edges.start + edges.end) / 2
     is_ground = np.arange(len(kind)) >= len(kind) - grounded
@@ -105,7 +102,7 @@ def bodies_of(
     return mesh.in_pieces(on[side], x, y), body[:, 0].copy(), body[:, 1].copy()
 
 
-def number_joints(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks) -> tuple[IntArray, Joints]:
+def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[IntArray, Joints]:
     """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
     course = np.append(blocks.course, -1)[edges.b]
     is_bed = ~np.isin(kind, (Kind.HEAD_JOINT, Kind.CONTROL_JOINT)) & (course >= 0)
@@ -129,7 +126,7 @@ def number_joints(edges: SharedEdges, kind: NDArray[np.int8], blocks: Blocks) ->
 
 def place_contacts(
     edges: SharedEdges,
-    kind: NDArray[np.int8],
+    kind: Int8Array,
     joint: IntArray,
     bodies: tuple[IntArray, IntArray],
     blocks: Blocks,

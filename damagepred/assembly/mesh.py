@@ -12,13 +12,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.geometry import mass_properties
 from damagepred.errors import InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SHORTEST = 1e-6
 """Share of the longest edge below which cells of another shrink to a point: gridpoints are joined by their places."""
@@ -155,7 +152,7 @@ class Mesh(NamedTuple):
         )
 
     @property
-    def on_boundary(self) -> NDArray[np.bool_]:
+    def on_boundary(self) -> BoolArray:
         """Whether a gridpoint (g,) lies on its block's boundary."""
         on = np.zeros(self.x.size, dtype=np.bool_)
         on[self.facets] = True

@@ -9,14 +9,10 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 class Kind(IntEnum):
@@ -93,7 +89,7 @@ class Interfaces(NamedTuple):
     block_b: IntArray
     body_a: IntArray
     body_b: IntArray
-    kind: NDArray[np.int8]
+    kind: Int8Array
     joint: IntArray
     x: FloatArray
     y: FloatArray
@@ -121,7 +117,7 @@ class Joints(NamedTuple):
         Middle of the joint (m).
     """
 
-    kind: NDArray[np.int8]
+    kind: Int8Array
     course: IntArray
     x: FloatArray
     y: FloatArray

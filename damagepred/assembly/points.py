@@ -6,14 +6,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.model import Supports
 from damagepred.errors import InputError
 
-FloatArray = NDArray[np.float64]
-Where = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
+Where = Callable[[FloatArray, FloatArray], BoolArray]
 """Tells of points x, y (m) which are meant."""
 Amount = float | Callable[[FloatArray, FloatArray], FloatArray]
 """A number, or a function of the place x, y (m)."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointProperties
 from damagepred.scene import BlockMaterial, Joint
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 STEEPEST = 1.1
 """Smallest critical slip over the elastic shear displacement it uses up; below, the first slip breaks the bond."""
@@ -86,7 +83,7 @@ def _value(material: Joint, name: str) -> float:
     return float(value)
 
 
-def _cut_at_apex(columns: dict[str, FloatArray], tension: str, cohesion: str, friction: str) -> NDArray[np.bool_]:
+def _cut_at_apex(columns: dict[str, FloatArray], tension: str, cohesion: str, friction: str) -> BoolArray:
     slope = columns[friction]
     apex = np.full_like(slope, np.inf)
     np.divide(columns[cohesion], slope, out=apex, where=slope > 0)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 
 def quadrature(rule: str, count: int) -> tuple[FloatArray, FloatArray]:

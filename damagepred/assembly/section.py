@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, bent_before, moments_along
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 HELD = 0.9
 """Share of its strength up to which the cracked state can take over what whole concrete lets go of."""

@@ -8,9 +8,9 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks, parted
 from damagepred.assembly.footing import (
@@ -51,9 +51,6 @@ from damagepred.scene import (
     Solver,
     Wall,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ZONING = (
     "method",

@@ -17,17 +17,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import Ends
 
 if TYPE_CHECKING:
     from damagepred.damage.joints import JointMap
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

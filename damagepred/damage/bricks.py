@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.tracing import Links, Pieces
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 def links_of(

@@ -11,10 +11,8 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 HAIRLINE = 0.05e-3
 """Opening or slip (m) from which a joint is part of a crack: below it no eye sees one."""
@@ -36,7 +34,7 @@ class Cracks(NamedTuple):
     width: FloatArray
     x: FloatArray
     y: FloatArray
-    joints: NDArray[np.int64]
+    joints: IntArray
 
 
 NO_CRACKS = Cracks(np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64))
@@ -82,7 +80,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     )
 
 
-def _connected(joints: JointMap, part: BoolArray, number: NDArray[np.int64]) -> tuple[int, NDArray[np.int32]]:
+def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int, NDArray[np.int32]]:
     """Return how many pieces interfaces ``number`` make, those where ``part`` is True, and the piece of each."""
     first, second = joints.wall_neighbours
     both = np.flatnonzero(part[first] & part[second])

@@ -20,12 +20,12 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 
-FloatArray = NDArray[np.float64]
 Kind = Literal["dishing", "doming"]
 
 

@@ -7,13 +7,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.data_files import data_file
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 class DeviationLimits(NamedTuple):
@@ -38,7 +34,7 @@ class DeviationLimits(NamedTuple):
     limits: tuple[float, ...]
     gauge: float
 
-    def level(self, *deviation: FloatArray) -> NDArray[np.int8]:
+    def level(self, *deviation: FloatArray) -> Int8Array:
         """Return the level of the largest of some deviations, element by element; -1 where one is not known.
 
         Parameters

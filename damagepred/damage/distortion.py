@@ -7,12 +7,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.data_files import data_file
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 OPPOSITE = ((0, 2), (1, 3))
 """Corners that a diagonal joins."""
@@ -103,7 +100,7 @@ class StickingLimits(NamedTuple):
     narrowing: tuple[float, ...]
     diagonal: tuple[float, ...]
 
-    def level(self, distortion: FloatArray, width_change: FloatArray, diagonal_change: FloatArray) -> NDArray[np.int8]:
+    def level(self, distortion: FloatArray, width_change: FloatArray, diagonal_change: FloatArray) -> Int8Array:
         """Return the level of openings, element by element: the highest that one measure makes; -1 where unknown.
 
         Parameters

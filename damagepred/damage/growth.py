@@ -5,15 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import JointMap
 from damagepred.damage.tracing import Crack, Links, Pieces, trace
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 PARTS = ("wall", "below_dpc", "dpc_opening", "dpc_slip")
 """What cracks are told apart by: the wall proper, the courses below the dpc, the dpc where it is open, and where it is

@@ -7,17 +7,15 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
+
+from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from damagepred.damage.bands import BandGauges
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE, SOIL, SUPPORT, FOOTING_SECTION, CONTROL_JOINT = range(8)
 """Kinds of interface, as the archive's flag values of ``contact_kind``."""
@@ -73,7 +71,7 @@ class JointMap:
 
     start: FloatArray
     end: FloatArray
-    kind: NDArray[np.int8]
+    kind: Int8Array
     contact_x: FloatArray
     contact_y: FloatArray
     contact_length: FloatArray
@@ -86,7 +84,7 @@ class JointMap:
         y: FloatArray,
         length: FloatArray,
         normal: FloatArray,
-        kind: NDArray[np.int8],
+        kind: Int8Array,
         blocks: IntArray | None = None,
     ) -> JointMap:
         """Build the map from contacts.

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.damage.cracks import Cracks, find_cracks, group_widths
 from damagepred.damage.joints import JointMap
 from damagepred.damage.table import DamageTable, load_table
 from damagepred.scene import Damage
 
-FloatArray = NDArray[np.float64]
 Widths = FloatArray | float
-BoolArray = NDArray[np.bool_]
 
 GROUP_COUNTS = (2, 3, 4, 5)
 """Numbers of cracks of which archives keep how wide a group they make, so that they can be judged by other rules."""

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from damagepred.arrays import Int8Array
 from damagepred.data_files import data_file
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class StrainTable:
     confidence: str
     limits: tuple[float, ...]
 
-    def by_strain(self, strain: ArrayLike) -> NDArray[np.int8]:
+    def by_strain(self, strain: ArrayLike) -> Int8Array:
         """Return the category of a tensile strain (1), element by element; -1 where it is NaN."""
         given = np.asarray(strain, dtype=np.float64)
         # a hair of tolerance: 0.05 % computed as 0.0500000000001 % is 0.05 %

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, Int8Array
 from damagepred.damage.deep_beam import beam_strain
 from damagepred.damage.limits import load_movement_limits, load_strain_table
 from damagepred.errors import InputError
@@ -17,8 +18,6 @@ from damagepred.scene import Scene
 
 if TYPE_CHECKING:
     import pandas as pd
-
-FloatArray = NDArray[np.float64]
 
 
 class SimpleVerdict(NamedTuple):
@@ -34,7 +33,7 @@ class SimpleVerdict(NamedTuple):
 
     bending_strain: FloatArray
     diagonal_strain: FloatArray
-    category: NDArray[np.int8]
+    category: Int8Array
 
 
 @checked

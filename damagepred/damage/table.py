@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, Int8Array
 from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.input_files import read_toml
 from damagepred.text import check_title
-
-FloatArray = NDArray[np.float64]
 
 TABLES = ("as2870", "bre251")
 """Damage tables that come with the package."""
@@ -79,12 +77,12 @@ class DamageTable:
             None,
         )
 
-    def by_width(self, width: FloatArray | float) -> NDArray[np.int8]:
+    def by_width(self, width: FloatArray | float) -> Int8Array:
         """Return the category of a crack of given width (m), element by element."""
         # a hair of tolerance: 5 mm computed as 4.9999999999 mm is 5 mm
         return np.searchsorted(np.array(self.limits) * (1 - 1e-12), np.asarray(width), side="right").astype(np.int8)
 
-    def by_width_and_group(self, width: FloatArray | float, group_width: FloatArray | float) -> NDArray[np.int8]:
+    def by_width_and_group(self, width: FloatArray | float, group_width: FloatArray | float) -> Int8Array:
         """Return the category by the widest crack and by a group of cracks, element by element.
 
         Parameters

@@ -12,15 +12,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 ORIENTATIONS = ("horizontal", "vertical", "stepped", "diagonal")
 HORIZONTAL, VERTICAL, STEPPED, DIAGONAL = range(4)

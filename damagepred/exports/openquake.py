@@ -13,15 +13,12 @@ from xml.etree import ElementTree as Tree
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.exports.states import LimitStates, limit_states, require_order
 from damagepred.text import without_controls
-
-FloatArray = NDArray[np.float64]
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 INTENSITY = "PGD"

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.fragility.describe import lognormal_of
-
-FloatArray = NDArray[np.float64]
 
 RARE = 1e-3
 """Where two curves cross beyond this probability, or nearer to 1 than this, nobody minds."""

@@ -10,13 +10,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
 from damagepred.archive.schema import CATEGORIES
+from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.plotting.sheet import MM, plain_number, verbatim
-
-FloatArray = NDArray[np.float64]
 
 COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
 """Of categories 0, 1, ...: warm and ever darker, so that they stay in order for every kind of eye and in grey."""

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
 from damagepred.plotting.categories import COLOURS, DPC_COLOUR, table_of
 from damagepred.plotting.geometry import corners, footing_blocks, polygons
@@ -32,7 +32,6 @@ from damagepred.wall_cracks import WallCracks, crack_frame
 if TYPE_CHECKING:
     import pandas as pd
 
-FloatArray = NDArray[np.float64]
 
 SHOWN = {"wall": 8, "below_dpc": 2, "dpc_opening": 2, "dpc_slip": 2}
 """Cracks of each part that get a number on the drawing and a row of the table: the widest."""
@@ -118,7 +117,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     return ax
 
 
-def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: NDArray[np.int64]) -> None:
+def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: IntArray) -> None:
     footing = footing_blocks(ds)
     shapes = [shape for shape, own in zip(polygons(points, block), footing[np.unique(block)]) if not own]
     ax.add_collection(

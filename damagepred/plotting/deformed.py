@@ -10,17 +10,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting.categories import DPC_COLOUR
 from damagepred.plotting.geometry import Faces, Motion, footing_blocks, polygons
 from damagepred.plotting.rig import FOOTING_COLOUR
 from damagepred.plotting.sheet import MM, below, plain_number, title_of
 from damagepred.plotting.wall import gaps_of, moved_corners
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 OUTLINE = "#00000030"
 """Of the blocks: just to be seen, for the field to stand out."""
@@ -54,8 +51,8 @@ class Deformed:
     points: FloatArray
     block: IntArray
     factor: float
-    rigid: NDArray[np.bool_]
-    footing: NDArray[np.bool_]
+    rigid: BoolArray
+    footing: BoolArray
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:

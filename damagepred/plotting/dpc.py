@@ -8,9 +8,9 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import DPC, FOOTING_INTERFACE, JointMap
 from damagepred.plotting.sheet import (
     MM,
@@ -23,9 +23,6 @@ from damagepred.plotting.sheet import (
     set_title,
     title_of,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MOST_LINES = 10
 """Increments drawn at most."""

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.damage.joints import SOIL
 from damagepred.plotting.dpc import path_colours, spread_evenly
 from damagepred.plotting.geometry import footing_blocks, ground_profile
@@ -28,8 +28,6 @@ from damagepred.plotting.sheet import (
     set_title,
     title_of,
 )
-
-FloatArray = NDArray[np.float64]
 
 MOST_LINES = 8
 """Increments drawn at most."""

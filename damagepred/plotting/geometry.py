@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import (
     BED_JOINT,
     CONTROL_JOINT,
@@ -19,10 +19,6 @@ from damagepred.damage.joints import (
     SUPPORT,
     JointMap,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 LARGE_TURN = 0.02
 """Rotation (rad) from which it is drawn as it is."""

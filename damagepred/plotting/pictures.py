@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.damage.joints import DPC
 from damagepred.errors import InputError, StudyError
 from damagepred.plotting.cracks import cracks_sheet
@@ -28,8 +28,6 @@ from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
 from damagepred.plotting.zones import draw_zone_states, has_zones
 from damagepred.rejudge import shown_gaps
-
-FloatArray = NDArray[np.float64]
 
 FORMATS = ("png", "pdf", "svg")
 

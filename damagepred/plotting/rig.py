@@ -6,15 +6,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import SOIL
 from damagepred.plotting.geometry import Motion, ground_profile, polygons
 from damagepred.plotting.sheet import plain_number
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 FOOTING_COLOUR = "#b9bcc0"
 FOOTING_EDGE = "#85898e"

@@ -12,16 +12,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.plotting.deformed import Deformed, add_magnification
 from damagepred.plotting.geometry import Faces, corners, polygons
 from damagepred.plotting.sheet import axes_or_new, figure_of, plain_number, require, set_title
 from damagepred.plotting.zones import Zones, has_zones, moved_gridpoints
-
-FloatArray = NDArray[np.float64]
 
 MPA = 1e-6
 """Megapascals in a pascal."""

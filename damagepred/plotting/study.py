@@ -9,10 +9,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
 from damagepred.plotting.categories import COLOURS, FOOTING_COLOUR, name_of, shade_bands, table_of, width_scale
@@ -27,9 +27,6 @@ from damagepred.plotting.sheet import (
 )
 from damagepred.uq.fragility import movement_measure
 from damagepred.uq.fragility.capacities import sample_weights
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 COLLAPSED = SAMPLE_STATUS.index("collapsed")
 FAILED = SAMPLE_STATUS.index("failed")

@@ -10,10 +10,10 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import SOIL
@@ -31,9 +31,6 @@ from damagepred.plotting.sheet import (
     set_title,
     title_of,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BRICKS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
 """Tones of the bricks: pale, for the cracks to stand out."""

@@ -10,14 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba_array
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.plotting.deformed import Deformed, add_magnification
 from damagepred.plotting.sheet import axes_or_new, below, require, set_title
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 STATES = (
     ("elastic", "#ece7e1"),

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from damagepred.archive.cautions import work_done
 from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.arrays import FloatArray
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.report.words import chance, length, named, number, with_band
 from damagepred.uq.exceedance import exceedance, shares, walls
 from damagepred.uq.fragility import movement_measure
-
-FloatArray = NDArray[np.float64]
 
 FAILED, MISSING = SAMPLE_STATUS.index("failed"), SAMPLE_STATUS.index("missing")
 

@@ -7,14 +7,13 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
 from damagepred.scene.movement import through_points
 from damagepred.scene.quantity import Length, Pure
 
-FloatArray = NDArray[np.float64]
 Kind = Literal["dishing", "doming"]
 
 

@@ -6,14 +6,12 @@ import itertools
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
-
-FloatArray = NDArray[np.float64]
 
 
 @described

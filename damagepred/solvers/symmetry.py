@@ -21,16 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import BlockLaw, Blocks, Ground, Interfaces, Jacks, Jambs, JointProperties, Supports
 from damagepred.assembly.section import Sections
 from damagepred.errors import SolverError
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.time_stepping.scheme import describe_block
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 ROUNDING = 1e-9
 """Places (over the size of the wall), stiffnesses, loads and movements (over the largest) that differ by less agree."""

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.zone.forces import zones_beyond
 from damagepred.scene import Solver
@@ -28,9 +28,6 @@ from damagepred.solvers.system.deformable_blocks import (
     strain_rows,
     zone_stiffness,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 NEAR_STRENGTH = 0.8
 """Share of the strength from which a block is cut whatever its energy."""
@@ -133,7 +130,7 @@ class BlockLoads:
             shares[here] = np.stack((1.0 - part, part), axis=-1)
         return points, shares
 
-    def errors(self, increment: Increment) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def errors(self, increment: Increment) -> tuple[FloatArray, BoolArray]:
         """Return the energy (n,) (J) that rigid blocks miss, without sign, and which of them come near yielding."""
         whole, mesh, face = self.whole, self.mesh, self.whole.interfaces
         area = face.contact_area

@@ -8,10 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field
 
+from damagepred.arrays import FloatArray
 from damagepred.damage import damage_table
 from damagepred.errors import InputError, nearest
 from damagepred.input_files import parse_toml, read_toml
@@ -369,7 +368,7 @@ class StudySettings:
         units = {place: Scene.unit_of(place) for place in self.variables}
         how = self.study
 
-        def table() -> dict[str, NDArray[np.float64]]:
+        def table() -> dict[str, FloatArray]:
             return read_table(str(how.table), Scene.unit_of, self.scene.number_places())
 
         sampler = Sampler(

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import FAILED, MISSING, StudyFolder
 from damagepred.archive.provenance import environment, program, programs, provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, Int8Array
 from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
 from damagepred.damage import damage_table
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
@@ -37,8 +37,6 @@ from damagepred.study.settings import StudySettings, differing_keys, read_frozen
 if TYPE_CHECKING:
     from damagepred.study.analyses.function import Kept, StudyFunction
     from damagepred.study.analyses.rare_event import RareEvent
-
-FloatArray = NDArray[np.float64]
 
 
 MOST_VALUES = 25_000_000
@@ -347,7 +345,7 @@ class Study:
 
     def _prepare(
         self, folder: StudyFolder, asked: int, run: tuple[int, ...] = (MISSING,), mix_versions: bool = False
-    ) -> tuple[int, NDArray[np.int8]]:
+    ) -> tuple[int, Int8Array]:
         """Make or check the folder and its design; return the number of samples drawn, and the status of each."""
         if not folder.exists:
             folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
@@ -383,7 +381,7 @@ class Study:
             folder.write_manifest({**manifest, "samples": drawn})
         return drawn, np.concatenate((status, np.full(max(0, drawn - len(status)), MISSING, dtype=np.int8)))
 
-    def _sound(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> NDArray[np.int8]:
+    def _sound(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> Int8Array:
         """Set damaged files aside; refuse to run samples beside those of other versions; return the status of all."""
         found, left_out = folder.read(("environment",))
         status = found["status"].values

@@ -18,12 +18,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, student_factor
-
-FloatArray = NDArray[np.float64]
 
 WORTH_IT = 0.8
 """It pays if it is to cost no more than this share of plain sampling, and no more than all of it at the pessimistic end

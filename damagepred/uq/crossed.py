@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import student_factor
 from damagepred.uq.samplers import Stream, generator
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 20
 """Tables from which on there are intervals."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.correlation import cholesky
@@ -20,9 +20,6 @@ from damagepred.uq.samplers import Stream, generator, unit_points
 from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
 from damagepred.uq.wall_fields import JointPlaces, WallFields
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

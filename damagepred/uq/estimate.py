@@ -13,12 +13,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.one_thread import one_blas_thread
-
-FloatArray = NDArray[np.float64]
 
 ENOUGH_REPLICATES = 4
 """From so many on, their scatter is read."""
@@ -96,7 +94,7 @@ def mean(
     values: FloatArray,
     *,
     weight: FloatArray | None = None,
-    replicate: NDArray[np.int64] | None = None,
+    replicate: IntArray | None = None,
     confidence: float = 0.9,
 ) -> Estimate:
     """Estimate a mean.
@@ -123,10 +121,10 @@ def mean(
 
 @one_blas_thread()
 def probability(
-    hit: NDArray[np.bool_] | FloatArray,
+    hit: BoolArray | FloatArray,
     *,
     weight: FloatArray | None = None,
-    replicate: NDArray[np.int64] | None = None,
+    replicate: IntArray | None = None,
     confidence: float = 0.9,
 ) -> Estimate:
     """Estimate a probability.
@@ -167,7 +165,7 @@ def probability(
     return Estimate(value, error, lower, upper, confidence, count, kish)
 
 
-def _mean_and_error(values: FloatArray, replicate: NDArray[np.int64] | None) -> tuple[float, float, float]:
+def _mean_and_error(values: FloatArray, replicate: IntArray | None) -> tuple[float, float, float]:
     """Return mean, its standard error and the degrees of freedom of that."""
     count = len(values)
     if replicate is not None:

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import (
@@ -37,8 +38,6 @@ from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
 
-FloatArray = NDArray[np.float64]
-
 RESAMPLES = 100
 """Of the bootstrap for the error of a median."""
 
@@ -62,13 +61,13 @@ class Walls(NamedTuple):
         Those that failed before they reached the category, if they are among them.
     """
 
-    sample: NDArray[np.int64]
+    sample: IntArray
     lower: FloatArray
     upper: FloatArray
     weight: FloatArray | None
-    replicate: NDArray[np.int64] | None
+    replicate: IntArray | None
     failed: int
-    failing: NDArray[np.bool_]
+    failing: BoolArray
 
     def part(self, which: NDArray[Any] | slice) -> Walls:
         """Return some of the walls."""
@@ -236,7 +235,7 @@ def judged(known: Walls, at: float, confidence: float = 0.9) -> Exceedance:
     return Exceedance(estimate, int(lost.sum()), min(low, 1.0), min(high, 1.0), int(short.sum()))
 
 
-def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short: NDArray[np.bool_]) -> FloatArray:
+def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short: BoolArray) -> FloatArray:
     """Return hits in which walls of which it is not known take the share of those followed further; NaN if none was."""
     found = hit.copy()
     order = np.argsort(-lower, kind="stable")

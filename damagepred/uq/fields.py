@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def course_noise(innovation: FloatArray, sequence: IntArray, correlation: float) -> FloatArray:
@@ -75,7 +72,7 @@ def innovation_factor(factor: FloatArray, lags: Sequence[float]) -> FloatArray:
         ) from None
 
 
-def course_sequences(course: IntArray, kind: NDArray[np.int8], x: FloatArray, apart: float = np.inf) -> IntArray:
+def course_sequences(course: IntArray, kind: Int8Array, x: FloatArray, apart: float = np.inf) -> IntArray:
     """Give numbers to the runs of joints of one kind in one course.
 
     Parameters

@@ -13,15 +13,13 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.ranks import ranks
 from damagepred.uq.samplers import Stream, generator
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 10
 """Walls that it takes at least."""

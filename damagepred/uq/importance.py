@@ -15,15 +15,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Pure
 from damagepred.uq.estimate import effective_samples
-
-FloatArray = NDArray[np.float64]
 
 
 @described

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import special
 from scipy.interpolate import PchipInterpolator
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 
 class Marginal(Protocol):

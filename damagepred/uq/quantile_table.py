@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from damagepred.arrays import FloatArray
 from damagepred.uq.marginals import Marginal, Table, breaks, from_normal
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE = 3e-10
 """Largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation."""

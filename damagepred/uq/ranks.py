@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.uq.fragility.turnbull import turnbull
-
-FloatArray = NDArray[np.float64]
 
 
 def ranks(values: FloatArray, weight: FloatArray | None = None) -> FloatArray:

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.design import Design
-
-FloatArray = NDArray[np.float64]
 
 
 @one_blas_thread()
@@ -53,7 +51,7 @@ def _log_density(design: Design, values: Mapping[str, FloatArray]) -> FloatArray
         with np.errstate(divide="ignore"):
             total = total + marginal.logpdf(x)
     # the Gaussian copula: density of correlated standard normals over that of independent ones
-    inside: NDArray[np.bool_] = np.asarray(np.isfinite(normal).all(axis=1))
+    inside: BoolArray = np.asarray(np.isfinite(normal).all(axis=1))
     normal = np.where(inside[:, None], normal, 0.0)
     independent = normal @ np.linalg.inv(design.wall_factor).T
     copula = 0.5 * (normal**2 - independent**2).sum(axis=1)

@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.exceedance import judged, walls
-
-FloatArray = NDArray[np.float64]
 
 LOOKS = 60
 """Numbers of walls at which an estimate is shown, at most."""
@@ -27,7 +25,7 @@ class Running(NamedTuple):
         Estimate and confidence interval from these.
     """
 
-    counted: NDArray[np.int64]
+    counted: IntArray
     value: FloatArray
     lower: FloatArray
     upper: FloatArray

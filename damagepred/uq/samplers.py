@@ -5,11 +5,9 @@ from __future__ import annotations
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 class Stream(IntEnum):

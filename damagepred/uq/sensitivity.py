@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import special
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.samplers import Stream, generator, unit_points
-
-FloatArray = NDArray[np.float64]
 
 
 def saltelli_points(variables: int, size: int, seed: int) -> FloatArray:

@@ -16,18 +16,16 @@ from typing import Annotated, Literal
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import Field
 from scipy import optimize, special
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.exceedance import exceedance, median_movement
-
-FloatArray = NDArray[np.float64]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 

@@ -16,16 +16,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
 from damagepred.uq.samplers import Stream, generator
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
 BEST_ACCEPTANCE = 0.44
@@ -292,7 +290,7 @@ def _climb(
     return np.concatenate(all_z), np.concatenate(all_g), accepted / (chains * (length - 1)), step
 
 
-def _variation(reached: NDArray[np.bool_], share: float, chains: int) -> float:
+def _variation(reached: BoolArray, share: float, chains: int) -> float:
     """Return the coefficient of variation of a share; samples of one chain depend on each other (Au and Beck, eq. 29).
 
     Samples stand step by step, all chains within each: as many chains as samples are independent samples.

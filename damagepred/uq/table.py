@@ -9,13 +9,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.input_files import LARGEST_TABLE, read_text
 from damagepred.scene.quantity import to_si
-
-FloatArray = NDArray[np.float64]
 
 WEIGHT = "weight"
 """Column that is no number of the scene."""

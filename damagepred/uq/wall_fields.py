@@ -11,18 +11,15 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 from scipy.interpolate import PchipInterpolator
 
+from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.correlation import NatafCurve
 from damagepred.uq.marginals import Marginal
 from damagepred.uq.variable import JointField
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 REPAIR = 0.02
 """Largest change of a correlation along the wall, of the normals, that is accepted where it makes a matrix definite.
@@ -47,7 +44,7 @@ class JointPlaces(NamedTuple):
     """
 
     sequence: IntArray
-    kind: NDArray[np.int8]
+    kind: Int8Array
     x: FloatArray
     y: FloatArray
     unit: float

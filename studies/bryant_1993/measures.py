@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import BED_JOINT, DPC, HEAD_JOINT
 from damagepred.plotting.dpc import open_stretches
 from damagepred.plotting.stress import block_stress, one_of
-
-FloatArray = NDArray[np.float64]
 
 THRESHOLDS = (0.1e-3, 0.5e-3, 1.0e-3, 1.3e-3)
 """Openings (m) from which a dpc counts as separated: how wide a gap was seen in the test is not reported."""
@@ -93,7 +91,7 @@ class Dpc:
         return float(np.abs(self.slip[self.stress < 0]).max(initial=0.0))
 
 
-def _contacts_along(ds: xr.Dataset) -> NDArray[np.int64]:
+def _contacts_along(ds: xr.Dataset) -> IntArray:
     """Return the numbers of the contacts of the dpc from left to right; of one place by interface."""
     dpc = np.flatnonzero(ds["contact_kind"].values == DPC)
     _, face = np.unique(ds["contact_interface"].values[dpc], return_inverse=True)

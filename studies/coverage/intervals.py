@@ -11,9 +11,9 @@ from functools import cache, partial
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import FloatArray
 from damagepred.uq.control_variate import two_level
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.estimate import probability
@@ -25,7 +25,6 @@ from damagepred.uq.sensitivity import saltelli_points, sobol_indices
 from damagepred.uq.stopping import StopWhen, each_confidence, looks
 from damagepred.uq.subset import subset_simulation
 
-FloatArray = NDArray[np.float64]
 Found = dict[str, tuple[float, float, float]]
 """Lower end, upper end, true value, by quantity."""
 

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from bands import band_table, cohesion_table
 from explicit import PACES, Result, complete, explicit_results, note, pace_text, path_of
-from numpy.typing import NDArray
 from scipy import stats
 from transient import transient_table
 from walls import INCREMENTS, Case, brittle_case, dry_case, numbers, unique_cases
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Kind
 from damagepred.scene import Solver
 
@@ -35,7 +35,6 @@ HARDLY = 0.002
 """Share of a wall's contacts that are broken in mortar at most, where "hardly anything" breaks."""
 EVER_SLOWER = ["fast", "slow", "slower"]
 SLOWING = {pace: PACES[pace] for pace in EVER_SLOWER}
-FloatArray = NDArray[np.float64]
 Row = dict[str, Any]
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from walls import Case
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers import ContactState, Increment, solve_path
@@ -21,7 +21,6 @@ INCREMENTS, CYCLES = 400, 1000
 DAMPINGS = (0.8, 0.95, 0.98, 0.99)
 BEYOND = 0.1
 """Share of its strength by which a bond is loaded beyond what it carries before and after, for it to count."""
-FloatArray = NDArray[np.float64]
 
 
 def transient_table(case: Case) -> str:
@@ -44,12 +43,12 @@ def transient_table(case: Case) -> str:
     return "\n".join(lines)
 
 
-def broken(model: Model, step: Increment) -> NDArray[np.bool_]:
+def broken(model: Model, step: Increment) -> BoolArray:
     """Return which bonds of the mortar are broken, (m, q)."""
     return (step.state == ContactState.CRACKED) & (model.properties.tensile_strength > 0)[:, None]
 
 
-def meanwhile(model: Model, start: Increment, to_break: NDArray[np.bool_], damping: float) -> tuple[float, ...]:
+def meanwhile(model: Model, start: Increment, to_break: BoolArray, damping: float) -> tuple[float, ...]:
     """Break bonds at standing movement; return the load of the bond most affected before, meanwhile, after; when."""
     strength = model.properties.tensile_strength[:, None]
     # no other bond breaks meanwhile

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_geometry, wall_model
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Wall
@@ -20,8 +20,6 @@ BRYANT = ("bryant_dishing", "bryant_doming", "bryant_window_dishing", "bryant_wi
 UNBREAKABLE = {"tensile_strength": 100e6, "cohesion": 200e6}
 INCREMENTS = 16
 """Of the random walls whose mortar does not break; with few, waves of the explicit solver are left over."""
-
-FloatArray = NDArray[np.float64]
 
 
 class Case(NamedTuple):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 
 def largest_tensile_strain(ds: xr.Dataset, gauge: float, above: float = -np.inf) -> FloatArray:

@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import stats
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.study import Study, open_study
 from damagepred.study.analyses.two_level import levels
 from damagepred.study.settings import StudySettings
@@ -32,7 +32,6 @@ from damagepred.uq.exceedance import shares, walls
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
-FloatArray = NDArray[np.float64]
 
 LIMITS = {"solid": 4e-3}
 """Opening of the dpc (m) whose movement is asked for, of walls that reach no category."""
@@ -188,7 +187,7 @@ def sobol(
     return pd.DataFrame(rows)
 
 
-def saved(values: FloatArray, label: NDArray[np.int64]) -> dict[str, float]:
+def saved(values: FloatArray, label: IntArray) -> dict[str, float]:
     """Return how many random walls one Sobol wall stands for, with a 90 % interval from the number of scrambles."""
     groups = int(label.max()) + 1
     means = np.array([values[label == r].mean() for r in range(groups)])

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
@@ -25,13 +25,12 @@ from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_
 QUASI_STATIC = Solver(method="quasi_static")
 WELL = 1e6
 """Condition, rows and columns scaled, up to which an answer is held to 1e-8."""
-Array = NDArray[np.float64]
 
 
 # -- the same equations, from nothing but the geometry ----------------------------------------------------------------
 
 
-def kinematics(model: Model) -> Array:
+def kinematics(model: Model) -> FloatArray:
     """Return opening and shear in the middle and rotation of each interface, (m, 3, 6), for its blocks' movements."""
     face = model.interfaces
     n_x, n_y, zero, one = face.normal_x, face.normal_y, np.zeros(len(face.x)), np.ones(len(face.x))
@@ -43,7 +42,7 @@ def kinematics(model: Model) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
 
 
-def assembled(model: Model, stiffness: Array) -> sparse.csc_array:
+def assembled(model: Model, stiffness: FloatArray) -> sparse.csc_array:
     """Return the stiffness of all degrees of freedom, the ground's too, for a stiffness (m, 9) of the interfaces."""
     face, rows = model.interfaces, kinematics(model)
     blocks = np.einsum("mji,mjk,mkl->mil", rows, stiffness.reshape(-1, 3, 3), rows)
@@ -53,7 +52,7 @@ def assembled(model: Model, stiffness: Array) -> sparse.csc_array:
     return sparse.coo_array((blocks.ravel(), (down.ravel(), along.ravel())), shape=(size, size)).tocsc()
 
 
-def of_contacts(model: Model, slopes: Array) -> Array:
+def of_contacts(model: Model, slopes: FloatArray) -> FloatArray:
     """Return the stiffness (m, 9) of interfaces whose contacts have the slopes nn, ns, sn, ss: (m, q, 4)."""
     face = model.interfaces
     nn, ns, sn, ss = np.moveaxis(slopes * face.contact_area[..., None], -1, 0)
@@ -61,14 +60,14 @@ def of_contacts(model: Model, slopes: Array) -> Array:
     return np.stack([v.sum(axis=1) for v in (nn, ns, nn * at, sn, ss, sn * at, nn * at, ns * at, nn * at**2)], axis=-1)
 
 
-def elastic_slopes(model: Model) -> Array:
+def elastic_slopes(model: Model) -> FloatArray:
     slopes = np.zeros((*model.interfaces.contact_area.shape, 4))
     slopes[..., 0] = model.properties.normal_stiffness[:, None]
     slopes[..., 3] = model.properties.shear_stiffness[:, None]
     return slopes
 
 
-def changed(model: Model, stiffness: Array, which: Array, rng: np.random.Generator) -> Array:
+def changed(model: Model, stiffness: FloatArray, which: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Return a stiffness in which joints have opened, slide, dilate or soften, contact by contact."""
     slopes = elastic_slopes(model)
     k_n, k_s = slopes[..., 0].copy(), slopes[..., 3].copy()
@@ -96,7 +95,7 @@ def changed(model: Model, stiffness: Array, which: Array, rng: np.random.Generat
 class Reference:
     """The equations at once: free degrees of freedom, each held a little where it is in play."""
 
-    def __init__(self, equations: LevelEquations, stiffness: Array, anchored: bool = True) -> None:
+    def __init__(self, equations: LevelEquations, stiffness: FloatArray, anchored: bool = True) -> None:
         model = equations.model
         self.free = np.setdiff1d(np.arange(3 * (model.n_blocks + 1)), held_dofs(model))
         matrix = assembled(model, stiffness)
@@ -112,7 +111,7 @@ class Reference:
         scale = 1.0 / np.sqrt(np.abs(dense).max(axis=1))
         return float(np.linalg.cond(dense * scale[:, None] * scale))
 
-    def solve(self, force: Array) -> Array:
+    def solve(self, force: FloatArray) -> FloatArray:
         answer = np.zeros(len(force))
         answer[self.free] = splu(self.matrix).solve(force[self.free])
         return answer
@@ -195,11 +194,11 @@ def equations_of(model: Model) -> LevelEquations:
     return LevelEquations(model, held_dofs(model), of_contacts(model, elastic_slopes(model)))
 
 
-def random_force(model: Model, rng: np.random.Generator) -> Array:
+def random_force(model: Model, rng: np.random.Generator) -> FloatArray:
     return rng.normal(size=3 * (model.n_blocks + 1)) * 1e3
 
 
-def assert_same(one: Array, other: Array, share: float = 1e-8) -> None:
+def assert_same(one: FloatArray, other: FloatArray, share: float = 1e-8) -> None:
     np.testing.assert_allclose(one, other, rtol=0, atol=share * float(np.abs(other).max()))
 
 
@@ -260,7 +259,7 @@ def test_a_block_that_has_let_go_of_all_its_joints_is_held_by_its_anchor_alone()
 # -- changes ----------------------------------------------------------------------------------------------------------
 
 
-def few(model: Model, rng: np.random.Generator, most: int = 6) -> NDArray[np.int64]:
+def few(model: Model, rng: np.random.Generator, most: int = 6) -> IntArray:
     return rng.choice(len(model.interfaces.x), size=int(rng.integers(1, most + 1)), replace=False)
 
 
@@ -331,7 +330,7 @@ def test_a_correction_costs_more_the_more_has_changed_and_the_less_is_known() ->
     assert price_of_level(np.array([60, 120]))[1] > 4 * price_of_level(np.array([60, 120]))[0]
 
 
-def updates(model: Model, elastic: Array, rng: np.random.Generator, count: int) -> Iterator[Array]:
+def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: int) -> Iterator[FloatArray]:
     """Yield stiffnesses one after the other: few joints change, many do, some go back, or nothing happens."""
     stiffness = elastic
     for _ in range(count):
@@ -413,7 +412,7 @@ def test_a_joint_that_is_almost_a_mechanism_is_answered_faithfully() -> None:
 # -- condensed --------------------------------------------------------------------------------------------------------
 
 
-def load_of(model: Model) -> Array:
+def load_of(model: Model) -> FloatArray:
     return np.append(model.supports.load, np.zeros(3))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 
 class Resting(NamedTuple):

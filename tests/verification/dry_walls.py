@@ -6,9 +6,9 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred import Assembly
+from damagepred.arrays import FloatArray
 from damagepred.scene import BlockMaterial, Joint
 
 Rectangle = list[tuple[float, float]]
@@ -43,13 +43,13 @@ class DryWall:
     push: str = "sideways"
     loaded: int = -1
 
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> FloatArray:
         """Return the weight of each block (N), 0 for what is held."""
         area = np.array([polygon_area(block) for block in self.blocks])
         area[list(self.held)] = 0.0
         return DENSITY * G * THICKNESS * area
 
-    def loads(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def loads(self) -> tuple[FloatArray, FloatArray]:
         """Return dead and live load (n, 3) of each block (N, N, N m)."""
         dead, live = np.zeros((len(self.blocks), 3)), np.zeros((len(self.blocks), 3))
         dead[:, 1] = -self.weights()

@@ -6,14 +6,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Kind, Model
 from damagepred.assembly.wall import footing_alone
 from damagepred.scene import Footing, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.solvers import Increment, solve_path
-
-FloatArray = NDArray[np.float64]
 
 GRAVITY = 9.81
 

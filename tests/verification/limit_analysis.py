@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
+
 Polygon = Sequence[tuple[float, float]]
 
 

@@ -29,14 +29,13 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from tests.verification.blocks import table as units
 
 COMMAND = 'python -m pytest tests/verification -m "slow or not slow" --manual tests/verification/README.md'
 """Writes the page."""
 
-FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-12
 """Relative errors below this are rounding."""

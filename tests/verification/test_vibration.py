@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import linalg
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
@@ -18,7 +18,6 @@ from damagepred.solvers.time_stepping.scheme import Run
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
 
-FloatArray = NDArray[np.float64]
 CHAPTER = "Vibration and time stepping"
 
 CHAIN = ClosedForm(
@@ -120,7 +119,7 @@ def test_frequencies_of_a_stack(verify: Verify, unit: Unit, n: int) -> None:
     )
 
 
-def chain(unit: Unit, n: int, j: int | NDArray[np.int64]) -> FloatArray:
+def chain(unit: Unit, n: int, j: int | IntArray) -> FloatArray:
     """Return the frequencies of a stack (rad/s)."""
     return 2 * np.sqrt(unit.k_n * unit.area / unit.mass) * np.sin((2 * j - 1) * np.pi / (2 * (2 * n + 1)))
 

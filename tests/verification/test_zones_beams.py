@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from damagepred import Assembly
+from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.points import Where
@@ -25,7 +25,6 @@ from tests.verification.zoned_blocks import (
     zones_of,
 )
 
-FloatArray = NDArray[np.float64]
 CHAPTER = "Zones"
 THICKNESS = 0.1
 

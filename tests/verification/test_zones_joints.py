@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from damagepred import Assembly
+from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint, Solver
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, solved, zones_of
 
-FloatArray = NDArray[np.float64]
 CHAPTER = "Zones"
 
 SERIES = ClosedForm(

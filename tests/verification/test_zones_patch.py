@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from damagepred import Assembly
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly.mesh import cut_into_zones
 from damagepred.assembly.points import Where
 from damagepred.scene import BlockMaterial, Joint, Solver
@@ -21,7 +21,6 @@ from tests.verification.zoned_blocks import (
     zones_of,
 )
 
-FloatArray = NDArray[np.float64]
 CHAPTER = "Zones"
 
 PATCH = ClosedForm(
@@ -74,7 +73,7 @@ def test_constant_strain_in_a_block_of_any_shape(
     assembly = Assembly(thickness=0.1, gravity=(0.0, 0.0), block=material)
     block = assembly.add_block(corners, zone_size=size)
 
-    def on_outline(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+    def on_outline(x: FloatArray, y: FloatArray) -> BoolArray:
         return np.array([np.hypot(*(outline - p).T).min() < 1e-9 for p in np.column_stack((x, y))])
 
     assembly.hold_points(

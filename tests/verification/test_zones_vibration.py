@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import eigsh
 
 from damagepred import Assembly
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Dynamics, Solver
@@ -17,7 +17,6 @@ from damagepred.solvers.time_stepping.scheme import Run
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order, zones_of
 
-FloatArray = NDArray[np.float64]
 CHAPTER = "Vibration and time stepping"
 
 BAR = ClosedForm(
@@ -80,7 +79,7 @@ def masses(model: Model) -> FloatArray:
     return mass
 
 
-def modes(model: Model, near: float | None = None) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+def modes(model: Model, near: float | None = None) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return frequencies (rad/s), shapes and their degrees of freedom: all, or the twelve nearest to one."""
     mass = masses(model)
     free = np.setdiff1d(np.flatnonzero(mass), held_dofs(model))

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from damagepred import Assembly
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.points import Where
@@ -16,7 +16,6 @@ from damagepred.solvers.state.increment import ZoneState
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import moduli, point_forces, solved, zones_of
 
-FloatArray = NDArray[np.float64]
 CHAPTER = "Zones"
 LENGTH, HEIGHT, THICKNESS = 0.3, 0.5, 0.1
 ALLOWED = {"explicit": 3e-3, "quasi_static": 1e-5}

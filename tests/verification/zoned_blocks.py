@@ -6,16 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred import Assembly
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.system.deformable_blocks import cell_gridpoints, strain_rows
 
-FloatArray = NDArray[np.float64]
 Field = Callable[[FloatArray, FloatArray], FloatArray]
 
 BRICKWORK = BlockMaterial(elastic_modulus=9e9, poisson_ratio=0.19)

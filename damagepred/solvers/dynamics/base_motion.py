@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.input_files import LARGEST_TABLE, read_bytes
 from damagepred.scene.dynamics import BaseMotion
 
-FloatArray = NDArray[np.float64]
 LARGEST_VALUE, SHORTEST_STEP = 1e6, 1e-6
 """Bounds of a record: acceleration, velocity or displacement (SI), and time between two points (s)."""
 

@@ -14,14 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import EDGE, FREE, HOME, LAW, POINT
 from damagepred.kernels.joint.law import bond_slope, slip_compliance
 from damagepred.solvers.dynamics.facets import Sides, sides_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 REACH = 0.02
 """A point may pass the end of the edge it faces by this share of the length it stands for."""
@@ -138,7 +136,7 @@ def _edges_between(
     return edges
 
 
-def _on_ground(model: Model) -> NDArray[np.bool_]:
+def _on_ground(model: Model) -> BoolArray:
     return np.asarray(model.interfaces.block_a == model.n_blocks)
 
 

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.dynamics.detection import near_pairs
 from damagepred.solvers.dynamics.body_arrays import Scenery
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 WIDE = 4.0
 """Blocks wider than so many times the median are tried for every point."""

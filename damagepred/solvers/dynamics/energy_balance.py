@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
@@ -22,8 +22,6 @@ from damagepred.kernels.dynamics.zones import DRAGGED, YIELDING
 from damagepred.solvers.dynamics.body_arrays import Scenery
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
-
-FloatArray = NDArray[np.float64]
 
 
 class Counts(NamedTuple):

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 STRAIGHT = 1e-6
 """Sine of the angle between two facets from which they belong to different faces."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.zones import SIDE, ZONE, ZONE_TALLIES
@@ -16,9 +17,6 @@ from damagepred.solvers.state.increment import ZonePicture, ZoneState
 from damagepred.solvers.system.deformable_blocks import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
 from damagepred.solvers.time_stepping.scheme import describe_block
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Grid(NamedTuple):

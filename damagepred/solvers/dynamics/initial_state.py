@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import SolverError, TimeLimitError
 from damagepred.scene import Solver
@@ -16,8 +16,6 @@ from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import dead_load, follow_up
 from damagepred.solvers.system.loading_stages import while_loading
 from damagepred.solvers.time_stepping.scheme import Run
-
-FloatArray = NDArray[np.float64]
 
 
 class Beginning(NamedTuple):

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import HOME, TALLIES
@@ -37,9 +37,6 @@ from damagepred.solvers.system.elastic_stiffness import (
 from damagepred.solvers.time_stepping.scheme import describe_block
 from damagepred.solvers.time_stepping.tiles import needs_all_of_the_law, needs_softening
 from damagepred.time_limit import check_time
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MARGIN = 0.1
 """What is nearer than this share of the smallest block's size is near."""

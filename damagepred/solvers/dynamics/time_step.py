@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, eigsh
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import HOME
 from damagepred.scene import Dynamics
@@ -16,8 +16,6 @@ from damagepred.solvers.dynamics.body_arrays import Scenery
 from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.system.deformable_blocks import zone_stiffness
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
-
-FloatArray = NDArray[np.float64]
 
 SLACK = 1e-3
 """Relative accuracy asked of the highest eigenvalue, and added to it."""

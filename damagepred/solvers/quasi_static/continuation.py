@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.concrete_section.forces import settle_sections
@@ -38,9 +38,6 @@ from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
 from damagepred.solvers.time_stepping.scheme import describe_block
 from damagepred.time_limit import check_time
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 Point = tuple[float, float]
 
 TOGETHER = 1e-4

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from damagepred.arrays import FloatArray
 from damagepred.kernels.linear.block_tridiagonal import mirror
-
-FloatArray = NDArray[np.float64]
 
 PANEL = 64
 """Columns that LAPACK inverts at a time; with the workspace that SciPy gives it by itself it goes three by three."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.kernels.interface.equilibrium import energy
@@ -16,9 +16,6 @@ from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Spent(NamedTuple):

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.concrete_section.forces import section_forces
@@ -32,8 +32,6 @@ from damagepred.solvers.system.elastic_stiffness import (
     residual_scale,
 )
 from damagepred.time_limit import check_time
-
-FloatArray = NDArray[np.float64]
 
 DIRECT, FULL_STEPS = 16, 5
 """Newton steps that the law as it is gets, and how many of them are taken in full whatever they do."""
@@ -194,19 +192,19 @@ class Equilibrium:
         self._failures = self._spared = 0
         self.leeway, self._begun_at = Leeway.of(model), float(np.abs(supports.start).max(initial=0.0))
 
-    def _blocks_of(self, prescribed: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def _blocks_of(self, prescribed: BoolArray) -> IntArray:
         """Return the blocks of some of the degrees of freedom that are prescribed."""
         dofs = self.model.supports.prescribed[prescribed]
         return np.array([block_of_dof(self.model, int(dof)) for dof in dofs], dtype=np.int64)
 
-    def _interfaces_of(self, blocks: NDArray[np.int64], ground: bool = True) -> NDArray[np.int64]:
+    def _interfaces_of(self, blocks: IntArray, ground: bool = True) -> IntArray:
         """Return the interfaces of some blocks, and those with the ground."""
         face, listed = self.model.interfaces, np.append(blocks, self.model.n_blocks) if ground else blocks
         return np.flatnonzero(np.isin(face.block_a, listed) | np.isin(face.block_b, listed))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
-    def _joint_forces(self, active: NDArray[np.int64], state: State, displacement: FloatArray, live: bool) -> None:
+    def _joint_forces(self, active: IntArray, state: State, displacement: FloatArray, live: bool) -> None:
         """Add the forces of joints, and of deformable blocks, to those on all degrees of freedom."""
         model, solids = self.model, self.solids
         if solids is not None:
@@ -280,7 +278,7 @@ class Equilibrium:
         self._joint_forces(self._everything, state, state.displacement, live=True)
         return self.force
 
-    def stored_beyond(self, state: State) -> tuple[NDArray[np.int64], float]:
+    def stored_beyond(self, state: State) -> tuple[IntArray, float]:
         """Return the interfaces whose energy is to be counted one by one, and what all others store (J).
 
         What is condensed is elastic and in equilibrium with its loads f: it stores (f u - F u_e) / 2 with the force F

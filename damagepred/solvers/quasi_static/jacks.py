@@ -9,12 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
-
-FloatArray = NDArray[np.float64]
 
 DEFLECTION_FOUND = 1e-9
 """Deflection (m) that may be missing where it is controlled."""

@@ -12,9 +12,9 @@ is corrected by the forces that the change makes in these joints (Sherman, Morri
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.kernels.linear.block_tridiagonal import (
@@ -42,9 +42,6 @@ from damagepred.solvers.quasi_static.interface_kinematics import ties_of
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.system.deformable_blocks import idle_dofs
 from damagepred.solvers.system.elastic_stiffness import block_of_dof
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ANCHOR = 1e-7
 """Share of the elastic stiffness that holds every degree of freedom where it is, so that loose blocks do not vanish."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.interface.residual import adds_up_to
 from damagepred.kernels.zone.forces import hand_on, place_facets, zones_beyond
@@ -29,9 +29,6 @@ from damagepred.solvers.system.deformable_blocks import (
     gridpoint_arms,
     zone_slopes,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 INNER = 1e-10
 """Unbalanced force inside a block that yields, over the largest force of its zones."""

@@ -6,10 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray, Int8Array
 
 
 class ContactState(IntEnum):
@@ -46,7 +43,7 @@ class ZonePicture(NamedTuple):
 
     displacement: FloatArray
     stress: FloatArray
-    state: NDArray[np.int8]
+    state: Int8Array
 
 
 @dataclass(frozen=True)
@@ -121,7 +118,7 @@ class Increment:
     slip: FloatArray
     normal_stress: FloatArray
     shear_stress: FloatArray
-    state: NDArray[np.int8]
+    state: Int8Array
     unbalanced_force_ratio: float
     base_reaction: float
     cycles: int

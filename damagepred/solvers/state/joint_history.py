@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.assembly import Kind, Model
 from damagepred.kernels.interface.contact import contact_fields
 from damagepred.solvers.state.increment import ContactState
-
-FloatArray = NDArray[np.float64]
 
 
 class JointMemory(NamedTuple):
@@ -31,7 +29,7 @@ class JointMemory(NamedTuple):
 
     slip: FloatArray
     dilated: FloatArray
-    cracked: NDArray[np.bool_]
+    cracked: BoolArray
     opened: FloatArray
 
     @classmethod
@@ -46,7 +44,7 @@ class JointMemory(NamedTuple):
         return JointMemory(self.slip.copy(), self.dilated.copy(), self.cracked.copy(), self.opened.copy())
 
 
-def without_bond(model: Model) -> NDArray[np.bool_]:
+def without_bond(model: Model) -> BoolArray:
     """Tell which interfaces (m,) have no bond to break: no strength, and what holds them in shear does not drop."""
     law = model.properties
     bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
@@ -95,7 +93,7 @@ def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progr
     return ContactFields(opening, shear, sigma, tau, after)
 
 
-def contact_states(model: Model, memory: JointMemory) -> NDArray[np.int8]:
+def contact_states(model: Model, memory: JointMemory) -> Int8Array:
     """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
     control = (model.interfaces.kind == Kind.CONTROL_JOINT)[:, None]
     states = np.where(

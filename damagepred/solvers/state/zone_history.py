@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.assembly import Model
 from damagepred.assembly.mesh import SIDE_BY_SIDE
 from damagepred.kernels.zone.forces import return_all, zone_stresses, zones_beyond
@@ -20,8 +20,6 @@ from damagepred.solvers.system.deformable_blocks import (
     take,
     zone_places,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 class ZoneField:
@@ -85,7 +83,7 @@ class ZoneField:
         return picture(self.model, displacement, stress, self.plastic(), now)
 
 
-def beyond_limits(model: Model, stress: FloatArray) -> NDArray[np.bool_]:
+def beyond_limits(model: Model, stress: FloatArray) -> BoolArray:
     """Tell which zones (z,) are stressed, (z, 4) in Pa, beyond what they bear, by more than rounding."""
     assert model.mesh is not None
     beyond = np.zeros(len(stress), dtype=np.bool_)
@@ -94,7 +92,7 @@ def beyond_limits(model: Model, stress: FloatArray) -> NDArray[np.bool_]:
 
 
 def picture(
-    model: Model, displacement: FloatArray, stress: FloatArray, plastic: FloatArray, now: NDArray[np.int8]
+    model: Model, displacement: FloatArray, stress: FloatArray, plastic: FloatArray, now: Int8Array
 ) -> ZonePicture:
     """Return what is reported of the zones.
 

@@ -8,15 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh
 from damagepred.kernels.zone.forces import memory_type, moduli_type, shape_type, work_type
 from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
 from damagepred.solvers.time_stepping.tiles import aligned
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 class Facets(NamedTuple):

@@ -10,18 +10,16 @@ from typing import NamedTuple
 from weakref import finalize
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions, live_load
-
-FloatArray = NDArray[np.float64]
 
 _known: dict[int, tuple[float, float]] = {}
 """By model: it takes a factorisation, and is asked for again while a wall falls."""
 
 
-def come_loose(model: Model, displacement: FloatArray, progress: float) -> NDArray[np.bool_]:
+def come_loose(model: Model, displacement: FloatArray, progress: float) -> BoolArray:
     """Tell which blocks (n,) have left the wall: further from home than movement and elasticity explain.
 
     Parameters

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.solvers.system.deformable_blocks import idle_dofs, kinematics, rigid_motion, spread, zone_stiffness
-
-FloatArray = NDArray[np.float64]
 
 UNBALANCED = 1e-3
 """Share of the largest load that an elastic solution may leave unbalanced by rounding."""
@@ -182,7 +180,7 @@ def residual_scale(model: Model) -> FloatArray:
     return scale
 
 
-def held_dofs(model: Model) -> NDArray[np.int64]:
+def held_dofs(model: Model) -> IntArray:
     """Return the degrees of freedom that do not move freely: supports, the ground, and what follows from others."""
     ground = 3 * model.n_blocks + np.arange(3)
     return np.concatenate((model.supports.prescribed, ground, idle_dofs(model)))

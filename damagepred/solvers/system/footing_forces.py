@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Kind, Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.concrete_section.forces import section_values
-
-FloatArray = NDArray[np.float64]
 
 
 class SectionForces(NamedTuple):
@@ -32,13 +30,13 @@ class SectionForces(NamedTuple):
     moment: FloatArray
 
 
-def section_interfaces(model: Model) -> NDArray[np.int64]:
+def section_interfaces(model: Model) -> IntArray:
     """Return the interfaces between segments of the footing (s,), left to right."""
     here = np.flatnonzero(model.interfaces.kind == Kind.FOOTING_SECTION)
     return here[np.argsort(model.interfaces.x[here])]
 
 
-def section_lengths(model: Model, here: NDArray[np.int64]) -> FloatArray:
+def section_lengths(model: Model, here: IntArray) -> FloatArray:
     """Return the length of beam that each section stands for (m): from middle to middle of its segments.
 
     On the axis of a wall of which one half is solved that is from the axis to the middle of the segment.

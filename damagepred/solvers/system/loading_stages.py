@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Kind, Model
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def while_loading(model: Model) -> Model:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers.system.footing_forces import outer_support_loads
-
-FloatArray = NDArray[np.float64]
 
 MOST_TRIES = 40
 """Attempts to find where a load is gone."""

@@ -11,15 +11,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.explicit.jacks import LOAD, VOLUME
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 STIFFER = 100.0
 """Stiffness of the line over that of the intact wall under the jacks: the stiffer, the faster the control may be; much

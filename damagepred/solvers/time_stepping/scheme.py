@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.errors import ConvergenceError, DivergenceError
@@ -51,9 +51,6 @@ from damagepred.solvers.time_stepping.tiles import (
     take,
 )
 from damagepred.time_limit import check_time
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 CHECK_EVERY = 50
 """Cycles between two looks at the unbalanced force."""
@@ -455,7 +452,7 @@ class Run:
             load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
         return float((load * np.abs(self.motion.displacement)).sum())
 
-    def note_broken(self, cracked: NDArray[np.bool_] | None = None) -> None:
+    def note_broken(self, cracked: BoolArray | None = None) -> None:
         """Write down at which progress bonds broke that have broken since the last time.
 
         Parameters

@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, ground_type, tile_type
 from damagepred.kernels.joint.law import bond_slope, slip_compliance
 from damagepred.solvers.state.joint_history import JointMemory
-
-FloatArray = NDArray[np.float64]
 
 CACHE_LINE = 64
 """Bytes."""
@@ -42,7 +41,7 @@ class PackedJoints(NamedTuple):
     contributions: FloatArray
     first: NDArray[np.uint64]
     position: NDArray[np.uint64]
-    lane: NDArray[np.int64]
+    lane: IntArray
 
 
 class PackedSections(NamedTuple):
@@ -196,19 +195,17 @@ def aligned(count: int, record: np.dtype[Any]) -> NDArray[Any]:
     return memory[start : start + count * record.itemsize].view(record)
 
 
-def put(field: NDArray[Any], lane: NDArray[np.int64], values: NDArray[Any]) -> None:
+def put(field: NDArray[Any], lane: IntArray, values: NDArray[Any]) -> None:
     """Write values of interfaces, (m,) or (m, rows), into a field of tiles, (t, LANES) or (t, rows, LANES)."""
     field[lane // LANES, ..., lane % LANES] = values
 
 
-def take(field: NDArray[Any], lane: NDArray[np.int64]) -> NDArray[Any]:
+def take(field: NDArray[Any], lane: IntArray) -> NDArray[Any]:
     """Return the values of interfaces, (m,) or (m, rows), from a field of tiles."""
     return np.ascontiguousarray(field[lane // LANES, ..., lane % LANES])
 
 
-def _incidence(
-    model: Model, record: np.dtype[Any], lane: NDArray[np.int64]
-) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+def _incidence(model: Model, record: np.dtype[Any], lane: IntArray) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
     """Tell where the forces on each body stand, one after the other."""
     face, number = model.interfaces, np.dtype(np.float64).itemsize
     tile = lane // LANES * (record.itemsize // number) + lane % LANES

@@ -8,12 +8,13 @@ from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import special
 
 from damagepred.archive.parts import Columns
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
@@ -24,8 +25,6 @@ from damagepred.study.settings import StudySettings
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.sensitivity import saltelli_rows, sobol_indices
-
-FloatArray = NDArray[np.float64]
 
 JOINTS = "joints"
 """Name, among the inputs of Sobol's indices, of all that varies from joint to joint."""
@@ -198,7 +197,7 @@ class StudyFunction:
             number[values.values == FLAG_FILL] = np.nan
         return sobol_indices(number, names, confidence=confidence, resamples=resamples, seed=seed)
 
-    def sobol_rows(self, size: int, seed: int) -> tuple[FloatArray, NDArray[np.int64], list[str]]:
+    def sobol_rows(self, size: int, seed: int) -> tuple[FloatArray, IntArray, list[str]]:
         """Return the vectors and sample numbers at which Sobol's indices need the outputs, and the names of the inputs.
 
         Parameters

@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.damage import damage_table, widest_gap
 from damagepred.errors import InputError, SolverError
 from damagepred.one_thread import one_blas_thread
 from damagepred.pipeline import follow, model_of
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

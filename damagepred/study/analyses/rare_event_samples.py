@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.archive.digest import read_signed_json
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import ArchiveWarning, InputError, StudyError
 from damagepred.scene import Scene
 from damagepred.study.analyses.limit_state import NOTHING_KNOWN, Margin, Question, margin
@@ -29,9 +29,6 @@ from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.campaign.workers import LocalPool, WorkerDied
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.design import Design
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Solved(NamedTuple):

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import open_study
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Limits
 from damagepred.errors import InputError, StudyError
 from damagepred.study.analyses.limit_state import Question
@@ -31,8 +31,6 @@ from damagepred.uq.control_variate import FEWEST, PilotReport, read_pilot, two_l
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
 from damagepred.uq.exceedance import shares, walls
 from damagepred.uq.samplers import Stream, generator
-
-FloatArray = NDArray[np.float64]
 
 SCRAMBLES = 8
 """Of Sobol points, unless the study says how many."""

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
@@ -24,8 +24,6 @@ from damagepred.uq.fragility import movement_measure, read_capacities
 from damagepred.uq.fragility.capacities import require_categories
 from damagepred.uq.given_data import first_order, rank_correlation
 from damagepred.uq.ranks import interval_ranks
-
-FloatArray = NDArray[np.float64]
 
 MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
 
@@ -65,7 +63,7 @@ class Output(NamedTuple):
     """
 
     value: FloatArray
-    sample: NDArray[np.int64]
+    sample: IntArray
     name: str
     censored: float
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Limits, Model, wall_size
 from damagepred.input_files import read_toml
 from damagepred.pipeline import Step, model_of, solve
@@ -216,7 +216,7 @@ def price(
 
 def _timed(
     scene: Scene,
-    fields: Mapping[str, NDArray[np.float64]],
+    fields: Mapping[str, FloatArray],
     count: int,
     on_step: Callable[[Step], None] | None,
     limits: Limits,

@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.folder import FAILED, StudyFolder
@@ -24,6 +23,7 @@ from damagepred.archive.schema import (
     VARIABLES,
     category_attributes,
 )
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
@@ -36,8 +36,6 @@ from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_sequences
 from damagepred.uq.wall_fields import JointPlaces
-
-FloatArray = NDArray[np.float64]
 
 HANDED_BACK = -1
 """Status of a sample that was not begun because the study is to stop."""
@@ -113,7 +111,7 @@ def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) ->
     return {place: values[nearest] for place, values in fields.items()}
 
 
-def joint_sequence(scene: Scene) -> NDArray[np.int64]:
+def joint_sequence(scene: Scene) -> IntArray:
     """Return which joints of a scene's wall are neighbours in a course."""
     joints = wall_geometry(scene).joints
     # a brick and a half: more than from one unit to the next, less than any opening leaves between two

@@ -19,16 +19,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.fragility.estimators import Composite, Estimator
 from damagepred.uq.fragility.likelihood import likelihood
 from damagepred.uq.fragility.posterior import known_walls
 from damagepred.uq.fragility.resampling import Resampled
-
-FloatArray = NDArray[np.float64]
 
 FEW_WALLS = 100
 """Walls below which quantiles of the posterior stand in for BCa; see studies/coverage."""

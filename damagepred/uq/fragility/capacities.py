@@ -7,13 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked, require_alike, require_weights
+from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
 from damagepred.uq.fragility.intensity import check_states, intensity_values
-
-FloatArray = NDArray[np.float64]
 
 COMPLETE, COLLAPSED, FAILED = 0, 1, 2
 """Values of a sample's status that the fit uses; what is missing is left out."""
@@ -38,7 +36,7 @@ class Capacities(NamedTuple):
 
     lower: FloatArray
     upper: FloatArray
-    failed: NDArray[np.bool_]
+    failed: BoolArray
     end: FloatArray
 
 
@@ -71,7 +69,7 @@ class Walls(NamedTuple):
     marks: FloatArray | None
     largest: float
     increments: int
-    sample: NDArray[np.int64]
+    sample: IntArray
     crossed: bool
 
 
@@ -188,7 +186,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     )
 
 
-def _intervals(reached: NDArray[np.int8], given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
+def _intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
     movement = np.where(np.isfinite(given), np.fmax.accumulate(given, axis=1), np.nan)
     hit = reached >= category
     ever = hit.any(axis=1)
@@ -201,7 +199,7 @@ def _intervals(reached: NDArray[np.int8], given: FloatArray, category: int) -> t
 
 
 @checked
-def fair_weights(weight: FloatArray, upper: FloatArray, good: NDArray[np.bool_] | None = None) -> FloatArray:
+def fair_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
     """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
 
     Parameters
@@ -243,7 +241,7 @@ class Cells(NamedTuple):
     lower: FloatArray
     upper: FloatArray
     weight: FloatArray
-    number: NDArray[np.int64]
+    number: IntArray
 
     @property
     def total(self) -> FloatArray:
@@ -257,7 +255,7 @@ class Cells(NamedTuple):
         return tally(self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number)
 
 
-def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: NDArray[np.int64] | None = None) -> Cells:
+def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None) -> Cells:
     """Count walls of the same intervals and weight.
 
     Parameters
@@ -281,7 +279,7 @@ def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: NDArr
     return Cells(lower[:, first], upper[:, first], weight[first], walls)
 
 
-def alike(columns: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def alike(columns: FloatArray) -> tuple[IntArray, IntArray]:
     """Find what has the same values in all columns.
 
     Parameters

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.arguments import checked
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
@@ -38,7 +39,6 @@ from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.samplers import Stream, generator
 
-FloatArray = NDArray[np.float64]
 MOST = 1_000_000
 """Resamples, and points of a curve, beyond which a slip is likelier than a wish."""
 
@@ -234,9 +234,7 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     return columns, _criteria(fits, walls)
 
 
-def _put_start(
-    columns: dict[str, NDArray[Any]], before: NDArray[np.bool_], weight: FloatArray, confidence: float
-) -> None:
+def _put_start(columns: dict[str, NDArray[Any]], before: BoolArray, weight: FloatArray, confidence: float) -> None:
     """Add the share of walls that reached a category before any movement: probability p0 + (1 - p0) Phi(...)."""
     kish, count = effective_samples(weight), before.sum(axis=1)
     share = before @ weight / weight.sum()

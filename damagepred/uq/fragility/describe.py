@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.uq.fragility.intensity import attributes
 
 _WORDS = {
@@ -25,7 +26,7 @@ def curves_dataset(
     columns: Mapping[str, NDArray[Any]],
     categories: Sequence[int],
     names: Sequence[str],
-    grid: NDArray[np.float64],
+    grid: FloatArray,
     intensity: str,
     attrs: Mapping[str, Any],
 ) -> xr.Dataset:
@@ -78,12 +79,12 @@ class Lognormal(NamedTuple):
         Whether the median lies beyond the largest movement to which a wall was followed.
     """
 
-    median: NDArray[np.float64]
-    dispersion: NDArray[np.float64]
-    start: NDArray[np.float64]
-    extrapolated: NDArray[np.bool_]
+    median: FloatArray
+    dispersion: FloatArray
+    start: FloatArray
+    extrapolated: BoolArray
 
-    def probability(self, intensity: NDArray[np.float64]) -> NDArray[np.float64]:
+    def probability(self, intensity: FloatArray) -> FloatArray:
         """Return the probability of each category or worse, array (categories, n), at n intensities."""
         with np.errstate(divide="ignore"):
             distance = np.log(np.asarray(intensity, dtype=np.float64)) - np.log(self.median)[:, None]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.uq.fragility.capacities import Cells, alike, tally
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
 from damagepred.uq.fragility.likelihood import (
@@ -20,8 +20,6 @@ from damagepred.uq.fragility.likelihood import (
     rows_of,
     scores,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 class Estimator(Protocol):
@@ -165,7 +163,7 @@ class Composite(Shared):
         return found if self._sum is None else np.asarray(self._sum @ found)
 
 
-def _start(lower: FloatArray, upper: FloatArray, kind: NDArray[np.int8], kinds: int) -> FloatArray:
+def _start(lower: FloatArray, upper: FloatArray, kind: Int8Array, kinds: int) -> FloatArray:
     """Return parameters from the middles of the intervals."""
     with np.errstate(divide="ignore", invalid="ignore"):
         low, high = np.log(lower), np.log(upper)
@@ -198,7 +196,7 @@ class Ordinal(Shared):
         self._composite = Composite(categories, self.cells)
         self.rows = self._rows(self._level, len(categories))
 
-    def _rows(self, level: NDArray[np.int64], size: int) -> Rows:
+    def _rows(self, level: IntArray, size: int) -> Rows:
         x = np.log(self._movement)[:, None]
         pick = np.vstack((np.zeros(size), np.eye(size), np.zeros(size)))
         below, above = np.hstack((x, -pick[level + 1])), np.hstack((x, -pick[level]))

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from damagepred.arrays import FloatArray
 from damagepred.uq.fragility.capacities import Cells
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 3
 """Walls that must have reached a category before a curve is fitted to it."""

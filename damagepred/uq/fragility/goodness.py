@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.uq.fragility.capacities import Cells, Walls, tally
 from damagepred.uq.fragility.estimators import Composite, Estimator
 from damagepred.uq.fragility.fit import FITTED, Fit
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
 from damagepred.uq.fragility.models import fit_cells
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
-
-FloatArray = NDArray[np.float64]
 
 MOST_WALLS = 20_000
 """Walls up to which the fit is judged: beyond, no form fits as closely as so many walls can tell."""

@@ -7,12 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.scene.mound import Mound
-
-FloatArray = NDArray[np.float64]
 
 MEASURES = (
     "surface_movement",

@@ -12,11 +12,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 
 SMALLEST, LARGEST = 1e-4, 20.0
 """Bounds of the dispersion."""
@@ -75,7 +73,7 @@ class KindRows(NamedTuple):
 
     lower: FloatArray
     upper: FloatArray
-    kind: NDArray[np.int8]
+    kind: Int8Array
     kinds: int
 
     def part(self, which: slice) -> Rows:
@@ -113,7 +111,7 @@ class Likelihood(NamedTuple):
     gradient: FloatArray
     curvature: FloatArray
 
-    def of(self, which: NDArray[np.int64]) -> Likelihood:
+    def of(self, which: IntArray) -> Likelihood:
         """Return some of the resamples."""
         return Likelihood(self.value[which], self.gradient[which], self.curvature[which])
 
@@ -260,7 +258,7 @@ def _better(
     at: FloatArray,
     here: Likelihood,
     step: FloatArray,
-    climbing: NDArray[np.int64],
+    climbing: IntArray,
     rows: Rows | KindRows,
     weight: FloatArray,
 ) -> tuple[BoolArray, FloatArray]:

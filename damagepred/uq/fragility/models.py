@@ -15,16 +15,15 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from damagepred.arguments import checked, require_alike
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.capacities import Cells, tally
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons
-
-FloatArray = NDArray[np.float64]
 
 
 @checked

@@ -19,14 +19,12 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.fragility.capacities import Cells
 from damagepred.uq.fragility.estimators import Estimator
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Likelihood, likelihood
-
-FloatArray = NDArray[np.float64]
 
 _POINTS = 60
 """Dispersions to either side of the estimate at which the density is worked out."""
@@ -116,7 +114,7 @@ def known_walls(estimator: Estimator) -> float:
     return min(found, default=0.0)
 
 
-def _kish(weight: FloatArray, number: NDArray[np.int64]) -> float:
+def _kish(weight: FloatArray, number: IntArray) -> float:
     return effective_samples(np.repeat(weight, number))
 
 

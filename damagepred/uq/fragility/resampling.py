@@ -11,14 +11,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.fragility.capacities import Cells
 from damagepred.uq.fragility.estimators import Estimator
 from damagepred.uq.fragility.fit import FEWEST
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
-
-FloatArray = NDArray[np.float64]
 
 MANY_CELLS = 2000
 """From so many cells on, resamples are one Newton step from the estimate."""
@@ -91,7 +89,7 @@ def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.
     return Resampled(best, again[(scatter > SMALLEST) & (scatter < LARGEST)], resamples, influence, cells)
 
 
-def _steps(each: FloatArray, number: NDArray[np.int64], resamples: int, random: np.random.Generator) -> FloatArray:
+def _steps(each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator) -> FloatArray:
     """Return what walls drawn again add to the parameters beyond what the walls themselves do.
 
     Parameters

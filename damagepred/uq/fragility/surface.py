@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.bands import FEW_WALLS, expanded
@@ -31,8 +31,6 @@ from damagepred.uq.fragility.likelihood import (
 from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.samplers import Stream, generator
-
-FloatArray = NDArray[np.float64]
 
 Scale = Literal["log", "linear"]
 

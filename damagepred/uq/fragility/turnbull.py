@@ -12,12 +12,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.arguments import checked, require_alike
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from damagepred.arrays import FloatArray, IntArray
 
 MOST = 1000
 """Distinct bounds taken as they are; beyond, they are rounded to so many steps of the largest."""

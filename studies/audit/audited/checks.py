@@ -6,14 +6,11 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from audited.damage import damage
 from audited.tolerances import Tolerances
 from audited.wall import CONTROL, CRACKED, DPC, INTACT, SECTION, SLIPPING, ArchivedWall
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from damagepred.arrays import FloatArray
 
 
 class Violation(NamedTuple):

@@ -10,17 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from audited.tolerances import Tolerances
 from audited.wall import BED, CONTROL, CRACKED, DPC, FOOTING, HEAD, ArchivedWall
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from audited.checks import Violation
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 DATA = Path(__file__).resolve().parents[3] / "data" / "damage"
 HAIRLINE = 0.05e-3

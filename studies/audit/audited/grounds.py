@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 
 def movement_of(scene: dict[str, Any], x: FloatArray, progress: float) -> FloatArray:

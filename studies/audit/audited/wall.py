@@ -15,9 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 
 BED, HEAD, DPC, FOOTING, SOIL, SUPPORT, SECTION, CONTROL = range(8)
 """Values of ``contact_kind``."""
@@ -259,7 +257,7 @@ class ArchivedWall:
         self._part_bearings(kind, a, b)
         return a[self.interface], b[self.interface]
 
-    def _part_bearings(self, kind: NDArray[np.int8], a: IntArray, b: IntArray) -> None:
+    def _part_bearings(self, kind: Int8Array, a: IntArray, b: IntArray) -> None:
         """Give the second of two bearings at one place, where two segments meet, to the right one of them."""
         at = np.flatnonzero(kind == SUPPORT)
         for before, after in itertools.pairwise(at):

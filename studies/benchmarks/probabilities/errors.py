@@ -9,17 +9,15 @@ import numpy as np
 import pandas as pd
 import walls
 from floors import floors_of
-from numpy.typing import NDArray
 from scipy import stats
 from walls import Bank, Plan
 
 from damagepred.archive.files import write_whole
+from damagepred.arrays import FloatArray
 from damagepred.uq.control_variate import read_pilot, two_level
 from damagepred.uq.exceedance import shares
 from damagepred.uq.fragility.capacities import tally
 from damagepred.uq.fragility.models import fit_cells
-
-FloatArray = NDArray[np.float64]
 
 DRAWS = 200
 """Replicates that are drawn from walls of a random set: with replacement, so that all of the set is their truth."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import walls
-from numpy.typing import NDArray
 from walls import Bank
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray, IntArray
+
 AGAIN = 200
 
 
@@ -27,7 +27,7 @@ def floors_of(wall: str, banks: dict[str, Bank], asked: list[Any]) -> list[dict[
             size = min(fine.lower.size, banks[name].lower.size)
             pair = [(b.lower[0, :size], b.upper[0, :size]) for b in (fine, banks[name])]
 
-            def ratio(pick: NDArray[np.int64], pair: list[Any] = pair, question: Any = question) -> float:
+            def ratio(pick: IntArray, pair: list[Any] = pair, question: Any = question) -> float:
                 before, after = (estimate(question, low[pick], high[pick]) for low, high in pair)
                 return after / before - 1
 

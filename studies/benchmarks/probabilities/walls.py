@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damagepred.archive.files import write_whole
+from damagepred.arrays import FloatArray
 from damagepred.study.analyses.limit_state import Question, margin
 from damagepred.study.campaign.sample import sampled_wall, solve_sample
 from damagepred.study.campaign.warm_up import warm_up
@@ -24,7 +24,6 @@ from damagepred.study.settings import StudySettings
 from damagepred.uq.importance import Proposal
 
 HERE = Path(__file__).resolve().parent
-FloatArray = NDArray[np.float64]
 
 CATEGORY = 1
 """All that is asked is when, or whether, this category is reached."""

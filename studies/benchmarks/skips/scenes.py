@@ -8,9 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from damagepred.arrays import FloatArray
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
@@ -24,7 +22,7 @@ class Known(NamedTuple):
     """A wall, and the values of its joints where they differ."""
 
     scene: Scene
-    fields: dict[str, NDArray[np.float64]] | None = None
+    fields: dict[str, FloatArray] | None = None
 
 
 def bryant(name: str) -> Known:

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from choices import FINEST, SOLID, choices
-from numpy.typing import NDArray
 from quantities import QUANTITIES, SHARES
 
-FloatArray = NDArray[np.float64]
+from damagepred.arrays import FloatArray
 
 LEAST = {
     "dpc_opening": 1e-4,

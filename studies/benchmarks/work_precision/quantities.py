@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
-
-FloatArray = NDArray[np.float64]
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Of the movement, at which a path is read; runs in time are read at its end alone."""

@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 import damagepred
 from damagepred.archive.files import write_dataset
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.pipeline import Step
 from damagepred.plotting.pictures import stress_sheet
 from damagepred.plotting.stress import block_stress, zone_stress
@@ -67,7 +67,7 @@ def solve(wall: Scene) -> xr.Dataset:
     return damagepred.solve(wall, on_step=tell, on_failure="return")
 
 
-def parts(ds: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
+def parts(ds: xr.Dataset) -> dict[str, BoolArray]:
     """Return which zones lie above the dpc, which of them away from its ends, which below, which in the footing."""
     course = ds["block_course"].values[ds["zone_block"].values]
     zones = Zones.of(ds)
@@ -97,7 +97,7 @@ def table(ds: xr.Dataset) -> list[str]:
     return lines
 
 
-def _middle(values: NDArray[np.float64], weight: NDArray[np.float64]) -> str:
+def _middle(values: FloatArray, weight: FloatArray) -> str:
     """Return the range that holds all but 2.5 % of the area at either end, and the root of the mean square."""
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / weight.sum()

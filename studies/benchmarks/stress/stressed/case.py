@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from damagepred.assembly import Assembly, Model
@@ -18,8 +17,6 @@ from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 from damagepred.solvers.time_stepping.scheme import explicit_path
-
-FloatArray = NDArray[np.float64]
 
 STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", "explicit, deformable")
 IN_TIME = ("in time, rigid", "in time, deformable")

@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers import ContactState, Increment
 from stressed.case import Found
-
-FloatArray = NDArray[np.float64]
 
 MADE = 1e-3
 """Share of the energy that went about which may seem to have been made: steps are not infinitely short."""

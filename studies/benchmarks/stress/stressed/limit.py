@@ -11,14 +11,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.sparse import coo_array, csr_array, hstack
 
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.solvers import ContactState, Increment
-
-FloatArray = NDArray[np.float64]
 
 ENOUGH = 1e-7
 """Forces that are missing, over the mean weight of a block, that rounding explains."""
@@ -53,8 +51,8 @@ class Statics(NamedTuple):
         What forces are measured by (N).
     """
 
-    block_a: NDArray[np.int64]
-    block_b: NDArray[np.int64]
+    block_a: IntArray
+    block_b: IntArray
     middle: FloatArray
     normal: FloatArray
     length: FloatArray
@@ -65,7 +63,7 @@ class Statics(NamedTuple):
     centre: FloatArray
     gyration: FloatArray
     load: FloatArray
-    free: NDArray[np.bool_]
+    free: BoolArray
     reactions: FloatArray
     weight: float
 

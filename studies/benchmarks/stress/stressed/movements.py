@@ -5,16 +5,14 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
 from damagepred.solvers.system.deformable_blocks import kinematics
 from damagepred.solvers.system.elastic_stiffness import elastic_solutions, follow_up
 from stressed.case import RIGID, WAYS, Case, Check, Found
 from stressed.joints import FOOT, moved
-
-FloatArray = NDArray[np.float64]
 
 
 def wall(deflection: float, kind: str, unbreakable: bool, **more: object) -> Scene:

@@ -12,16 +12,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_stiffness, follow_up, held_dofs
 from stressed.case import Case, Check, Found
 
-FloatArray = NDArray[np.float64]
 Pair = tuple[float, float]
 LENGTH, HEIGHT, COUNT = 0.24, 0.075, 4
 MODULUS = 9e9

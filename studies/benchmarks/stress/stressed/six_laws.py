@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_geometry, wall_model
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from stressed.case import Case
-
-FloatArray = NDArray[np.float64]
 
 LAWS: dict[str, dict[str, Any]] = {
     "paper": {},
