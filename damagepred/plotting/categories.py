@@ -8,21 +8,13 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from damagepred.archive.schema import CATEGORIES
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
+from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.sheet import MM, plain_number, verbatim
-
-COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
-"""Of categories 0, 1, ...: warm and ever darker, so that they stay in order for every kind of eye and in grey."""
-
-DPC_COLOUR = "#0072b2"
-"""Of the damp-proof course, apart from all cracks."""
-FOOTING_COLOUR = "#009e73"
-"""Of the gap between the wall and its footing."""
 
 TABLES = ("as2870", "bre251")
 
@@ -42,21 +34,6 @@ def name_of(ds: xr.Dataset, category: int) -> str:
     return verbatim(names[category].replace("_", " ")) if 0 <= category < len(names) else "not known"
 
 
-def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
-    """Return colour map and norm for crack widths in mm, one colour a category.
-
-    Parameters
-    ----------
-    table : DamageTable
-        Its limits are the boundaries.
-    """
-    limits = [limit * MM for limit in table.limits]
-    # the outer fields have no end; these only give the colour bar as many fields as there are categories
-    boundaries = [0.0, *limits, 2.0 * limits[-1]]
-    colours = ListedColormap(list(COLOURS[: len(limits) + 1]), name="damage categories")
-    return colours, BoundaryNorm(boundaries, colours.N, clip=True)
-
-
 def shade_bands(ax: Axes, table: DamageTable) -> None:
     """Shade the range of widths of each category on the vertical axis, and number the bands at the right edge.
 
@@ -73,9 +50,9 @@ def shade_bands(ax: Axes, table: DamageTable) -> None:
         if lower >= high:
             break
         bottom, top = max(lower, low), min(upper, high)
-        ax.axhspan(bottom, top, color=COLOURS[category], alpha=0.13, linewidth=0, zorder=0)
+        ax.axhspan(bottom, top, color=CATEGORY_COLOURS[category], alpha=0.13, linewidth=0, zorder=0)
         if category:
-            ax.axhline(lower, color=COLOURS[category], linewidth=0.8, zorder=1)
+            ax.axhline(lower, color=CATEGORY_COLOURS[category], linewidth=0.8, zorder=1)
         ax.annotate(
             f"{category} {table.category_names[category]}",
             (1.0, _middle(ax, bottom, top)),
@@ -117,3 +94,8 @@ def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTab
     ax.yaxis.set_major_locator(FixedLocator(sorted(mark for mark in marks if mark <= top * 1.15)))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
     ax.yaxis.set_minor_locator(NullLocator())
+
+
+def highest_of(ds: xr.Dataset) -> int:
+    """Return the number of the highest category of the table a study was judged by."""
+    return int(ds.attrs.get("highest_category", table_of(ds).highest))

@@ -7,10 +7,9 @@ from matplotlib.axes import Axes
 
 from damagepred.arguments import checked
 from damagepred.errors import InputError
-from damagepred.plotting.categories import COLOURS, name_of
-from damagepred.plotting.fragility import LINES
+from damagepred.plotting.categories import highest_of, name_of
+from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import MM, axes_or_new, legend_below, plain_number, require, set_title, title_of
-from damagepred.plotting.study import highest_of
 from damagepred.uq.fragility import movement_measure
 from damagepred.uq.running import running_probability
 
@@ -43,9 +42,9 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
         if not len(found.counted):
             raise InputError("the study has no finished sample yet; run `damagepred study` first.")
         most = int(found.counted[-1])
-        colour = COLOURS[category % len(COLOURS)]
+        colour = CATEGORY_COLOURS[category % len(CATEGORY_COLOURS)]
         ax.fill_between(found.counted, found.lower, found.upper, color=colour, alpha=0.15, linewidth=0)
-        style = LINES[(category - 1) % len(LINES)]
+        style = CURVE_STYLES[(category - 1) % len(CURVE_STYLES)]
         label = f"{category} {name_of(ds, category)} or worse"
         ax.plot(found.counted, found.value, color=colour, linestyle=style, linewidth=1.8, label=label)
     ax.set_xlim(min(2, most), max(most, 3))

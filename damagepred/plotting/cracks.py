@@ -14,7 +14,8 @@ from matplotlib.lines import Line2D
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
-from damagepred.plotting.categories import COLOURS, DPC_COLOUR, table_of
+from damagepred.plotting.categories import table_of
+from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR
 from damagepred.plotting.geometry import corners, footing_blocks, polygons
 from damagepred.plotting.sheet import (
     MM,
@@ -26,7 +27,6 @@ from damagepred.plotting.sheet import (
     set_title,
     title_of,
 )
-from damagepred.plotting.wall import BRICK_EDGE, BRICKS, SLIP_COLOUR
 from damagepred.wall_cracks import WallCracks, crack_frame
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     ax.add_collection(
         LineCollection(
             list(segment[order]),
-            colors=[COLOURS[c] for c in category[order]],
+            colors=[CATEGORY_COLOURS[c] for c in category[order]],
             capstyle="round",
             linewidths=[_THICKNESS[c] for c in category[order]],
             zorder=4,
@@ -110,7 +110,8 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     for c in np.unique(category[joint]):
         names = [f"below {edges[0]} mm", *(f"from {edge} mm" for edge in edges)]
         handles.insert(
-            int(c), Line2D([], [], color=COLOURS[c], linewidth=_THICKNESS[c], label=f"{names[c]} (category {c})")
+            int(c),
+            Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=_THICKNESS[c], label=f"{names[c]} (category {c})"),
         )
     _number(ax, known, increment)
     _finish(ax, ds, increment, handles, found.attrs["hairline"])
@@ -121,7 +122,9 @@ def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: IntArray) 
     footing = footing_blocks(ds)
     shapes = [shape for shape, own in zip(polygons(points, block), footing[np.unique(block)]) if not own]
     ax.add_collection(
-        PolyCollection(shapes, facecolors=BRICKS[3], edgecolors=BRICK_EDGE, linewidths=0.25, zorder=1, label="bricks")
+        PolyCollection(
+            shapes, facecolors=BRICK_COLOURS[3], edgecolors=BRICK_EDGE, linewidths=0.25, zorder=1, label="bricks"
+        )
     )
 
 

@@ -13,14 +13,10 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
-from damagepred.plotting.categories import DPC_COLOUR
-from damagepred.plotting.geometry import Faces, Motion, footing_blocks, polygons
-from damagepred.plotting.rig import FOOTING_COLOUR
+from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLOUR
+from damagepred.plotting.geometry import Faces, Motion, footing_blocks, gaps_of, moved_corners, polygons
 from damagepred.plotting.sheet import MM, below, plain_number, title_of
-from damagepred.plotting.wall import gaps_of, moved_corners
-
-OUTLINE = "#00000030"
-"""Of the blocks: just to be seen, for the field to stand out."""
+from damagepred.plotting.zone_geometry import Zones, moved_gridpoints
 
 
 @dataclass(frozen=True)
@@ -123,14 +119,12 @@ class Deformed:
 
     def draw_outlines(self, ax: Axes) -> None:
         """Draw the edges of all blocks."""
-        from damagepred.plotting.zones import Zones, moved_gridpoints
-
         loops = [np.vstack((p, p[:1])) for p in polygons(self.shape, self.block)]
         lines = [loops[i] for i in np.flatnonzero(self.rigid)]
         if not self.rigid.all():
             zones = Zones.of(self.ds)
             lines += list(moved_gridpoints(self.ds, zones, self.increment, self.factor)[zones.rims()])
-        ax.add_collection(LineCollection(lines, colors=OUTLINE, linewidths=0.25, zorder=3, label="outlines"))
+        ax.add_collection(LineCollection(lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines"))
 
     def draw_cracks(self, ax: Axes) -> None:
         """Draw both faces of what is cracked or open: mortar black, the dpc in its colour."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import Normalize
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import DPC, FOOTING_INTERFACE, JointMap
+from damagepred.plotting.colours import path_colours
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -21,6 +21,7 @@ from damagepred.plotting.sheet import (
     require,
     say_nothing_to_draw,
     set_title,
+    spread_evenly,
     title_of,
 )
 
@@ -119,11 +120,6 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
         + _reach(stretches, limit, left),
     )
     return ax
-
-
-def spread_evenly(count: int, most: int) -> IntArray:
-    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
-    return np.arange(count - 1, -1, -max(1, -(-count // most)))[::-1]
 
 
 def open_stretches(place: FloatArray, opening: FloatArray, threshold: float) -> list[tuple[float, float]]:
@@ -231,8 +227,3 @@ def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str
     spans = ", ".join(f"{a - left:.2f} to {b - left:.2f} m" for a, b in stretches[:4])
     more = f" and {len(stretches) - 4} more stretches" if len(stretches) > 4 else ""
     return f"by more than {limit} along {spans}{more}"
-
-
-def path_colours() -> LinearSegmentedColormap:
-    """Return viridis without its yellow, which does not show on white."""
-    return LinearSegmentedColormap.from_list("movement", colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)]))

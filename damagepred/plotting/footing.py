@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.damage.joints import SOIL
-from damagepred.plotting.dpc import path_colours, spread_evenly
-from damagepred.plotting.geometry import footing_blocks, ground_profile
-from damagepred.plotting.rig import KN, SOIL_COLOUR, footing_rise
+from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, path_colours
+from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import (
+    KN,
     MM,
     axes_or_new,
     figure_of,
@@ -26,12 +26,12 @@ from damagepred.plotting.sheet import (
     plain_number,
     require,
     set_title,
+    spread_evenly,
     title_of,
 )
 
 MOST_LINES = 8
 """Increments drawn at most."""
-JACK_COLOUR, SUPPORT_COLOUR = "#d55e00", "#0072b2"
 _ON_JACKS = "the result of one wall whose footing is on jacks (`movement.shape = 'jacks'`)"
 _ON_A_FOOTING = "the result of one wall on a footing that finds its own form (`movement.shape = 'jacks'` or 'mound')"
 

@@ -10,7 +10,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import CATEGORIES
 from damagepred.arguments import checked
-from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -27,8 +27,6 @@ from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
 
-LINES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
-"""Line style of the curves one after the other, beside their colour."""
 
 _RATIOS = (
     1,
@@ -112,8 +110,8 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     handles: list[Line2D] = []
     for number, category in enumerate(curves["category"].values):
         one = curves.isel(category=number)
-        colour = COLOURS[int(category) % len(COLOURS)]
-        style = LINES[number % len(LINES)]
+        colour = CATEGORY_COLOURS[int(category) % len(CATEGORY_COLOURS)]
+        style = CURVE_STYLES[number % len(CURVE_STYLES)]
         status = str(one["fit_status"].item())
         if "empirical" in one and status != EMPIRICAL:
             ax.plot(

@@ -19,11 +19,40 @@ from damagepred.damage.joints import (
     SUPPORT,
     JointMap,
 )
+from damagepred.errors import InputError
+from damagepred.plotting.sheet import require
 
 LARGE_TURN = 0.02
 """Rotation (rad) from which it is drawn as it is."""
 NO_BLOCK = -1
 """Stands for the ground, and for a block that could not be found."""
+
+
+DRAWN_DISPLACEMENT = 0.045
+"""Largest displacement on the drawing, as a fraction of the wall's length."""
+
+LARGEST_EXAGGERATION = 1000.0
+
+_NEEDED = (
+    "vertex_x",
+    "vertex_y",
+    "vertex_block",
+    "block_x",
+    "block_y",
+    "block_displacement_x",
+    "block_displacement_y",
+    "block_rotation",
+    "contact_x",
+    "contact_y",
+    "contact_interface",
+    "contact_kind",
+    "contact_length",
+    "contact_opening",
+    "contact_state",
+    "contact_normal_x",
+    "contact_normal_y",
+    "central_deflection",
+)
 
 
 @dataclass(frozen=True)
@@ -253,3 +282,94 @@ def ground_profile(
     x, which = np.unique(np.round(place[:, 0], 9), return_inverse=True)
     count = np.bincount(which)
     return x, np.bincount(which, place[:, 1]) / count, np.bincount(which, rise) / count
+
+
+def moved_corners(
+    ds: xr.Dataset, increment: int, exaggeration: float | None
+) -> tuple[Motion, FloatArray, IntArray, float]:
+    """Return how blocks have moved, their corners (v, 2) (m), whose these are (v,), and the factor to draw with.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    exaggeration : float or None
+        Factor on displacements; None: a round one.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall, or has no such increment, or the factor is none.
+    """
+    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
+    steps = ds.sizes["increment"]
+    if not -steps <= increment < steps:
+        raise InputError(
+            f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
+        )
+    if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
+        raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
+    motion = Motion.of(ds, increment)
+    points, block = corners(ds)
+    if exaggeration is None:
+        exaggeration = round_exaggeration(motion.at(block, points), float(np.ptp(points[:, 0])))
+    return motion, points, block, float(exaggeration)
+
+
+def round_exaggeration(displacement: FloatArray, length: float) -> float:
+    """Return the round number that shows the largest displacement as about 4.5 % of the wall's length.
+
+    Parameters
+    ----------
+    displacement : array (..., 2)
+        Displacements (m).
+    length : float
+        Of the wall (m).
+    """
+    largest = float(np.hypot(displacement[..., 0], displacement[..., 1]).max(initial=0.0))
+    if not np.isfinite(largest) or largest <= 0.0:
+        return 1.0
+    wanted = min(max(DRAWN_DISPLACEMENT * length / largest, 1.0), LARGEST_EXAGGERATION)
+    round_numbers = np.outer(10.0 ** np.arange(4), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
+    return float(round_numbers[np.argmin(np.abs(np.log(round_numbers / wanted)))])
+
+
+def gaps_of(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
+    """Return what has opened between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
+    sides = faces.neighbours(points, block)
+
+    def shown(side: int, place: FloatArray) -> FloatArray:
+        # where one side was not found, the other speaks for both
+        own = np.where(sides[side] >= 0, sides[side], sides[1 - side])
+        return place + factor * motion.at(own, place) * (own >= 0)[:, None]
+
+    return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), axis=1)
+
+
+def footing_rise(ds: xr.Dataset, increment: int, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Return places along a footing (m), left to right, and how far it has gone up there (m).
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    chosen : array of bool (n,)
+        Blocks of the footing.
+    """
+    if "gridpoint_x" in ds.variables and np.isin(np.flatnonzero(chosen), ds["gridpoint_block"].values).any():
+        own = np.flatnonzero(chosen[ds["gridpoint_block"].values])
+        y = ds["gridpoint_y"].values[own]
+        own = own[y < y.min() + 1e-9]
+        order = own[np.argsort(ds["gridpoint_x"].values[own])]
+        return ds["gridpoint_x"].values[order], ds["gridpoint_displacement_y"].values[increment, order]
+    motion = Motion.of(ds, increment)
+    own = np.flatnonzero(chosen)
+    own = own[np.argsort(motion.x[own])]
+    left, right = float(ds["vertex_x"].values.min()), float(ds["vertex_x"].values.max())
+    # a beam of segments is true to their middles; its ends go with the outermost
+    x, block = np.concatenate(([left], motion.x[own], [right])), np.concatenate((own[:1], own, own[-1:]))
+    return x, motion.at(block, np.column_stack((x, motion.y[block])))[:, 1]

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import DPC
-from damagepred.plotting.categories import COLOURS, DPC_COLOUR, FOOTING_COLOUR, shade_bands, table_of, width_scale
+from damagepred.plotting.categories import shade_bands, table_of, width_scale
+from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -66,7 +67,13 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         x, crack, color="black", linewidth=1.6, zorder=4, label="widest crack" + (" above the dpc" if has_dpc else "")
     )
     ax.scatter(
-        x, crack, c=[COLOURS[max(int(c), 0)] for c in category], edgecolors="black", s=32, zorder=5, clip_on=False
+        x,
+        crack,
+        c=[CATEGORY_COLOURS[max(int(c), 0)] for c in category],
+        edgecolors="black",
+        s=32,
+        zorder=5,
+        clip_on=False,
     )
     if has_dpc:
         ax.plot(
@@ -86,7 +93,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.plot(
             x,
             footing,
-            color=FOOTING_COLOUR,
+            color=FOOTING_GAP_COLOUR,
             linewidth=1.6,
             linestyle="--",
             marker="^",

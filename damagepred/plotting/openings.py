@@ -8,12 +8,11 @@ from matplotlib.axes import Axes
 
 from damagepred.arguments import checked
 from damagepred.errors import InputError
+from damagepred.plotting.colours import OPENING_STYLES
 from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, title_of
 
 AGAINST = {"central_deflection": "central deflection (mm)", "dpc_opening_max": "widest opening of the dpc (mm)"}
 """What the change can be drawn against."""
-
-STYLES = (("#0072b2", "o"), ("#d55e00", "s"), ("#009e73", "^"), ("#cc79a7", "D"), ("#000000", "v"), ("#e69f00", "P"))
 
 
 @checked
@@ -47,7 +46,7 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
     x, change = ds[against].values * MM, ds["opening_width_change"].values * MM
     ax.axhline(0.0, color="black", linewidth=0.8)
     for number in range(ds.sizes["opening"]):
-        colour, marker = STYLES[number % len(STYLES)]
+        colour, marker = OPENING_STYLES[number % len(OPENING_STYLES)]
         measured = bool(np.isfinite(change[:, number]).any())
         label = _label(ds, number) + ("" if measured else ": has one jamb only")
         ax.plot(x, change[:, number], color=colour, marker=marker, markersize=4, linewidth=1.4, label=label)

@@ -26,7 +26,8 @@ from damagepred.plotting.sheet import DPI, figure_of, new_figure, title_of
 from damagepred.plotting.stress import draw_stress, stress_levels
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
-from damagepred.plotting.zones import draw_zone_states, has_zones
+from damagepred.plotting.zone_geometry import has_zones
+from damagepred.plotting.zones import draw_zone_states
 from damagepred.rejudge import shown_gaps
 
 FORMATS = ("png", "pdf", "svg")

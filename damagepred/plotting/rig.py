@@ -9,15 +9,10 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import SOIL
-from damagepred.plotting.geometry import Motion, ground_profile, polygons
-from damagepred.plotting.sheet import plain_number
-
-FOOTING_COLOUR = "#b9bcc0"
-FOOTING_EDGE = "#85898e"
-SOIL_COLOUR = "#8c6d46"
-RIG_COLOUR = "#22262a"
-KN = 1e-3
-"""Kilonewtons in a newton."""
+from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR, SOIL_COLOUR
+from damagepred.plotting.geometry import footing_rise, ground_profile, polygons
+from damagepred.plotting.sheet import KN, plain_number
+from damagepred.plotting.zone_geometry import Zones, moved_gridpoints
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
@@ -61,8 +56,6 @@ def draw_footing_blocks(
             )
         )
     if (chosen & zoned).any():
-        from damagepred.plotting.zones import Zones, moved_gridpoints
-
         zones = Zones.of(ds)
         places = moved_gridpoints(ds, zones, increment, factor)
         own = chosen[zones.block]
@@ -163,30 +156,3 @@ def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: Bo
 
 def _load(load: float) -> str:
     return ("-" if load < -5.0 else "") + f"{plain_number(abs(round(load * KN, 2)))} kN"
-
-
-def footing_rise(ds: xr.Dataset, increment: int, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return places along a footing (m), left to right, and how far it has gone up there (m).
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    chosen : array of bool (n,)
-        Blocks of the footing.
-    """
-    if "gridpoint_x" in ds.variables and np.isin(np.flatnonzero(chosen), ds["gridpoint_block"].values).any():
-        own = np.flatnonzero(chosen[ds["gridpoint_block"].values])
-        y = ds["gridpoint_y"].values[own]
-        own = own[y < y.min() + 1e-9]
-        order = own[np.argsort(ds["gridpoint_x"].values[own])]
-        return ds["gridpoint_x"].values[order], ds["gridpoint_displacement_y"].values[increment, order]
-    motion = Motion.of(ds, increment)
-    own = np.flatnonzero(chosen)
-    own = own[np.argsort(motion.x[own])]
-    left, right = float(ds["vertex_x"].values.min()), float(ds["vertex_x"].values.max())
-    # a beam of segments is true to their middles; its ends go with the outermost
-    x, block = np.concatenate(([left], motion.x[own], [right])), np.concatenate((own[:1], own, own[-1:]))
-    return x, motion.at(block, np.column_stack((x, motion.y[block])))[:, 1]

@@ -8,12 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from damagepred.arguments import checked
+from damagepred.plotting.colours import RANK_COLOURS, SHARE_COLOURS
 from damagepred.plotting.sheet import new_figure, require, title_of
 
 GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom joint to joint"}
 """Names of the groups of a crossed study."""
-
-_RANKS, _SHARES = ("#08519c", "#6baed6"), ("#a63603", "#fd8d3c")
 
 
 @checked
@@ -43,18 +42,18 @@ def draw_sensitivity(found: xr.Dataset) -> Figure:
     figure = new_figure(11.0, 2.2 + 0.5 * (len(names) + len(groups)))
     left, right = figure.subplots(1, 2)
     at = np.arange(len(names), dtype=np.float64)
-    _points(left, some, "spearman", at + 0.12, _RANKS[0], "rank correlation")
-    _points(left, some, "partial", at - 0.12, _RANKS[1], "partial, without what others explain")
+    _points(left, some, "spearman", at + 0.12, RANK_COLOURS[0], "rank correlation")
+    _points(left, some, "partial", at - 0.12, RANK_COLOURS[1], "partial, without what others explain")
     left.set_xlim(-1.0, 1.0)
     left.set_xticks(np.linspace(-1.0, 1.0, 5))
     left.axvline(0.0, color="0.4", linewidth=0.8)
     left.set_xlabel("rank correlation (1)")
     left.set_yticks(at, names)
     below = -1.0 - np.arange(len(groups), dtype=np.float64)
-    _points(right, some, "first_order", at, _SHARES[0], "by itself")
+    _points(right, some, "first_order", at, SHARE_COLOURS[0], "by itself")
     if groups:
-        _points(right, found, "group_first_order", below + 0.12, _SHARES[0], "")
-        _points(right, found, "group_total", below - 0.12, _SHARES[1], "with what both do together")
+        _points(right, found, "group_first_order", below + 0.12, SHARE_COLOURS[0], "")
+        _points(right, found, "group_total", below - 0.12, SHARE_COLOURS[1], "with what both do together")
     right.axvline(0.0, color="0.4", linewidth=0.8)
     right.axvline(1.0, color="0.4", linewidth=0.8)
     right.set_xlim(min(-0.05, right.get_xlim()[0]), max(1.05, right.get_xlim()[1]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
+import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -12,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
+from damagepred.arrays import IntArray
 from damagepred.errors import InputError
 from damagepred.text import without_controls
 
@@ -23,6 +25,10 @@ LETTERS_PER_INCH = 15.5
 
 MM = 1e3
 """Millimetres in a metre."""
+
+
+KN = 1e-3
+"""Kilonewtons in a newton."""
 
 
 def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
@@ -159,3 +165,8 @@ def say_nothing_to_draw(ax: Axes, reason: str) -> None:
 def plain_number(value: float) -> str:
     """Return a number to three figures, without an exponent."""
     return f"{float(f'{value:.3g}'):.10f}".rstrip("0").rstrip(".")
+
+
+def spread_evenly(count: int, most: int) -> IntArray:
+    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
+    return np.arange(count - 1, -1, -max(1, -(-count // most)))[::-1]

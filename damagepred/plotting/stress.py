@@ -6,20 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
+from damagepred.plotting.colours import band_colours
 from damagepred.plotting.deformed import Deformed, add_magnification
 from damagepred.plotting.geometry import Faces, corners, polygons
 from damagepred.plotting.sheet import axes_or_new, figure_of, plain_number, require, set_title
-from damagepred.plotting.zones import Zones, has_zones, moved_gridpoints
+from damagepred.plotting.zone_geometry import Zones, has_zones, moved_gridpoints
 
 MPA = 1e-6
 """Megapascals in a pascal."""
@@ -237,12 +237,3 @@ def _every(wall: Deformed, rigid: FloatArray, zoned: FloatArray, component: str)
     area = np.array([_area(p) for p in polygons(wall.points, wall.block)])[wall.rigid & ~wall.footing]
     weight = [area, Zones.of(wall.ds).area] if len(zoned) else [area]
     return np.concatenate([one_of(s, component) for s in (rigid, zoned)]), np.concatenate(weight)
-
-
-def band_colours(levels: FloatArray) -> ListedColormap:
-    """Return a colour for each band and for what lies beyond at both ends: blue in compression, red in tension."""
-    bands = len(levels) + 1
-    below, above = levels[0] >= -1e-12, levels[-1] <= 1e-12
-    start, end = (0.5 if below else 0.0), (0.5 if above else 1.0)
-    shades = list(colormaps["RdBu_r"](np.linspace(start, end, bands)))
-    return ListedColormap(shades)

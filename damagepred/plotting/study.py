@@ -15,7 +15,8 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
-from damagepred.plotting.categories import COLOURS, FOOTING_COLOUR, name_of, shade_bands, table_of, width_scale
+from damagepred.plotting.categories import highest_of, name_of, shade_bands, table_of, width_scale
+from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -117,11 +118,6 @@ def _grid(movement: FloatArray, increments: int, points: int) -> FloatArray:
     return np.linspace(0.0, largest, points)
 
 
-def highest_of(ds: xr.Dataset) -> int:
-    """Return the number of the highest category of the table a study was judged by."""
-    return int(ds.attrs.get("highest_category", table_of(ds).highest))
-
-
 @checked
 def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the widest crack of every wall against the movement, with quantiles over the walls.
@@ -162,7 +158,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         )
     for name, colour, label in (
         ("crack_band_width_max", "#d55e00", "median, widest crack band"),
-        ("footing_opening_max", FOOTING_COLOUR, "median, gap on the footing"),
+        ("footing_opening_max", FOOTING_GAP_COLOUR, "median, gap on the footing"),
     ):
         if name in ds.variables and float(ds[name].max()) > HAIRLINE:
             other = common_paths(ds, width_name=name).width * MM
@@ -239,7 +235,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     bottom = np.zeros_like(x)
     for category, label in enumerate(labels):
         top = bottom + shares[category]
-        ax.fill_between(x, bottom, top, color=COLOURS[category], linewidth=0.6, edgecolor="white", label=label)
+        ax.fill_between(x, bottom, top, color=CATEGORY_COLOURS[category], linewidth=0.6, edgecolor="white", label=label)
         bottom = top
     if shares[-1].any():
         ax.fill_between(

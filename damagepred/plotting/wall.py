@@ -13,14 +13,31 @@ from matplotlib.patches import Patch
 from scipy.interpolate import PchipInterpolator
 
 from damagepred.arguments import checked
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import SOIL
-from damagepred.errors import InputError
-from damagepred.plotting.categories import COLOURS, DPC_COLOUR, name_of, table_of, width_colours
-from damagepred.plotting.geometry import Faces, Motion, corners, footing_blocks, ground_profile, polygons
-from damagepred.plotting.rig import FOOTING_COLOUR, SOIL_COLOUR, draw_footing_blocks, draw_rig, draw_soil
+from damagepred.plotting.categories import name_of, table_of
+from damagepred.plotting.colours import (
+    BRICK_COLOURS,
+    BRICK_EDGE,
+    CATEGORY_COLOURS,
+    CONTROL_JOINT_COLOUR,
+    DPC_COLOUR,
+    FOOTING_COLOUR,
+    SLIP_COLOUR,
+    SOIL_COLOUR,
+    width_colours,
+)
+from damagepred.plotting.geometry import (
+    Faces,
+    footing_blocks,
+    gaps_of,
+    ground_profile,
+    moved_corners,
+    polygons,
+)
+from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -32,40 +49,8 @@ from damagepred.plotting.sheet import (
     title_of,
 )
 
-BRICKS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
-"""Tones of the bricks: pale, for the cracks to stand out."""
-
-BRICK_EDGE = "#a98f7c"
-SLIP_COLOUR = "#cc79a7"
-CONTROL_COLOUR = "#3b3b8f"
 DATUM = (0, (6, 4))
 """Dashes of the line where the footing was."""
-
-SHOWN = 0.045
-"""Largest displacement on the drawing, as a fraction of the wall's length."""
-
-LARGEST_EXAGGERATION = 1000.0
-
-_NEEDED = (
-    "vertex_x",
-    "vertex_y",
-    "vertex_block",
-    "block_x",
-    "block_y",
-    "block_displacement_x",
-    "block_displacement_y",
-    "block_rotation",
-    "contact_x",
-    "contact_y",
-    "contact_interface",
-    "contact_kind",
-    "contact_length",
-    "contact_opening",
-    "contact_state",
-    "contact_normal_x",
-    "contact_normal_y",
-    "central_deflection",
-)
 
 
 @checked
@@ -145,58 +130,6 @@ def draw_wall(
     return ax
 
 
-def moved_corners(
-    ds: xr.Dataset, increment: int, exaggeration: float | None
-) -> tuple[Motion, FloatArray, IntArray, float]:
-    """Return how blocks have moved, their corners (v, 2) (m), whose these are (v,), and the factor to draw with.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    exaggeration : float or None
-        Factor on displacements; None: a round one.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall, or has no such increment, or the factor is none.
-    """
-    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
-    steps = ds.sizes["increment"]
-    if not -steps <= increment < steps:
-        raise InputError(
-            f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
-        )
-    if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
-        raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
-    motion = Motion.of(ds, increment)
-    points, block = corners(ds)
-    if exaggeration is None:
-        exaggeration = round_exaggeration(motion.at(block, points), float(np.ptp(points[:, 0])))
-    return motion, points, block, float(exaggeration)
-
-
-def round_exaggeration(displacement: FloatArray, length: float) -> float:
-    """Return the round number that shows the largest displacement as about 4.5 % of the wall's length.
-
-    Parameters
-    ----------
-    displacement : array (..., 2)
-        Displacements (m).
-    length : float
-        Of the wall (m).
-    """
-    largest = float(np.hypot(displacement[..., 0], displacement[..., 1]).max(initial=0.0))
-    if not np.isfinite(largest) or largest <= 0.0:
-        return 1.0
-    wanted = min(max(SHOWN * length / largest, 1.0), LARGEST_EXAGGERATION)
-    round_numbers = np.outer(10.0 ** np.arange(4), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
-    return float(round_numbers[np.argmin(np.abs(np.log(round_numbers / wanted)))])
-
-
 def _sheet_height(shape: FloatArray) -> float:
     width, height = np.ptp(shape, axis=0)
     return float(np.clip(8.0 * height / width + 1.95, 3.6, 9.0))
@@ -204,19 +137,7 @@ def _sheet_height(shape: FloatArray) -> float:
 
 def _tones(count: int) -> list[str]:
     # a fixed seed: the same wall always looks the same
-    return [BRICKS[i] for i in np.random.default_rng(1).integers(len(BRICKS), size=count)]
-
-
-def gaps_of(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
-    """Return what has opened between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
-    sides = faces.neighbours(points, block)
-
-    def shown(side: int, place: FloatArray) -> FloatArray:
-        # where one side was not found, the other speaks for both
-        own = np.where(sides[side] >= 0, sides[side], sides[1 - side])
-        return place + factor * motion.at(own, place) * (own >= 0)[:, None]
-
-    return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), axis=1)
+    return [BRICK_COLOURS[i] for i in np.random.default_rng(1).integers(len(BRICK_COLOURS), size=count)]
 
 
 def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:
@@ -260,7 +181,9 @@ def _draw_control_joints(ax: Axes, gaps: FloatArray) -> None:
     if len(gaps):
         ax.add_collection(PolyCollection(list(gaps), facecolors="white", edgecolors="none", zorder=2.5))
         faces = np.concatenate((gaps[:, :2], gaps[:, 2:]))
-        lines = LineCollection(list(faces), colors=CONTROL_COLOUR, linewidths=1.3, zorder=3, label="control joints")
+        lines = LineCollection(
+            list(faces), colors=CONTROL_JOINT_COLOUR, linewidths=1.3, zorder=3, label="control joints"
+        )
         ax.add_collection(lines)
 
 
@@ -367,7 +290,7 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
     for where, chosen in parts.items():
         widest = float(faces.crack[chosen].max(initial=0.0))
         if widest > HAIRLINE:
-            colour = COLOURS[int(table.by_width(widest))]
+            colour = CATEGORY_COLOURS[int(table.by_width(widest))]
             handles.append(Line2D([], [], color=colour, linewidth=2.5, label=f"widest crack{where}: {_mm(widest)}"))
         else:
             handles.append(Line2D([], [], linestyle="none", label=f"no crack{where} wider than {_mm(HAIRLINE)}"))
@@ -384,7 +307,7 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
     if faces.is_control.any():
         most = [float(ds[f"control_joint_{way}_max"].values[increment]) for way in ("opening", "closing")]
         label = f"control joint, widened by at most {_mm(most[0])}, closed by at most {_mm(most[1])}"
-        handles.append(Line2D([], [], color=CONTROL_COLOUR, linewidth=1.3, label=label))
+        handles.append(Line2D([], [], color=CONTROL_JOINT_COLOUR, linewidth=1.3, label=label))
     if faces.is_footing.any():
         lifted = float(faces.opening[faces.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -12,74 +10,10 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.patches import Patch
 
 from damagepred.arguments import checked
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.plotting.colours import ZONE_STATES
 from damagepred.plotting.deformed import Deformed, add_magnification
 from damagepred.plotting.sheet import axes_or_new, below, require, set_title
-
-STATES = (
-    ("elastic", "#ece7e1"),
-    ("yields in shear", "#d55e00"),
-    ("yields in tension", "#0072b2"),
-    ("yields in shear and tension", "#5c0f55"),
-    ("elastic, has yielded before", "#f0c97a"),
-)
-"""What is drawn for each value of ``zone_state``, and its colour."""
-
-
-def has_zones(ds: xr.Dataset) -> bool:
-    """Tell whether zones are stored."""
-    return "zone_state" in ds.variables
-
-
-@dataclass(frozen=True)
-class Zones:
-    """Zones of a wall, before it has moved; g gridpoints, z zones.
-
-    Attributes
-    ----------
-    points : array (g, 2)
-        Gridpoints (m).
-    corners : array of int (z, 3)
-        Gridpoints of each zone.
-    block : array of int (z,)
-        Block of each zone.
-    """
-
-    points: FloatArray
-    corners: IntArray
-    block: IntArray
-
-    @classmethod
-    def of(cls, ds: xr.Dataset) -> Zones:
-        """Read the zones of a dataset."""
-        points = np.column_stack((ds["gridpoint_x"].values, ds["gridpoint_y"].values))
-        return cls(points, ds["zone_gridpoint"].values.astype(np.int64), ds["zone_block"].values.astype(np.int64))
-
-    @property
-    def area(self) -> FloatArray:
-        """Area of each zone (z,) (m2)."""
-        a, b, c = (self.points[self.corners[:, k]] for k in range(3))
-        return np.asarray(0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (c - a)[:, 0] * (b - a)[:, 1]), dtype=np.float64)
-
-    def at_gridpoints(self, values: FloatArray) -> FloatArray:
-        """Return values of the zones (z,) as means at the gridpoints (g,), weighted by area, each block on its own."""
-        weight = np.repeat(self.area, 3)
-        count = len(self.points)
-        total = np.bincount(self.corners.ravel(), weight * np.repeat(values, 3), count)
-        return np.asarray(total / np.bincount(self.corners.ravel(), weight, count))
-
-    def rims(self) -> IntArray:
-        """Return the gridpoints at both ends of every edge on a block's boundary, (r, 2)."""
-        edges = np.concatenate([self.corners[:, [k, (k + 1) % 3]] for k in range(3)])
-        key = edges.min(axis=1) * len(self.points) + edges.max(axis=1)
-        _, first, count = np.unique(key, return_index=True, return_counts=True)
-        return np.asarray(edges[first[count == 1]])
-
-
-def moved_gridpoints(ds: xr.Dataset, zones: Zones, increment: int, factor: float) -> FloatArray:
-    """Return where the gridpoints are drawn (g, 2) (m), displacements multiplied by a factor."""
-    moved = [ds[f"gridpoint_displacement_{axis}"].values[increment] for axis in "xy"]
-    return np.asarray(zones.points + factor * np.column_stack(moved))
+from damagepred.plotting.zone_geometry import Zones, moved_gridpoints
 
 
 @checked
@@ -111,7 +45,7 @@ def draw_zone_states(
     zones = Zones.of(ds)
     shape = moved_gridpoints(ds, zones, increment, wall.factor)
     state = ds["zone_state"].values[increment].astype(np.int64)
-    colours = to_rgba_array([colour for _, colour in STATES])
+    colours = to_rgba_array([colour for _, colour in ZONE_STATES])
     ax.add_collection(
         PolyCollection(
             list(shape[zones.corners]),
@@ -126,11 +60,11 @@ def draw_zone_states(
     wall.draw_cracks(ax)
     wall.finish(ax)
     add_magnification(ax, wall)
-    count = np.bincount(state, minlength=len(STATES))
+    count = np.bincount(state, minlength=len(ZONE_STATES))
     ax.legend(
         handles=[
             Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
-            for (name, colour), number in zip(STATES, count)
+            for (name, colour), number in zip(ZONE_STATES, count)
             if number
         ],
         loc="upper left",

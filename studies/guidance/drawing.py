@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from damagepred.archive.files import write_whole
-from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.sheet import DPI, new_figure, set_title
 
 NAMES = {1: "very slight or worse", 2: "slight or worse", 3: "moderate or worse"}
@@ -23,7 +23,7 @@ def draw(title: str, rows: pd.DataFrame, path: Path) -> None:
         ax = panels[kinds.index(kind)][limits.index(limit)]
         for category, own in part.groupby("category"):
             at = [variants.index(v) + 0.24 * (category - 2) for v in own["variant"]]
-            ax.barh(at, own["share"], height=0.22, color=COLOURS[category], label=NAMES[category])
+            ax.barh(at, own["share"], height=0.22, color=CATEGORY_COLOURS[category], label=NAMES[category])
             ax.errorbar(
                 own["share"],
                 at,

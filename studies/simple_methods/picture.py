@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from damagepred.damage import deflection_over_strain, load_strain_table
-from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.sheet import new_figure
 from damagepred.scene import Scene
 
@@ -54,7 +54,7 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
         Line2D(
             [],
             [],
-            color=COLOURS[k],
+            color=CATEGORY_COLOURS[k],
             linewidth=2.4 if k == category else 1.0,
             label=f"deep beam, category {k} beyond {100 * limits[k - 1]:g} %",
         )
@@ -85,7 +85,7 @@ def _curves(ax: Axes, movement: str, category: int) -> None:
     critical = np.minimum(*deflection_over_strain(slenderness, 1.0, movement, shear))
     for number, limit in enumerate(load_strain_table().limits, start=1):
         width = 2.4 if number == category else 1.0
-        ax.semilogy(slenderness, limit * critical, color=COLOURS[number], linewidth=width, zorder=1)
+        ax.semilogy(slenderness, limit * critical, color=CATEGORY_COLOURS[number], linewidth=width, zorder=1)
     ratios = (5000, 2000, 1000, 500, 300)
     ax.set_yticks(
         [1 / r for r in ratios] + [NEVER], [f"1/{r}" for r in ratios] + ["not up\nto 1/300"], fontsize="small"

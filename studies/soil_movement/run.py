@@ -23,7 +23,7 @@ from stripes import by_thirds, read_at, shares
 
 from damagepred import fit_fragility, open_study
 from damagepred.archive.files import write_whole
-from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.sheet import DPI, new_figure, set_title
 from damagepred.plotting.wall import draw_wall
@@ -170,7 +170,7 @@ def draw(curves: dict[tuple[str, str], object], shared: pd.DataFrame, path: Path
                 fmt="o",
                 markersize=3.5,
                 linewidth=1.0,
-                color=COLOURS[int(category)],
+                color=CATEGORY_COLOURS[int(category)],
                 zorder=5,
                 clip_on=False,
             )

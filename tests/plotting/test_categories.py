@@ -7,7 +7,8 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from damagepred.damage import load_table
-from damagepred.plotting.categories import COLOURS, shade_bands, table_of, width_colours, width_scale
+from damagepred.plotting.categories import shade_bands, table_of, width_scale
+from damagepred.plotting.colours import CATEGORY_COLOURS, width_colours
 from damagepred.plotting.sheet import new_figure
 from tests.test_rejudge import study
 
@@ -31,7 +32,7 @@ def test_bands_lie_between_their_limits_and_are_named_in_their_middle():
     shade_bands(ax, load_table("as2870"))
     bands = list(pairwise([0.0, 0.1, 1.0, 5.0, 8.0]))
     assert [(p.get_y(), p.get_y() + p.get_height()) for p in ax.patches] == [pytest.approx(ends) for ends in bands]
-    assert [p.get_facecolor()[:3] for p in ax.patches] == [to_rgb(colour) for colour in COLOURS[:4]]
+    assert [p.get_facecolor()[:3] for p in ax.patches] == [to_rgb(colour) for colour in CATEGORY_COLOURS[:4]]
     assert [line.get_ydata()[0] for line in ax.lines] == [0.1, 1.0, 5.0]
     names = ["0 negligible", "1 very slight", "2 slight", "3 moderate"]
     assert [t.get_text() for t in ax.texts] == names
@@ -43,7 +44,7 @@ def test_colours_of_widths_change_at_the_limits():
     limits = [0.1, 1.0, 5.0, 15.0, 25.0]
     assert norm.boundaries[:-1].tolist() == pytest.approx([0.0, *limits])
     assert [norm(w) for w in (0.05, 0.1, 0.99, 1.0, 14.0, 24.9, 25.0, 90.0)] == [0, 1, 1, 2, 3, 4, 5, 5]
-    assert [c.lower() for c in colours.colors] == list(COLOURS)
+    assert [c.lower() for c in colours.colors] == list(CATEGORY_COLOURS)
 
 
 def test_the_table_is_told_from_its_name():

@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 
 import damagepred
-from damagepred.plotting.categories import COLOURS
+from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.cracks import _row, cracks_sheet, draw_cracks, widest_of_each_part
 from damagepred.wall_cracks import crack_frame
 
@@ -22,7 +22,7 @@ def test_every_piece_is_drawn_in_the_colour_of_its_category(cracked: xr.Dataset)
     assert len(lines.get_segments()) == profile.sizes["piece"]
     wide = np.sort(profile["piece_opening"].values)
     limits = np.array([0.1, 1.0, 5.0, 15.0]) * 1e-3
-    expected = [to_rgba(COLOURS[c]) for c in np.searchsorted(limits, wide, side="right")]
+    expected = [to_rgba(CATEGORY_COLOURS[c]) for c in np.searchsorted(limits, wide, side="right")]
     assert [tuple(c) for c in lines.get_colors()] == expected
     numbers = {text.get_text() for text in ax.texts}
     assert numbers == {str(n) for n in widest_of_each_part(crack_frame(damagepred.cracks(cracked)))["crack"]}

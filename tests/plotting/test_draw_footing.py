@@ -21,8 +21,7 @@ from damagepred.plotting import (
     save_wall_pictures,
 )
 from damagepred.plotting.footing import first_zero, idle_at
-from damagepred.plotting.geometry import Faces, footing_blocks, ground_profile
-from damagepred.plotting.rig import footing_rise
+from damagepred.plotting.geometry import Faces, footing_blocks, footing_rise, ground_profile
 from damagepred.scene import Footing, Mound, Movement, Scene, Solver, Wall
 
 

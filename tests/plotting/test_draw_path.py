@@ -8,8 +8,9 @@ import damagepred
 from damagepred.damage.joints import DPC
 from damagepred.errors import InputError
 from damagepred.plotting import draw_dpc_opening, draw_history, draw_opening_width_change
-from damagepred.plotting.categories import COLOURS
-from damagepred.plotting.dpc import open_stretches, opening_along, spread_evenly
+from damagepred.plotting.colours import CATEGORY_COLOURS
+from damagepred.plotting.dpc import open_stretches, opening_along
+from damagepred.plotting.sheet import spread_evenly
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 
 
@@ -123,7 +124,9 @@ def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
     ax = draw_history(cracked)
     assert not lines(ax, "widest dpc opening")
     (marks,) = (c for c in ax.collections if len(c.get_offsets()) == cracked.sizes["increment"])
-    assert [tuple(c) for c in marks.get_facecolors()] == [to_rgba(COLOURS[c]) for c in cracked.damage_category.values]
+    assert [tuple(c) for c in marks.get_facecolors()] == [
+        to_rgba(CATEGORY_COLOURS[c]) for c in cracked.damage_category.values
+    ]
     assert 1e3 * float(cracked.crack_width_max.max()) < ax.get_ylim()[1]
 
 
@@ -160,7 +163,7 @@ def test_every_line_of_a_history_is_its_variable(on_dpc, measure, head, scale):
         assert line.get_ydata() == pytest.approx(1e3 * ds[name].values), label
     (marks,) = (c for c in ax.collections if len(c.get_offsets()) == 4)
     np.testing.assert_allclose(marks.get_offsets(), np.column_stack((x, 1e3 * ds.crack_width_max.values)))
-    assert [tuple(c) for c in marks.get_facecolors()] == [to_rgba(COLOURS[c]) for c in (0, 3, 1, 2)]
+    assert [tuple(c) for c in marks.get_facecolors()] == [to_rgba(CATEGORY_COLOURS[c]) for c in (0, 3, 1, 2)]
     assert ax.get_xlabel() == head
     assert ax.get_xlim() == pytest.approx((0.0, 1.02 * x.max()))
     assert ax.get_ylim()[1] > 14.0

@@ -9,10 +9,11 @@ import damagepred
 from damagepred.assembly.assembly import GRAVITY, rectangle
 from damagepred.errors import InputError
 from damagepred.plotting import draw_stress, draw_zone_states
+from damagepred.plotting.colours import ZONE_STATES, band_colours
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces
-from damagepred.plotting.stress import COMPONENTS, band_colours, block_stress, one_of, stress_levels, zone_stress
-from damagepred.plotting.zones import STATES, Zones
+from damagepred.plotting.stress import COMPONENTS, block_stress, one_of, stress_levels, zone_stress
+from damagepred.plotting.zone_geometry import Zones
 from damagepred.scene import BlockMaterial, Joint, Solver
 
 
@@ -190,15 +191,15 @@ def test_states_are_drawn_zone_by_zone(deformable):
     ax = draw_zone_states(deformable)
     drawn = collection(ax, "zones").get_facecolor()
     state = deformable.zone_state.values[-1]
-    assert drawn == pytest.approx(np.array([to_rgba(STATES[s][1]) for s in state]))
+    assert drawn == pytest.approx(np.array([to_rgba(ZONE_STATES[s][1]) for s in state]))
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     kinds, counts = np.unique(state, return_counts=True)
     assert len(kinds) > 1
-    assert words == [f"{STATES[kind][0]}: {count}" for kind, count in zip(kinds, counts)]
+    assert words == [f"{ZONE_STATES[kind][0]}: {count}" for kind, count in zip(kinds, counts)]
 
 
 def test_states_have_the_names_of_the_archive(deformable):
-    assert len(STATES) == len(deformable.zone_state.attrs["flag_values"])
+    assert len(ZONE_STATES) == len(deformable.zone_state.attrs["flag_values"])
 
 
 def test_wrong_input_is_named(deformable, cracked, study):

@@ -7,8 +7,7 @@ import xarray as xr
 import damagepred
 from damagepred.errors import InputError
 from damagepred.plotting import draw_wall
-from damagepred.plotting.geometry import Faces, Motion, block_at, corners, ground_profile, polygons
-from damagepred.plotting.wall import round_exaggeration
+from damagepred.plotting.geometry import Faces, Motion, block_at, corners, ground_profile, polygons, round_exaggeration
 from damagepred.scene import Movement
 
 
@@ -79,14 +78,14 @@ def test_gaps_are_as_wide_as_the_stored_openings(cracked):
 def test_cracks_have_the_colour_of_their_category(cracked):
     from matplotlib.colors import to_rgba
 
-    from damagepred.plotting.categories import COLOURS
+    from damagepred.plotting.colours import CATEGORY_COLOURS
 
     ax = draw_wall(cracked)
     colours = {tuple(c) for c in collection(ax, "faces of cracks").get_colors()}
     faces = Faces.of(cracked, -1)
     width = faces.crack[faces.is_mortar & (faces.crack > 0.05e-3)]
     expected = np.searchsorted([0.1e-3, 1e-3, 5e-3, 15e-3], width, side="right")
-    assert colours == {to_rgba(COLOURS[c]) for c in expected}
+    assert colours == {to_rgba(CATEGORY_COLOURS[c]) for c in expected}
 
 
 def test_the_bar_of_widths_has_limits_and_categories(cracked):

@@ -26,7 +26,7 @@ from damagepred.arrays import BoolArray, FloatArray
 from damagepred.pipeline import Step
 from damagepred.plotting.pictures import stress_sheet
 from damagepred.plotting.stress import block_stress, zone_stress
-from damagepred.plotting.zones import Zones
+from damagepred.plotting.zone_geometry import Zones
 from damagepred.scene import Scene, Solver
 
 HERE = Path(__file__).resolve().parent

@@ -1,0 +1,72 @@
+"""Colours and line styles of all pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
+
+from damagepred.arrays import FloatArray
+from damagepred.damage import DamageTable
+from damagepred.plotting.sheet import MM
+
+CATEGORY_COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
+"""Of categories 0, 1, ...: warm and ever darker, distinct in grey and to the colour-blind."""
+BRICK_COLOURS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
+"""Tones of the bricks: pale, so that cracks stand out."""
+BRICK_EDGE = "#a98f7c"
+DPC_COLOUR = "#0072b2"
+CONTROL_JOINT_COLOUR = "#3b3b8f"
+SLIP_COLOUR = "#cc79a7"
+FOOTING_COLOUR, FOOTING_EDGE = "#b9bcc0", "#85898e"
+FOOTING_GAP_COLOUR = "#009e73"
+"""Of the gap between the wall and its footing."""
+SOIL_COLOUR = "#8c6d46"
+RIG_COLOUR = "#22262a"
+JACK_COLOUR, SUPPORT_COLOUR = "#d55e00", "#0072b2"
+"""Of the curves of load."""
+OUTLINE_COLOUR = "#00000030"
+"""Of the blocks under a field of stress."""
+ZONE_STATES = (
+    ("elastic", "#ece7e1"),
+    ("yields in shear", "#d55e00"),
+    ("yields in tension", "#0072b2"),
+    ("yields in shear and tension", "#5c0f55"),
+    ("elastic, has yielded before", "#f0c97a"),
+)
+"""Name and colour of each value of ``zone_state``."""
+RANK_COLOURS, SHARE_COLOURS = ("#08519c", "#6baed6"), ("#a63603", "#fd8d3c")
+"""Of rank correlations (plain, partial) and of shares of variance (first order, total)."""
+OPENING_STYLES = tuple(zip(("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00"), "os^DvP"))
+"""Colour and marker of each window or door."""
+CURVE_STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
+"""Line style of fragility curves in their order, beside their colour."""
+
+
+def band_colours(levels: FloatArray) -> ListedColormap:
+    """Return a colour for each band and for what lies beyond at both ends: blue in compression, red in tension."""
+    bands = len(levels) + 1
+    below, above = levels[0] >= -1e-12, levels[-1] <= 1e-12
+    start, end = (0.5 if below else 0.0), (0.5 if above else 1.0)
+    shades = list(colormaps["RdBu_r"](np.linspace(start, end, bands)))
+    return ListedColormap(shades)
+
+
+def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
+    """Return colour map and norm for crack widths in mm, one colour a category.
+
+    Parameters
+    ----------
+    table : DamageTable
+        Its limits are the boundaries.
+    """
+    limits = [limit * MM for limit in table.limits]
+    # the outer fields have no end; these only give the colour bar as many fields as there are categories
+    boundaries = [0.0, *limits, 2.0 * limits[-1]]
+    colours = ListedColormap(list(CATEGORY_COLOURS[: len(limits) + 1]), name="damage categories")
+    return colours, BoundaryNorm(boundaries, colours.N, clip=True)
+
+
+def path_colours() -> LinearSegmentedColormap:
+    """Return viridis without its yellow, which does not show on white."""
+    return LinearSegmentedColormap.from_list("movement", colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)]))
