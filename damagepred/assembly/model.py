@@ -150,7 +150,7 @@ class JointProperties(NamedTuple):
     gap: FloatArray
 
     @property
-    def wear(self) -> FloatArray:
+    def slip_weight(self) -> FloatArray:
         """Opening that uses up as much of the bond as a unit of slip (1); 0 where slip leaves it as it is."""
         softening = self.critical_opening - self.tensile_strength / self.normal_stiffness
         worn = self.critical_slip > 0

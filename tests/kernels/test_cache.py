@@ -44,7 +44,7 @@ def test_arrays_that_a_law_is_handed_are_not_counted(monkeypatch: pytest.MonkeyP
             model.interfaces,
             model.properties,
             model.ground.at(0.0),
-            at_rest.memory,
+            at_rest.history,
             at_rest.displacement,
             *(np.empty(shape) for _ in range(3)),
         )

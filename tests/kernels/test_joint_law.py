@@ -13,19 +13,19 @@ REST = (0.0, 0.0, False)  # slip, dilated, cracked
 def contact(
     opening,
     shear,
-    memory=REST,
+    history=REST,
     *,
     psi=0.0,
     brittle=False,
     strength=(F_T, COHESION, FRICTION),
-    weakened=(0.0, 0.0, FRICTION),
+    residual_strength=(0.0, 0.0, FRICTION),
 ):
     """Return (sigma, tau) and the new memory."""
-    with_compliance = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, weakened)]
-    sigma, tau, *new, opened = joint_law(
-        opening, shear, *memory, 0.0, (K_N, K_S, 1.0 / K_S), *with_compliance, None, psi, brittle
+    with_compliance = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, residual_strength)]
+    sigma, tau, *new, kappa = joint_law(
+        opening, shear, *history, 0.0, (K_N, K_S, 1.0 / K_S), *with_compliance, None, psi, brittle
     )
-    assert opened == 0.0
+    assert kappa == 0.0
     return (sigma, tau), tuple(new)
 
 
@@ -39,38 +39,38 @@ def shear_for(tau):
 
 @pytest.mark.parametrize(("sigma", "tau"), [(-1e6, 0.9e6), (0.4e6, 0.05e6), (-1e5, -2e5), (0.0, 0.0)])
 def test_elastic_within_the_limits(sigma, tau):
-    stress, memory = contact(opening_for(sigma), shear_for(tau))
+    stress, history = contact(opening_for(sigma), shear_for(tau))
     assert stress == pytest.approx((sigma, tau), rel=1e-14)
-    assert memory == REST
+    assert history == REST
 
 
 def test_tension_breaks_the_bond_and_an_open_joint_slides_freely():
     shear = shear_for(1e4)
-    stress, memory = contact(opening_for(1.0001 * F_T), shear)
+    stress, history = contact(opening_for(1.0001 * F_T), shear)
     assert stress == (0.0, 0.0)
-    assert memory == (shear, 0.0, True)
+    assert history == (shear, 0.0, True)
 
 
 def test_tension_just_below_strength_holds():
-    stress, memory = contact(opening_for(0.9999 * F_T), 0.0)
+    stress, history = contact(opening_for(0.9999 * F_T), 0.0)
     assert stress[0] == pytest.approx(0.9999 * F_T)
-    assert not memory[2]
+    assert not history[2]
 
 
 def test_a_closed_crack_carries_pressure_but_neither_tension_nor_cohesion():
-    _, memory = contact(opening_for(2 * F_T), 0.0)
-    stress, memory = contact(opening_for(-1e6), shear_for(0.7e6), memory)
+    _, history = contact(opening_for(2 * F_T), 0.0)
+    stress, history = contact(opening_for(-1e6), shear_for(0.7e6), history)
     assert stress == pytest.approx((-1e6, 0.7e6))  # below friction 0.75
-    stress, memory = contact(opening_for(-1e6), shear_for(2e6), memory)
+    stress, history = contact(opening_for(-1e6), shear_for(2e6), history)
     assert stress == pytest.approx((-1e6, 0.75e6))
-    stress, _ = contact(opening_for(1.0), 0.0, memory)
+    stress, _ = contact(opening_for(1.0), 0.0, history)
     assert stress == (0.0, 0.0)
 
 
 def test_a_crack_closes_where_it_was_left():
     """Shear displacement while open is free: after closing, tau counts from there."""
-    _, memory = contact(1e-3, 2e-3, REST)
-    stress, _ = contact(opening_for(-1e6), 2e-3 + shear_for(1e5), memory)
+    _, history = contact(1e-3, 2e-3, REST)
+    stress, _ = contact(opening_for(-1e6), 2e-3 + shear_for(1e5), history)
     assert stress == pytest.approx((-1e6, 1e5), rel=1e-8)
 
 
@@ -79,42 +79,42 @@ def test_coulomb_slip_both_ways(direction):
     sigma = -1e6
     limit = COHESION - sigma * FRICTION
     shear = direction * shear_for(3 * limit)
-    stress, (slip, dilated, cracked) = contact(opening_for(sigma), shear)
+    stress, (slip, dilatant_opening, cracked) = contact(opening_for(sigma), shear)
     assert stress == pytest.approx((sigma, direction * limit))
     assert slip == pytest.approx(direction * shear_for(2 * limit))
-    assert dilated == 0.0
+    assert dilatant_opening == 0.0
     assert not cracked  # Eq. 4 as printed: slip leaves the bond
     # elastic on the way back, and slip the other way beyond twice the limit
-    stress, memory = contact(opening_for(sigma), shear - direction * shear_for(limit), (slip, 0.0, False))
+    stress, history = contact(opening_for(sigma), shear - direction * shear_for(limit), (slip, 0.0, False))
     assert stress[1] == pytest.approx(0.0, abs=1e-6 * limit)
-    stress, memory = contact(opening_for(sigma), shear - direction * shear_for(3 * limit), memory)
+    stress, history = contact(opening_for(sigma), shear - direction * shear_for(3 * limit), history)
     assert stress[1] == pytest.approx(-direction * limit)
-    assert memory[0] == pytest.approx(direction * shear_for(limit))
+    assert history[0] == pytest.approx(direction * shear_for(limit))
 
 
 def test_residual_values():
-    weakened = (0.1e6, 0.2e6, 0.5)
-    (sigma, tau), memory = contact(opening_for(1.01 * F_T), 0.0, weakened=weakened)
+    residual_strength = (0.1e6, 0.2e6, 0.5)
+    (sigma, tau), history = contact(opening_for(1.01 * F_T), 0.0, residual_strength=residual_strength)
     assert (sigma, tau) == (0.0, 0.0)
-    stress, memory = contact(opening_for(0.05e6), 0.0, memory, weakened=weakened)
+    stress, history = contact(opening_for(0.05e6), 0.0, history, residual_strength=residual_strength)
     assert stress == pytest.approx((0.05e6, 0.0))  # below the residual tensile strength
-    stress, memory = contact(opening_for(-1e6), shear_for(2e6), memory, weakened=weakened)
+    stress, history = contact(opening_for(-1e6), shear_for(2e6), history, residual_strength=residual_strength)
     assert stress == pytest.approx((-1e6, 0.2e6 + 0.5e6))
-    assert memory[2]
+    assert history[2]
 
 
 def test_brittle_shear_leaves_residual_values_after_the_first_slip():
     sigma, tau = -1e6, 2e6
-    stress, memory = contact(opening_for(sigma), shear_for(tau), brittle=True)
+    stress, history = contact(opening_for(sigma), shear_for(tau), brittle=True)
     assert stress == pytest.approx((sigma, FRICTION * 1e6))
-    assert memory[2]
+    assert history[2]
     # in tension below f_t the broken joint opens at once
-    stress, memory = contact(opening_for(0.3e6), shear_for(1e6), brittle=True)
+    stress, history = contact(opening_for(0.3e6), shear_for(1e6), brittle=True)
     assert stress == (0.0, 0.0)
-    assert memory == (shear_for(1e6), 0.0, True)
+    assert history == (shear_for(1e6), 0.0, True)
     # without slip nothing breaks
-    _, memory = contact(opening_for(sigma), shear_for(1e6), brittle=True)
-    assert memory == REST
+    _, history = contact(opening_for(sigma), shear_for(1e6), brittle=True)
+    assert history == REST
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -122,33 +122,33 @@ def test_dilation_presses_the_joint_and_stays_on_the_limit(direction):
     psi, sigma = 0.3, -1e6
     shear = direction * shear_for(3e6)
     travelled = (3e6 - (COHESION - sigma * FRICTION)) / (K_S + K_N * FRICTION * psi)
-    (s, t), (slip, dilated, _) = contact(opening_for(sigma), shear, psi=psi)
+    (s, t), (slip, dilatant_opening, _) = contact(opening_for(sigma), shear, psi=psi)
     assert slip == pytest.approx(direction * travelled)
-    assert dilated == pytest.approx(psi * travelled)
+    assert dilatant_opening == pytest.approx(psi * travelled)
     assert s == pytest.approx(sigma - K_N * psi * travelled)
     assert t == pytest.approx(direction * (COHESION - s * FRICTION))
     # the state is its own image: nothing moves when the same displacement comes again
-    (s2, t2), memory = contact(opening_for(sigma), shear, (slip, dilated, False), psi=psi)
+    (s2, t2), history = contact(opening_for(sigma), shear, (slip, dilatant_opening, False), psi=psi)
     assert (s2, t2) == pytest.approx((s, t), rel=1e-12)
-    assert memory == pytest.approx((slip, dilated, 0.0), rel=1e-12)
+    assert history == pytest.approx((slip, dilatant_opening, 0.0), rel=1e-12)
 
 
 @pytest.mark.parametrize("psi", [0.0, 0.5])
 def test_beyond_the_apex_shear_vanishes_and_no_more(psi):
     """With f_t above C / tan(phi) tension can pass the apex of the cone, where no shear is left to carry."""
     strength = (2e6, 0.2e6, 0.8)
-    (_, tau), (slip, dilated, _) = contact(opening_for(1e6), shear_for(1e5), psi=psi, strength=strength)
+    (_, tau), (slip, dilatant_opening, _) = contact(opening_for(1e6), shear_for(1e5), psi=psi, strength=strength)
     assert tau == pytest.approx(0.0, abs=1e-9)
     assert slip == pytest.approx(shear_for(1e5))
-    assert dilated == pytest.approx(psi * shear_for(1e5))
+    assert dilatant_opening == pytest.approx(psi * shear_for(1e5))
 
 
 def test_at_the_apex_tension_breaks_first():
     apex = COHESION / FRICTION
-    stress, memory = contact(opening_for(apex * (1 - 1e-9)), shear_for(1e3), strength=(apex, COHESION, FRICTION))
+    stress, history = contact(opening_for(apex * (1 - 1e-9)), shear_for(1e3), strength=(apex, COHESION, FRICTION))
     assert stress[0] == pytest.approx(apex)
     assert stress[1] == pytest.approx(0.0, abs=1e-2)
-    assert not memory[2]
+    assert not history[2]
 
 
 def test_nan_is_seen():
@@ -160,12 +160,12 @@ def test_never_outside_the_limits():
     """Random walks: stress stays within tension cut-off and cone, with every feature on."""
     rng = np.random.default_rng(5)
     for psi, brittle in ((0.0, False), (0.0, True), (0.4, False), (0.4, True)):
-        weakened = (0.05e6, 0.1e6, 0.6)
-        memory, u = REST, np.zeros(2)
+        residual_strength = (0.05e6, 0.1e6, 0.6)
+        history, u = REST, np.zeros(2)
         for _ in range(300):
             u += rng.normal(scale=(5e-6, 2e-5))
-            (sigma, tau), memory = contact(*u, memory, psi=psi, brittle=brittle, weakened=weakened)
-            f_t, cohesion, friction = weakened if memory[2] else (F_T, COHESION, FRICTION)
+            (sigma, tau), history = contact(*u, history, psi=psi, brittle=brittle, residual_strength=residual_strength)
+            f_t, cohesion, friction = residual_strength if history[2] else (F_T, COHESION, FRICTION)
             assert sigma <= f_t
             assert abs(tau) <= max(cohesion - sigma * friction, 0.0) * (1 + 1e-9) + 1e-3
 
@@ -175,33 +175,35 @@ def test_never_outside_the_limits():
 F_C, C_SS = 4e6, 9.0
 
 
-def capped_contact(opening, shear, memory):
+def capped_contact(opening, shear, history):
     """Return (sigma, tau) and the new memory of a joint with a cap."""
     limits = [(*s, 1.0 / K_S) for s in ((F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION))]
     cap = (F_C, F_C / K_N, 1.0 / C_SS)
-    sigma, tau, *new, _ = joint_law(opening, shear, *memory, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap)
+    sigma, tau, *new, _ = joint_law(
+        opening, shear, *history, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap
+    )
     return (sigma, tau), tuple(new)
 
 
 def test_a_crushed_joint_keeps_its_strength_and_has_closed_for_good():
-    memory = REST
+    history = REST
     for share in (0.5, 1.0, 1.7, 3.0):
-        (sigma, _), memory = capped_contact(-share * F_C / K_N, 0.0, memory)
+        (sigma, _), history = capped_contact(-share * F_C / K_N, 0.0, history)
         assert sigma == pytest.approx(-min(share, 1.0) * F_C, rel=1e-14)
-    assert memory[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
+    assert history[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
     # unloading is elastic, from where it was crushed to
-    (sigma, _), memory = capped_contact(-2.6 * F_C / K_N, 0.0, memory)
+    (sigma, _), history = capped_contact(-2.6 * F_C / K_N, 0.0, history)
     assert sigma == pytest.approx(-0.6 * F_C, rel=1e-12)
-    assert memory[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
-    (sigma, _), memory = capped_contact(-2.0 * F_C / K_N + 0.9 * F_T / K_N, 0.0, memory)
+    assert history[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
+    (sigma, _), history = capped_contact(-2.0 * F_C / K_N + 0.9 * F_T / K_N, 0.0, history)
     assert sigma == pytest.approx(0.9 * F_T, rel=1e-9), "its bond holds yet"
-    (sigma, _), memory = capped_contact(-2.0 * F_C / K_N + 1.1 * F_T / K_N, 0.0, memory)
+    (sigma, _), history = capped_contact(-2.0 * F_C / K_N + 1.1 * F_T / K_N, 0.0, history)
     assert sigma == 0.0
-    assert memory[2]
+    assert history[2]
     # loading again it is crushed on from there
-    (sigma, _), memory = capped_contact(-4.0 * F_C / K_N, 0.0, memory)
+    (sigma, _), history = capped_contact(-4.0 * F_C / K_N, 0.0, history)
     assert sigma == pytest.approx(-F_C, rel=1e-14)
-    assert memory[1] == pytest.approx(-3.0 * F_C / K_N, rel=1e-14)
+    assert history[1] == pytest.approx(-3.0 * F_C / K_N, rel=1e-14)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.8, 0.999, 1.0, 1.5])
@@ -209,11 +211,11 @@ def test_a_crushed_joint_keeps_its_strength_and_has_closed_for_good():
 def test_a_joint_with_a_cap_slides_on_the_cone_or_on_the_ellipse(share, sign):
     pressure = min(share, 1.0) * F_C
     limit = min(COHESION + pressure * FRICTION, np.sqrt((F_C**2 - pressure**2) / C_SS))
-    (sigma, tau), memory = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), REST)
+    (sigma, tau), history = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), REST)
     assert sigma == pytest.approx(-pressure, rel=1e-12)
     assert tau == pytest.approx(sign * limit, rel=1e-9, abs=1.0)
-    assert memory[0] == pytest.approx(sign * shear_for(3e6 - limit), rel=1e-6)
+    assert history[0] == pytest.approx(sign * shear_for(3e6 - limit), rel=1e-6)
     # what has slid has left the limit where it was
-    again, after = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), memory)
+    again, after = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), history)
     assert again == pytest.approx((sigma, tau), rel=1e-9, abs=1.0)
-    assert after == pytest.approx(memory, rel=1e-6)
+    assert after == pytest.approx(history, rel=1e-6)

@@ -12,25 +12,25 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.interface.equilibrium import (
     NO_LIMIT,
+    commit_joint_history,
     contact_stresses,
+    coulomb_return,
     energy,
-    freeze,
-    frozen_contact,
     is_plain,
     joint_forces,
-    live_contact,
-    plain_contact,
-    plain_frozen,
-    settle,
+    return_mapping,
+    tresca_plain,
+    tresca_return,
+    update_tresca_bounds,
 )
-from damagepred.kernels.joint.law import bond_slope, joint_law, slip_compliance, wear_of
-from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.kernels.joint.law import damage_rate, joint_law, slip_compliance, slip_weight_of
+from damagepred.solvers.state.joint_history import JointHistory
 
 K_N, K_S = 82e9, 36e9
 COUNT = 3000
 CYCLES = 3000
 ALL = "everything"
-FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "cap", "wear", ALL)
+FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "cap", "slip_weight", ALL)
 
 
 # -- random joints ----------------------------------------------------------------------------------------------------
@@ -41,8 +41,8 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
     has = {name: (feature == name) | ((feature == ALL) & (rng.random(count) < 0.5)) for name in FEATURES}
     cohesion, friction = rng.uniform(0.05e6, 0.4e6, count), rng.uniform(0.3, 1.1, count)
     strength = np.minimum(rng.uniform(0.05e6, 0.5e6, count), cohesion / friction)
-    has["wear"] &= ~has["residual strength"]
-    has["softening"] |= has["wear"]
+    has["slip_weight"] &= ~has["residual strength"]
+    has["softening"] |= has["slip_weight"]
     weaker = has["residual"] | has["softening"]
     keeps = has["residual strength"] & ~has["softening"]
     # a critical opening a few times that at which the bond begins to soften
@@ -55,7 +55,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         tensile_strength=strength,
         cohesion=cohesion,
         friction=friction,
-        dilation=np.where(has["dilation"] & ~has["cap"] & ~has["wear"], rng.uniform(0.01, 0.3, count), 0.0),
+        dilation=np.where(has["dilation"] & ~has["cap"] & ~has["slip_weight"], rng.uniform(0.01, 0.3, count), 0.0),
         residual_tensile_strength=np.where(keeps, left * strength, 0.0),
         residual_cohesion=np.where(weaker | keeps, left * cohesion, 0.0),
         residual_friction=np.where(weaker, rng.uniform(0.5, 1.0, count), 1.0) * friction,
@@ -63,19 +63,21 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         compressive_strength=np.where(has["cap"], rng.uniform(0.3e6, 2e6, count), np.inf),
         cap_shear=rng.uniform(1.0, 12.0, count),
         critical_opening=critical,
-        critical_slip=np.where(has["wear"], (cohesion - left * cohesion) / K_S * rng.uniform(1.5, 20.0, count), 0.0),
+        critical_slip=np.where(
+            has["slip_weight"], (cohesion - left * cohesion) / K_S * rng.uniform(1.5, 20.0, count), 0.0
+        ),
     )
 
 
-def random_memory(rng: np.random.Generator, joints: JointProperties) -> tuple[np.ndarray, np.ndarray]:
+def random_history(rng: np.random.Generator, joints: JointProperties) -> tuple[np.ndarray, np.ndarray]:
     """Return whether each is cracked, and how far it was open as the quasi-static solver remembers it."""
     count = len(joints.cohesion)
     cracked = rng.random(count) < 0.6
     softened = joints.tensile_strength / K_N * (1 + rng.exponential(1.0, count) * rng.integers(0, 2, count))
     softened = np.where(rng.random(count) < 0.1, 1.3 * joints.critical_opening, softened)
     parted = np.where(rng.random(count) < 0.5, np.inf, 0.0)
-    opened = np.where(joints.critical_opening > 0, softened, parted)
-    return cracked, np.where(cracked, opened, 0.0)
+    kappa = np.where(joints.critical_opening > 0, softened, parted)
+    return cracked, np.where(cracked, kappa, 0.0)
 
 
 def random_place(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -85,65 +87,67 @@ def random_place(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.n
 
 
 @numba.njit
-def evaluate(joints, cracked, opened, e, shear):
-    """Return what ``live_contact`` says of each joint, (count, 9)."""
+def evaluate(joints, cracked, kappa, e, shear):
+    """Return what ``return_mapping`` says of each joint, (count, 9)."""
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(live_contact(joints, i, cracked[i], opened[i], e[i], shear[i]))
+        found[i] = np.array(return_mapping(joints, i, cracked[i], kappa[i], e[i], shear[i]))
     return found
 
 
 @numba.njit
-def evaluate_frozen(joints, cracked, opened, bound, e, shear):
+def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
-        found[i] = np.array(frozen_contact(joints, i, cracked[i], opened[i], bound[i], e[i], shear[i]))
+        found[i] = np.array(tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i]))
     return found
 
 
 @numba.njit
-def cycle(joints, i, u_n, u_s, slip, dilated, cracked, opened):
+def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     """Apply the explicit solver's law once."""
     psi, k_n, k_s = joints.dilation[i], joints.normal_stiffness[i], joints.shear_stiffness[i]
     friction, friction_left = joints.friction[i], joints.residual_friction[i]
     intact = (joints.tensile_strength[i], joints.cohesion[i], friction, slip_compliance(k_n, k_s, friction, psi))
-    weakened = (
+    residual_strength = (
         joints.residual_tensile_strength[i],
         joints.residual_cohesion[i],
         friction_left,
         slip_compliance(k_n, k_s, friction_left, psi),
     )
     critical = joints.critical_opening[i]
-    softening = (critical, bond_slope(k_n, joints.tensile_strength[i], critical))
+    softening = (critical, damage_rate(k_n, joints.tensile_strength[i], critical))
     strongest = joints.compressive_strength[i]
     cap = (strongest, strongest / k_n, 1.0 / joints.cap_shear[i])
     return joint_law(
         u_n,
         u_s,
         slip,
-        dilated,
+        dilatant_opening,
         cracked,
-        opened,
+        kappa,
         (k_n, k_s, 1.0 / k_s),
         intact,
-        weakened,
+        residual_strength,
         softening,
         psi,
         joints.brittle_shear[i],
         cap,
-        wear_of(joints, i),
+        slip_weight_of(joints, i),
     )
 
 
 @numba.njit
-def rested(joints, cracked, opened, e, shear, cycles):
+def rested(joints, cracked, kappa, e, shear, cycles):
     """Return stresses, slip, dilation and whether cracked of each joint at a standing place, (count, 5)."""
     found = np.empty((e.size, 5))
     for i in range(e.size):
-        slip, dilated, broken, kappa = 0.0, 0.0, cracked[i], opened[i]
+        slip, dilatant_opening, broken, largest = 0.0, 0.0, cracked[i], kappa[i]
         for _ in range(cycles):
-            sigma, tau, slip, dilated, broken, kappa = cycle(joints, i, e[i], shear[i], slip, dilated, broken, kappa)
-        found[i] = np.array((sigma, tau, slip, dilated, 1.0 if broken else 0.0))
+            sigma, tau, slip, dilatant_opening, broken, largest = cycle(
+                joints, i, e[i], shear[i], slip, dilatant_opening, broken, largest
+            )
+        found[i] = np.array((sigma, tau, slip, dilatant_opening, 1.0 if broken else 0.0))
     return found
 
 
@@ -154,18 +158,18 @@ def rested(joints, cracked, opened, e, shear, cycles):
 def test_the_explicit_law_comes_to_rest_at_these_stresses(feature: str) -> None:
     rng = np.random.default_rng([1, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
-    cracked, opened = random_memory(rng, joints)
+    cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
-    explicit_opened = np.where(joints.critical_opening > 0, opened, 0.0)
+    explicit_opened = np.where(joints.critical_opening > 0, kappa, 0.0)
     rest = rested(joints, cracked, explicit_opened, e, shear, CYCLES)
-    live = evaluate(joints, cracked, opened, e, shear)
+    live = evaluate(joints, cracked, kappa, e, shear)
 
     softens, keeps = joints.critical_opening > 0, joints.residual_tensile_strength > 0
     # the live law breaks no bonds: that is left to the path; nor does it part, or join again, what keeps some strength
     comparable = (rest[:, 4] == 1.0) == cracked
-    comparable &= ~(cracked & keeps & ((K_N * e > joints.residual_tensile_strength) != (opened > 0)) & (e > 0))
+    comparable &= ~(cracked & keeps & ((K_N * e > joints.residual_tensile_strength) != (kappa > 0)) & (e > 0))
     # where dilation closes what opens, it matters which comes first: see the paths below
-    comparable &= ~(cracked & (joints.dilation > 0) & (e > 0) & (softens | (opened == 0)))
+    comparable &= ~(cracked & (joints.dilation > 0) & (e > 0) & (softens | (kappa == 0)))
     # nor is it the same whether a pulled joint slides first, or its bond wears and gives way first
     comparable &= ~((joints.critical_slip > 0) & (e > 0) & (live[:, 6] != 0))
     assert comparable.sum() > 0.5 * COUNT
@@ -183,8 +187,8 @@ def test_the_explicit_law_comes_to_rest_at_these_stresses(feature: str) -> None:
 def test_never_outside_the_limits(feature: str) -> None:
     rng = np.random.default_rng([2, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
-    cracked, opened = random_memory(rng, joints)
-    sigma, tau, *_, limit = evaluate(joints, cracked, opened, *random_place(rng, COUNT)).T
+    cracked, kappa = random_history(rng, joints)
+    sigma, tau, *_, limit = evaluate(joints, cracked, kappa, *random_place(rng, COUNT)).T
     bond = np.where(cracked, 0.0, 1.0)
     cohesion = joints.residual_cohesion + bond * (joints.cohesion - joints.residual_cohesion)
     friction = joints.residual_friction + bond * (joints.friction - joints.residual_friction)
@@ -207,7 +211,7 @@ def evaluate_plain(joints, cracked, e, shear):
         cohesion = joints.residual_cohesion[i] if cracked[i] else joints.cohesion[i]
         friction = joints.residual_friction[i] if cracked[i] else joints.friction[i]
         k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
-        found[i] = np.array(plain_contact(k_n, k_s, cohesion, friction, cracked[i], e[i], shear[i]))
+        found[i] = np.array(coulomb_return(k_n, k_s, cohesion, friction, cracked[i], e[i], shear[i]))
     return found
 
 
@@ -215,10 +219,10 @@ def evaluate_plain(joints, cracked, e, shear):
 def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
     rng = np.random.default_rng([10, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
-    cracked, opened = random_memory(rng, joints)
+    cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
     assert is_plain(joints, 0)
-    live = evaluate(joints, cracked, opened, e, shear)
+    live = evaluate(joints, cracked, kappa, e, shear)
     short = evaluate_plain(joints, cracked, e, shear)
     np.testing.assert_allclose(short[:, :2], live[:, :2], rtol=1e-9, atol=1e-3)
     np.testing.assert_allclose(short[:, 2:], live[:, [2, 4, 5]], rtol=1e-9, atol=1.0)
@@ -229,13 +233,13 @@ def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
 def test_the_short_frozen_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
     rng = np.random.default_rng([12, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
-    cracked, opened = random_memory(rng, joints)
+    cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
     bound = rng.choice([0.0, 1.0, NO_LIMIT], COUNT) * rng.uniform(0.0, 2.0, COUNT) * K_S * np.abs(shear).mean()
     for i in range(COUNT):
         k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
-        sigma, tau, nn, sn, ss = plain_frozen(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
-        whole = frozen_contact(joints, i, cracked[i], opened[i], bound[i], e[i], shear[i])
+        sigma, tau, nn, sn, ss = tresca_plain(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
+        whole = tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i])
         assert whole == (sigma, tau, nn, 0.0, sn, ss)
 
 
@@ -248,31 +252,29 @@ def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     np.testing.assert_array_equal(plain, ~more)
 
 
-def settled(joints, cracked, opened, slip, dilated, u_n, u_s):
-    """Return stresses and memory after one equilibrium, as ``settle`` brings it up to date."""
-    e = u_n - dilated
-    sigma, tau, *_, slid, climb, _ = evaluate(joints, cracked, opened, e, u_s - slip).T
+def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):
+    """Return stresses and memory after one equilibrium, as ``commit_joint_history`` brings it up to date."""
+    e = u_n - dilatant_opening
+    sigma, tau, *_, slid, dilatancy, _ = evaluate(joints, cracked, kappa, e, u_s - slip).T
     softens = joints.critical_opening > 0
     brittle = cracked & ~softens & (joints.residual_tensile_strength == 0)
-    opened = np.where(brittle, np.where((sigma == 0) & (e > 0), np.inf, 0.0), opened)
+    kappa = np.where(brittle, np.where((sigma == 0) & (e > 0), np.inf, 0.0), kappa)
     first = joints.tensile_strength / K_N
     wears = (joints.critical_slip > 0) & (cracked | ((slid != 0) & (e <= first)))
-    opened = np.where(
-        (cracked & softens) | wears, np.maximum(np.maximum(opened, np.where(cracked, e, 0)), first), opened
-    )
-    opened = np.where(wears, opened + joints.wear * np.abs(slid), opened)
-    return sigma, tau, cracked | wears, opened, slip + slid, dilated + climb
+    kappa = np.where((cracked & softens) | wears, np.maximum(np.maximum(kappa, np.where(cracked, e, 0)), first), kappa)
+    kappa = np.where(wears, kappa + joints.slip_weight * np.abs(slid), kappa)
+    return sigma, tau, cracked | wears, kappa, slip + slid, dilatant_opening + dilatancy
 
 
 @numba.njit
-def walked(joints, u_n, u_s, slip, dilated, cracked, opened):
+def walked(joints, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     """Return stresses of the explicit law at the end of paths, (count, 2); memory is brought up to date."""
     found = np.empty((u_n.shape[1], 2))
     for i in range(u_n.shape[1]):
         for t in range(u_n.shape[0]):
             for _ in range(3):
-                sigma, tau, slip[i], dilated[i], cracked[i], opened[i] = cycle(
-                    joints, i, u_n[t, i], u_s[t, i], slip[i], dilated[i], cracked[i], opened[i]
+                sigma, tau, slip[i], dilatant_opening[i], cracked[i], kappa[i] = cycle(
+                    joints, i, u_n[t, i], u_s[t, i], slip[i], dilatant_opening[i], cracked[i], kappa[i]
                 )
         found[i] = sigma, tau
     return found
@@ -284,22 +286,24 @@ def difference_along_paths(joints, corners, steps):
     A bond that breaks in tension counts as parted from then on, as the path leaves it.
     """
     count = len(joints.cohesion)
-    slip, dilated, opened = np.zeros(count), np.zeros(count), np.zeros(count)
+    slip, dilatant_opening, kappa = np.zeros(count), np.zeros(count), np.zeros(count)
     cracked = np.zeros(count, dtype=np.bool_)
-    explicit = tuple(v.copy() for v in (slip, dilated, cracked, opened))
+    explicit = tuple(v.copy() for v in (slip, dilatant_opening, cracked, kappa))
     softens, left = joints.critical_opening > 0, joints.residual_tensile_strength
     differences = []
     for start, end in itertools.pairwise(corners):
         path = start + np.linspace(0.0, 1.0, steps + 1)[1:, None, None] * (end - start)
         stress = walked(joints, path[:, 0], path[:, 1], *explicit)
         for u_n, u_s in path:
-            elastic = K_N * (u_n - dilated)
+            elastic = K_N * (u_n - dilatant_opening)
             breaks = ~cracked & (elastic > joints.tensile_strength)
             cracked = cracked | breaks
-            opened = np.where(breaks & ~softens, np.inf, opened)
+            kappa = np.where(breaks & ~softens, np.inf, kappa)
             keeps = cracked & ~softens & (left > 0)
-            opened = np.where(keeps, np.where(elastic > left, np.inf, 0.0), opened)
-            sigma, tau, cracked, opened, slip, dilated = settled(joints, cracked, opened, slip, dilated, u_n, u_s)
+            kappa = np.where(keeps, np.where(elastic > left, np.inf, 0.0), kappa)
+            sigma, tau, cracked, kappa, slip, dilatant_opening = settled(
+                joints, cracked, kappa, slip, dilatant_opening, u_n, u_s
+            )
         np.testing.assert_array_equal(cracked, explicit[2])
         apart = np.maximum(np.abs(sigma - stress[:, 0]), np.abs(tau - stress[:, 1]))
         differences.append(apart / (joints.cohesion + np.abs(stress).max(axis=1)))
@@ -339,19 +343,19 @@ def slopes_by_difference(stresses, e, shear, step):
 def test_slopes(feature: str) -> None:
     rng = np.random.default_rng([4, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
-    cracked, opened = random_memory(rng, joints)
+    cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
-    live = evaluate(joints, cracked, opened, e, shear)
-    expected, smooth = slopes_by_difference(lambda *at: evaluate(joints, cracked, opened, *at), e, shear, 1e-11)
+    live = evaluate(joints, cracked, kappa, e, shear)
+    expected, smooth = slopes_by_difference(lambda *at: evaluate(joints, cracked, kappa, *at), e, shear, 1e-11)
     assert smooth.sum() > 0.95 * COUNT
     off = np.abs(live[:, 2:6] - expected).max(axis=1)
     assert (off < 1e-4 * K_N)[smooth].all()
     # every kind of answer is among them
-    tau, climb = live[:, 1], live[:, 7]
+    tau, dilatancy = live[:, 1], live[:, 7]
     assert ((tau == 0.0) & smooth).any()
     assert ((live[:, 6] != 0.0) & (tau != 0.0) & smooth).any()
-    assert (climb[smooth] > 0).any() == (feature in ("dilation", ALL))
-    assert (climb[smooth] < 0).any() == (feature in ("cap", ALL))
+    assert (dilatancy[smooth] > 0).any() == (feature in ("dilation", ALL))
+    assert (dilatancy[smooth] < 0).any() == (feature in ("cap", ALL))
 
 
 # -- frozen -----------------------------------------------------------------------------------------------------------
@@ -362,12 +366,12 @@ def test_the_frozen_law_has_a_convex_energy(feature: str) -> None:
     """Its force is monotone, each stress a function of its own displacement; its slopes are those of its stresses."""
     rng = np.random.default_rng([5, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
-    cracked, opened = random_memory(rng, joints)
+    cracked, kappa = random_history(rng, joints)
     bound = np.where(rng.random(COUNT) < 0.2, 0.0, rng.exponential(0.3e6, COUNT))
     bound[rng.random(COUNT) < 0.1] = NO_LIMIT
 
     def stresses(e, shear):
-        return evaluate_frozen(joints, cracked, opened, bound, e, shear)
+        return evaluate_tresca(joints, cracked, kappa, bound, e, shear)
 
     for _ in range(5):
         here, there = random_place(rng, COUNT), random_place(rng, COUNT)
@@ -386,20 +390,20 @@ def test_the_frozen_law_has_a_convex_energy(feature: str) -> None:
 def test_frozen_at_what_the_live_law_says_the_two_agree() -> None:
     rng = np.random.default_rng(6)
     joints = random_joints(rng, COUNT, ALL)
-    cracked, opened = random_memory(rng, joints)
+    cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
-    live = evaluate(joints, cracked, opened, e, shear)
-    softened = np.maximum(np.maximum(opened, e - live[:, 7]), joints.tensile_strength / K_N)
-    reached = np.where(cracked & (joints.critical_opening > 0), softened, opened)
+    live = evaluate(joints, cracked, kappa, e, shear)
+    softened = np.maximum(np.maximum(kappa, e - live[:, 7]), joints.tensile_strength / K_N)
+    reached = np.where(cracked & (joints.critical_opening > 0), softened, kappa)
     first = joints.tensile_strength / K_N
     wears = (joints.critical_slip > 0) & (cracked | ((live[:, 6] != 0) & (e <= first)))
-    worn = np.maximum(np.maximum(opened, np.where(cracked, e, 0.0)), first) + joints.wear * np.abs(live[:, 6])
+    worn = np.maximum(np.maximum(kappa, np.where(cracked, e, 0.0)), first) + joints.slip_weight * np.abs(live[:, 6])
     reached = np.where(wears, worn, reached)
     bound = np.maximum(live[:, 8], 0.0)
-    frozen = evaluate_frozen(joints, cracked, reached, bound, e - live[:, 7], shear)
+    tresca = evaluate_tresca(joints, cracked, reached, bound, e - live[:, 7], shear)
     followed = (live[:, 0] != 0.0) | (live[:, 7] == 0.0)  # what has opened has not climbed
-    np.testing.assert_allclose(frozen[followed, 0], live[followed, 0], rtol=1e-7, atol=1.0)
-    np.testing.assert_allclose(frozen[followed, 1], live[followed, 1], rtol=1e-7, atol=1.0)
+    np.testing.assert_allclose(tresca[followed, 0], live[followed, 0], rtol=1e-7, atol=1.0)
+    np.testing.assert_allclose(tresca[followed, 1], live[followed, 1], rtol=1e-7, atol=1.0)
 
 
 # -- the kernels that loop over all contacts --------------------------------------------------------------------------
@@ -426,48 +430,58 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
     return displacement
 
 
-def stresses_of(model: Model, memory: JointMemory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
+def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
     contact_stresses(
-        model.interfaces, model.properties, model.ground.at(0.0), memory, displacement, opening, sigma, tau
+        model.interfaces, model.properties, model.ground.at(0.0), history, displacement, opening, sigma, tau
     )
     return sigma, tau
 
 
-def random_wall(feature: str, seed: int) -> tuple[Model, JointMemory, np.ndarray]:
+def random_wall(feature: str, seed: int) -> tuple[Model, JointHistory, np.ndarray]:
     rng = np.random.default_rng([seed, FEATURES.index(feature)])
     model = pairs(random_joints(rng, 100, feature))
     shape = model.interfaces.contact_area.shape
-    memory = JointMemory.fresh(model)
+    history = JointHistory.fresh(model)
     for k in range(shape[1]):
-        memory.cracked[:, k], memory.opened[:, k] = random_memory(rng, model.properties)
-    return model, memory, moved(model, rng)
+        history.cracked[:, k], history.kappa[:, k] = random_history(rng, model.properties)
+    return model, history, moved(model, rng)
 
 
 @pytest.mark.parametrize("feature", FEATURES)
 def test_what_is_settled_stays(feature: str) -> None:
-    model, memory, displacement = random_wall(feature, 7)
-    everything, unopened = np.arange(len(model.interfaces.x)), memory.cracked.copy()
-    before = stresses_of(model, memory, displacement)
-    arguments = (everything, model.interfaces, model.properties, model.ground.at(0.0), memory, displacement, unopened)
-    settle(*arguments)
-    after = stresses_of(model, memory, displacement)
+    model, history, displacement = random_wall(feature, 7)
+    everything, never_opened = np.arange(len(model.interfaces.x)), history.cracked.copy()
+    before = stresses_of(model, history, displacement)
+    arguments = (
+        everything,
+        model.interfaces,
+        model.properties,
+        model.ground.at(0.0),
+        history,
+        displacement,
+        never_opened,
+    )
+    commit_joint_history(*arguments)
+    after = stresses_of(model, history, displacement)
     for one, other in zip(before, after):
         np.testing.assert_allclose(other, one, rtol=1e-7, atol=1e-3)
-    kept = memory.copy()
-    assert np.abs(settle(*arguments)).max() < 1e-9
-    for name, tolerance in (("slip", 1e-13), ("dilated", 1e-13), ("opened", 1e-13)):
-        np.testing.assert_allclose(getattr(memory, name), getattr(kept, name), rtol=1e-9, atol=tolerance)
-    np.testing.assert_array_equal(memory.cracked, kept.cracked)
+    kept = history.copy()
+    assert np.abs(commit_joint_history(*arguments)).max() < 1e-9
+    for name, tolerance in (("slip", 1e-13), ("dilatant_opening", 1e-13), ("kappa", 1e-13)):
+        np.testing.assert_allclose(getattr(history, name), getattr(kept, name), rtol=1e-9, atol=tolerance)
+    np.testing.assert_array_equal(history.cracked, kept.cracked)
 
 
 @pytest.mark.parametrize("feature", FEATURES)
 @pytest.mark.parametrize("live", [True, False])
 def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live: bool) -> None:
-    model, memory, displacement = random_wall(feature, 8)
+    model, history, displacement = random_wall(feature, 8)
     everything, shape = np.arange(len(model.interfaces.x)), model.interfaces.contact_area.shape
-    frozen = (np.full(shape, NO_LIMIT), memory.dilated.copy(), memory.opened.copy())
-    freeze(everything, model.interfaces, model.properties, model.ground.at(0.0), memory, displacement, frozen, 1.0)
+    tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
+    update_tresca_bounds(
+        everything, model.interfaces, model.properties, model.ground.at(0.0), history, displacement, tresca, 1.0
+    )
 
     def forces(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
@@ -476,8 +490,8 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
             model.interfaces,
             model.properties,
             model.ground.at(0.0),
-            memory,
-            frozen,
+            history,
+            tresca,
             live,
             at,
             force,
@@ -528,12 +542,12 @@ def test_a_cracked_joint_that_is_apart_touches_as_it_slides_and_climbs() -> None
 
 
 def test_energy_of_an_intact_joint_is_that_of_its_springs() -> None:
-    model, memory, displacement = random_wall("plain", 9)
-    memory.cracked[:], memory.opened[:] = False, 0.0
+    model, history, displacement = random_wall("plain", 9)
+    history.cracked[:], history.kappa[:] = False, 0.0
     small = 1e-3 * displacement  # nothing slides
-    sigma, tau = stresses_of(model, memory, small)
+    sigma, tau = stresses_of(model, history, small)
     everything = np.arange(len(model.interfaces.kind))
     still, on_ground = model.ground.at(0.0), model.ground.at(0.0)
-    stored, softened = energy(everything, model.interfaces, model.properties, still, memory, small, on_ground)
+    stored, softened = energy(everything, model.interfaces, model.properties, still, history, small, on_ground)
     assert stored == pytest.approx((model.interfaces.contact_area * (sigma**2 / K_N + tau**2 / K_S)).sum() / 2)
     assert softened == 0.0

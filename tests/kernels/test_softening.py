@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.law import bond_left, bond_slope, joint_law, slip_compliance
+from damagepred.kernels.joint.law import damage_rate, integrity_of, joint_law, slip_compliance
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75
@@ -18,31 +18,31 @@ REST = (0.0, 0.0, False, 0.0)  # slip, dilated, cracked, opened
 def contact(
     opening,
     shear=0.0,
-    memory=REST,
+    history=REST,
     *,
     w_c=W_C,
     psi=0.0,
     brittle=False,
     strength=(F_T, COHESION, FRICTION),
-    weakened=(0.0, C_LEFT, FRICTION_LEFT),
+    residual_strength=(0.0, C_LEFT, FRICTION_LEFT),
 ):
     """Return (sigma, tau) and the new memory; w_c = None leaves softening out when compiling."""
-    limits = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, weakened)]
-    softening = None if w_c is None else (w_c, bond_slope(K_N, strength[0], w_c))
-    sigma, tau, *new = joint_law(opening, shear, *memory, (K_N, K_S, 1.0 / K_S), *limits, softening, psi, brittle)
+    limits = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, residual_strength)]
+    softening = None if w_c is None else (w_c, damage_rate(K_N, strength[0], w_c))
+    sigma, tau, *new = joint_law(opening, shear, *history, (K_N, K_S, 1.0 / K_S), *limits, softening, psi, brittle)
     return (sigma, tau), tuple(new)
 
 
-def pull(openings, memory=REST, **law):
+def pull(openings, history=REST, **law):
     """Return the normal stress along a path of openings, and the memory at its end."""
     stress = np.empty(len(openings))
     for i, opening in enumerate(openings):
-        (stress[i], _), memory = contact(opening, 0.0, memory, **law)
-    return stress, memory
+        (stress[i], _), history = contact(opening, 0.0, history, **law)
+    return stress, history
 
 
-def bond(opened):
-    return min(max((W_C - opened) / (W_C - U_0), 0.0), 1.0)
+def bond(kappa):
+    return min(max((W_C - kappa) / (W_C - U_0), 0.0), 1.0)
 
 
 def work(openings, stress):
@@ -56,11 +56,11 @@ def test_tension_rises_to_strength_and_falls_to_nothing_at_the_critical_opening(
     stress, _ = pull(U_0 * np.array([0.5, 1.0 - 1e-12]))
     np.testing.assert_allclose(stress, [0.5 * F_T, F_T], rtol=1e-11)
     share = np.array([1e-9, 0.25, 0.5, 0.9, 1.0 - 1e-12])
-    stress, memory = pull(U_0 + share * (W_C - U_0))
+    stress, history = pull(U_0 + share * (W_C - U_0))
     np.testing.assert_allclose(stress, (1 - share) * F_T, atol=1e-10 * F_T)
-    assert memory[2]
-    assert memory[3] == U_0 + share[-1] * (W_C - U_0)
-    stress, memory = pull([W_C, 2 * W_C], memory)
+    assert history[2]
+    assert history[3] == U_0 + share[-1] * (W_C - U_0)
+    stress, history = pull([W_C, 2 * W_C], history)
     np.testing.assert_array_equal(stress, 0.0)
 
 
@@ -82,48 +82,48 @@ def test_turning_back_on_the_way_neither_costs_nor_gives_energy():
     assert work(path, stress) == pytest.approx(bond_energy(8.0 * U_0), rel=1e-10)
 
 
-def bond_energy(opened):
+def bond_energy(kappa):
     """Work of opening so far, the elastic part at that opening included: the area under the law."""
-    left = F_T * bond(opened)
-    return 0.5 * F_T * U_0 + 0.5 * (F_T + left) * (opened - U_0)
+    left = F_T * bond(kappa)
+    return 0.5 * F_T * U_0 + 0.5 * (F_T + left) * (kappa - U_0)
 
 
 @pytest.mark.parametrize("far", [1.001, 2.0, 5.0, 8.0])
 def test_unloading_goes_straight_to_the_origin_and_reloading_back_to_the_envelope(far):
-    _, memory = pull([far * U_0])
-    assert memory[2:] == (True, far * U_0)
+    _, history = pull([far * U_0])
+    assert history[2:] == (True, far * U_0)
     top = F_T * bond(far * U_0)
     for share in (1.0, 0.7, 0.1, 1e-6, 0.0, 0.4, 1.0):
-        stress, memory = pull([share * far * U_0], memory)
+        stress, history = pull([share * far * U_0], history)
         assert stress[0] == pytest.approx(share * top, rel=1e-12)
-        assert memory[3] == far * U_0
-    stress, memory = pull([(far + 0.5) * U_0], memory)
+        assert history[3] == far * U_0
+    stress, history = pull([(far + 0.5) * U_0], history)
     assert stress[0] == pytest.approx(F_T * bond((far + 0.5) * U_0), rel=1e-12)
-    assert memory[3] == (far + 0.5) * U_0
+    assert history[3] == (far + 0.5) * U_0
 
 
 @pytest.mark.parametrize("far", [0.5, 3.0, 20.0])
 def test_compression_never_notices(far):
-    _, memory = pull([far * U_0])
+    _, history = pull([far * U_0])
     pressed = -U_0 * np.array([1e-6, 0.5, 10.0])
-    stress, after = pull(pressed, memory)
+    stress, after = pull(pressed, history)
     np.testing.assert_array_equal(stress, K_N * pressed)
-    assert after == memory
+    assert after == history
 
 
 def test_the_bond_only_goes_and_stress_stays_below_what_is_left():
     rng = np.random.default_rng(1)
     for psi, brittle in ((0.0, False), (0.0, True), (0.4, False), (0.4, True)):
         for _ in range(20):
-            memory, opening, shear, last = REST, 0.0, 0.0, 1.0
+            history, opening, shear, last = REST, 0.0, 0.0, 1.0
             for _ in range(60):
                 opening += rng.normal(scale=2 * U_0)
                 shear += rng.normal(scale=2e-5)
-                (sigma, _), memory = contact(opening, shear, memory, psi=psi, brittle=brittle)
-                left = bond_left(memory[3], memory[2], W_C, bond_slope(K_N, F_T, W_C))
+                (sigma, _), history = contact(opening, shear, history, psi=psi, brittle=brittle)
+                left = integrity_of(history[3], history[2], W_C, damage_rate(K_N, F_T, W_C))
                 assert 0.0 <= left <= last
                 assert sigma <= F_T * left * (1 + 1e-12)
-                assert (memory[3] > 0.0) == memory[2]
+                assert (history[3] > 0.0) == history[2]
                 last = left
 
 
@@ -136,14 +136,14 @@ def test_the_bond_only_goes_and_stress_stays_below_what_is_left():
 def test_no_critical_opening_is_the_brittle_law_to_the_last_bit(psi, brittle, strength):
     """So walls of which only some joints soften are right, too."""
     rng = np.random.default_rng(2)
-    weakened = (0.1 * strength[0], 0.3 * strength[1], 0.8 * strength[2])
+    residual_strength = (0.1 * strength[0], 0.3 * strength[1], 0.8 * strength[2])
     for _ in range(20):
         one = other = REST
         opening = shear = 0.0
         for _ in range(40):
             opening += rng.normal(scale=U_0)
             shear += rng.normal(scale=2e-5)
-            law = {"psi": psi, "brittle": brittle, "strength": strength, "weakened": weakened}
+            law = {"psi": psi, "brittle": brittle, "strength": strength, "residual_strength": residual_strength}
             stress, one = contact(opening, shear, one, w_c=None, **law)
             again, other = contact(opening, shear, other, w_c=0.0, **law)
             assert stress == again
@@ -154,10 +154,10 @@ def test_no_critical_opening_is_the_brittle_law_to_the_last_bit(psi, brittle, st
 @pytest.mark.parametrize("over", [1e-12, 1e-6, 0.01])
 def test_a_fracture_energy_hardly_beyond_the_elastic_one_breaks_almost_at_once(over):
     w_c = U_0 * (1 + over)
-    stress, memory = pull([0.999 * U_0, 1.0001 * w_c, 0.5 * U_0], w_c=w_c)
+    stress, history = pull([0.999 * U_0, 1.0001 * w_c, 0.5 * U_0], w_c=w_c)
     assert stress[0] == pytest.approx(0.999 * F_T)
     assert tuple(stress[1:]) == (0.0, 0.0)
-    assert memory[2]
+    assert history[2]
 
 
 # -- shear -------------------------------------------------------------------------------------------------------------
@@ -166,107 +166,107 @@ def test_a_fracture_energy_hardly_beyond_the_elastic_one_breaks_almost_at_once(o
 @pytest.mark.parametrize("far", [1.5, 3.0, 6.0, 20.0])
 @pytest.mark.parametrize("sigma", [-1e6, -1e3, 0.0])
 def test_cohesion_and_friction_go_with_the_bond(far, sigma):
-    _, memory = pull([far * U_0])
+    _, history = pull([far * U_0])
     b = bond(far * U_0)
     limit = C_LEFT + b * (COHESION - C_LEFT) - sigma * (FRICTION_LEFT + b * (FRICTION - FRICTION_LEFT))
-    stress, after = contact(sigma / K_N, memory[0] + 5e-4, memory)
+    stress, after = contact(sigma / K_N, history[0] + 5e-4, history)
     assert stress == pytest.approx((sigma, limit), rel=1e-12)
-    assert after[0] == pytest.approx(5e-4 + memory[0] - limit / K_S)
+    assert after[0] == pytest.approx(5e-4 + history[0] - limit / K_S)
     # just below, nothing slides
-    shear = memory[0] + 0.999 * limit / K_S
-    assert contact(sigma / K_N, shear, memory)[1] == memory
+    shear = history[0] + 0.999 * limit / K_S
+    assert contact(sigma / K_N, shear, history)[1] == history
 
 
 def test_a_softening_contact_shears_in_tension_and_an_open_one_slides_freely():
     half = 0.5 * (U_0 + W_C)
-    (sigma, tau), memory = contact(half, 1e-3)
+    (sigma, tau), history = contact(half, 1e-3)
     limit = 0.5 * (COHESION + C_LEFT) - 0.5 * F_T * 0.5 * (FRICTION + FRICTION_LEFT)
     assert sigma == pytest.approx(0.5 * F_T)
     assert tau == pytest.approx(limit)
-    stress, memory = contact(1.1 * W_C, 2e-3, memory)
+    stress, history = contact(1.1 * W_C, 2e-3, history)
     assert stress == (0.0, 0.0)
-    assert memory[0] == 2e-3
+    assert history[0] == 2e-3
     # closed again there is friction, and what cohesion is left
-    stress, _ = contact(-1e6 / K_N, 3e-3, memory)
+    stress, _ = contact(-1e6 / K_N, 3e-3, history)
     assert stress == pytest.approx((-1e6, C_LEFT + FRICTION_LEFT * 1e6))
 
 
 @pytest.mark.parametrize("opening", [-5 * U_0, 0.0, 0.5 * U_0, 2 * U_0])
 def test_with_brittle_shear_the_first_slip_breaks_the_whole_bond(opening):
-    held, memory = contact(opening, 1e-7, brittle=True)
-    assert memory[2:] == (opening > U_0, max(opening, 0.0) if opening > U_0 else 0.0)
+    held, history = contact(opening, 1e-7, brittle=True)
+    assert history[2:] == (opening > U_0, max(opening, 0.0) if opening > U_0 else 0.0)
     assert held[1] == pytest.approx(K_S * 1e-7)
-    (sigma, tau), memory = contact(opening, 1e-3, memory, brittle=True)
-    assert memory[2:] == (True, W_C)
+    (sigma, tau), history = contact(opening, 1e-3, history, brittle=True)
+    assert history[2:] == (True, W_C)
     if opening > 0.0:
         assert (sigma, tau) == (0.0, 0.0)
     else:
         assert (sigma, tau) == pytest.approx((K_N * opening, C_LEFT - K_N * opening * FRICTION_LEFT))
-    assert contact(0.1 * U_0, 1e-3, memory, brittle=True)[0] == (0.0, 0.0)
+    assert contact(0.1 * U_0, 1e-3, history, brittle=True)[0] == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("psi", [0.2, 0.5])
 @pytest.mark.parametrize("opening", [-3 * U_0, 0.2 * U_0, 3 * U_0, 6 * U_0])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_what_slides_while_it_softens_comes_to_rest_on_the_limit(psi, opening, direction):
-    memory = pull([4 * U_0])[1]
+    history = pull([4 * U_0])[1]
     for _ in range(200):
-        (sigma, tau), memory = contact(opening, direction * 5e-5, memory, psi=psi)
-    slip, dilated, cracked, opened = memory
+        (sigma, tau), history = contact(opening, direction * 5e-5, history, psi=psi)
+    slip, dilatant_opening, cracked, kappa = history
     assert cracked
-    assert opened == max(opening, 4 * U_0)
-    assert dilated == pytest.approx(psi * abs(slip), rel=1e-9)
-    u, b = opening - dilated, bond(opened)
-    assert sigma == pytest.approx(K_N * u if u < 0 else F_T * b / opened * u, rel=1e-9)
+    assert kappa == max(opening, 4 * U_0)
+    assert dilatant_opening == pytest.approx(psi * abs(slip), rel=1e-9)
+    u, b = opening - dilatant_opening, bond(kappa)
+    assert sigma == pytest.approx(K_N * u if u < 0 else F_T * b / kappa * u, rel=1e-9)
     friction = FRICTION_LEFT + b * (FRICTION - FRICTION_LEFT)
     assert tau == pytest.approx(direction * (C_LEFT + b * (COHESION - C_LEFT) - sigma * friction), rel=1e-9)
     # at rest it is its own image
-    stress, again = contact(opening, direction * 5e-5, memory, psi=psi)
+    stress, again = contact(opening, direction * 5e-5, history, psi=psi)
     assert stress == pytest.approx((sigma, tau), rel=1e-12)
-    assert again == pytest.approx(memory, rel=1e-12)
+    assert again == pytest.approx(history, rel=1e-12)
 
 
 def test_what_dilation_opens_is_no_crack():
     """The bond goes with the opening beyond dilation."""
-    dilated = 7 * U_0
-    stress, memory = contact(dilated + 3 * U_0, 0.0, (0.0, dilated, False, 0.0), psi=0.2)
+    dilatant_opening = 7 * U_0
+    stress, history = contact(dilatant_opening + 3 * U_0, 0.0, (0.0, dilatant_opening, False, 0.0), psi=0.2)
     assert stress[0] == pytest.approx(F_T * bond(3 * U_0))
-    assert memory == pytest.approx((0.0, dilated, True, 3 * U_0))
+    assert history == pytest.approx((0.0, dilatant_opening, True, 3 * U_0))
 
 
 def test_nan_is_seen():
-    for memory in (REST, pull([3 * U_0])[1], pull([2 * W_C])[1]):
-        assert np.isnan(contact(np.nan, 0.0, memory)[0][0])
-        assert np.isnan(contact(0.0, np.nan, memory)[0][1])
+    for history in (REST, pull([3 * U_0])[1], pull([2 * W_C])[1]):
+        assert np.isnan(contact(np.nan, 0.0, history)[0][0])
+        assert np.isnan(contact(0.0, np.nan, history)[0][1])
 
 
 # -- the same law with branches ----------------------------------------------------------------------------------------
 
 
-def by_branches(opening, shear, slip, cracked, opened, brittle):
+def by_branches(opening, shear, slip, cracked, kappa, brittle):
     """Return (sigma, tau), slip, cracked, opened, as one would write it on paper; without dilation."""
     if opening > U_0:
         cracked = True
     if cracked:
-        opened = max(opened, opening)
-    b = bond(opened) if cracked else 1.0
+        kappa = max(kappa, opening)
+    b = bond(kappa) if cracked else 1.0
     if opening <= 0 or not cracked:
         sigma = K_N * opening
     elif b > 0:
-        sigma = F_T * b * opening / opened
+        sigma = F_T * b * opening / kappa
     else:
-        return (0.0, 0.0), shear, True, opened
+        return (0.0, 0.0), shear, True, kappa
     limit = C_LEFT + b * (COHESION - C_LEFT) - sigma * (FRICTION_LEFT + b * (FRICTION - FRICTION_LEFT))
     tau = K_S * (shear - slip)
     if abs(tau) <= limit:
-        return (sigma, tau), slip, cracked, opened
+        return (sigma, tau), slip, cracked, kappa
     if brittle:
-        opened = max(opened, W_C)
+        kappa = max(kappa, W_C)
         if opening > 0:
-            return (0.0, 0.0), shear, True, opened
+            return (0.0, 0.0), shear, True, kappa
         limit, cracked = min(abs(tau), C_LEFT - sigma * FRICTION_LEFT), True
     tau = np.copysign(max(limit, 0.0), tau)
-    return (sigma, tau), shear - tau / K_S, cracked, opened
+    return (sigma, tau), shear - tau / K_S, cracked, kappa
 
 
 @pytest.mark.parametrize("brittle", [False, True])
@@ -274,10 +274,10 @@ def by_branches(opening, shear, slip, cracked, opened, brittle):
 def test_any_path_agrees_with_the_law_written_with_branches(brittle, swing):
     rng = np.random.default_rng(int(10 * swing))
     for _ in range(30):
-        memory, other = REST, (0.0, False, 0.0)
+        history, other = REST, (0.0, False, 0.0)
         for _ in range(50):
             opening, shear = rng.normal(scale=swing * U_0), rng.normal(scale=2e-5)
-            stress, memory = contact(opening, shear, memory, brittle=brittle)
+            stress, history = contact(opening, shear, history, brittle=brittle)
             expected, *other = by_branches(opening, shear, *other, brittle)
             assert stress == pytest.approx(expected, rel=1e-9, abs=1e-6)
-            assert (memory[0], *memory[2:]) == pytest.approx(tuple(other), rel=1e-9, abs=1e-18)
+            assert (history[0], *history[2:]) == pytest.approx(tuple(other), rel=1e-9, abs=1e-18)

@@ -13,11 +13,11 @@ from damagepred.kernels.explicit.cycle import run_cycles
 from damagepred.kernels.explicit.motion import move
 from damagepred.kernels.interface.contact import contact_forces
 from damagepred.scene import Joint, Solver
-from damagepred.solvers.state.joint_history import JointMemory, fields_of
+from damagepred.solvers.state.joint_history import JointHistory, fields_of
 from damagepred.solvers.time_stepping import scheme as explicit
 from damagepred.solvers.time_stepping.tiles import (
     LANES,
-    memory_of,
+    history_of,
     needs_all_of_the_law,
     needs_softening,
     pack,
@@ -51,21 +51,21 @@ def brick_wall(joint, other=None, columns=7, rows=5, contacts=3):
 def random_state(model, rng):
     shape = model.interfaces.contact_area.shape
     cracked = rng.random(shape) < 0.4
-    memory = JointMemory(
+    history = JointHistory(
         rng.normal(scale=1e-5, size=shape), np.abs(rng.normal(scale=1e-6, size=shape)), cracked, np.zeros(shape)
     )
     law = model.properties
     elastic, critical = (law.tensile_strength / law.normal_stiffness)[:, None], law.critical_opening[:, None]
-    opened = elastic + (1.2 * critical - elastic) * rng.random(shape)
-    memory.opened[:] = np.where(cracked & (critical > 0), opened, 0.0)
+    kappa = elastic + (1.2 * critical - elastic) * rng.random(shape)
+    history.kappa[:] = np.where(cracked & (critical > 0), kappa, 0.0)
     displacement = rng.normal(scale=1e-5, size=3 * (model.n_blocks + 1))
     displacement[-3:] = 0.0
-    return memory, displacement
+    return history, displacement
 
 
-def forces_by_contacts(model, memory, displacement, progress):
+def forces_by_contacts(model, history, displacement, progress):
     """Sum what ``contact_fields`` finds, with plain numpy."""
-    face, fields = model.interfaces, fields_of(model, memory, displacement, progress)
+    face, fields = model.interfaces, fields_of(model, history, displacement, progress)
     n, s = face.contact_area * fields.normal_stress, face.contact_area * fields.shear_stress
     moment = (face.contact_offset * n).sum(axis=1)
     n, s = n.sum(axis=1), s.sum(axis=1)
@@ -88,12 +88,12 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
     softening = True if needs_softening(model) else None
     assert (special, softening) == ("special" in name or None, name not in ("plain", "special", "special cap") or None)
     for progress in (0.0, 0.7):
-        memory, displacement = random_state(model, rng)
+        history, displacement = random_state(model, rng)
         if not special:
-            memory.dilated[:] = 0.0
+            history.dilatant_opening[:] = 0.0
         joints = pack(model)
-        for field in JointMemory._fields:
-            put(joints.tiles[field], joints.lane, getattr(memory, field))
+        for field in JointHistory._fields:
+            put(joints.tiles[field], joints.lane, getattr(history, field))
         size = displacement.size
         load, live = rng.normal(size=(2, size))
         start = 1e-4 * rng.normal(size=len(model.supports.prescribed))
@@ -110,17 +110,17 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
             start,
         )
         run_cycles(joints, special, softening, None, None, None, motion, 0.8, 0.25, progress, 0.0, 1)
-        expected = 0.25 * load + progress * live + forces_by_contacts(model, memory, displacement, progress)
+        expected = 0.25 * load + progress * live + forces_by_contacts(model, history, displacement, progress)
         assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()
         np.testing.assert_array_equal(motion.displacement, displacement)
-        after = memory_of(joints)
-        assert (after.cracked >= memory.cracked).all()
-        assert (after.opened >= memory.opened).all()
+        after = history_of(joints)
+        assert (after.cracked >= history.cracked).all()
+        assert (after.kappa >= history.kappa).all()
         if special and softening:
             continue  # dilation takes more than one look to come to rest: see the tests of the law
         # a second look at the same displacement changes nothing but digits beyond rounding
         again = fields_of(model, after, displacement, progress)
-        first = fields_of(model, memory, displacement, progress)
+        first = fields_of(model, history, displacement, progress)
         scale = np.abs(first.normal_stress).max()
         assert np.abs(again.normal_stress - first.normal_stress).max() <= 1e-9 * scale
         assert np.abs(again.shear_stress - first.shear_stress).max() <= 1e-9 * scale
@@ -135,7 +135,7 @@ def test_leaving_out_what_no_joint_needs_changes_no_bit(joint):
         if every:
             run.special = run.softening = True
         run.advance(500, 1.0, 1.0)
-        paths.append((run.motion.displacement.copy(), memory_of(run.joints)))
+        paths.append((run.motion.displacement.copy(), history_of(run.joints)))
     np.testing.assert_array_equal(paths[0][0], paths[1][0])
     for one, other in zip(paths[0][1], paths[1][1]):
         np.testing.assert_array_equal(one, other)

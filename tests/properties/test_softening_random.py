@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.kernels.joint.law import bond_left, bond_slope, joint_law, slip_compliance
+from damagepred.kernels.joint.law import damage_rate, integrity_of, joint_law, slip_compliance
 
 Joint = tuple[float, float, float]
 
@@ -21,25 +21,25 @@ def joints(draw: st.DrawFn) -> Joint:
 SHARES = st.lists(st.floats(-0.5, 1.2), max_size=12)
 
 
-def normal_stress(joint: Joint, opening: float, cracked: bool, opened: float) -> tuple[float, bool, float]:
+def normal_stress(joint: Joint, opening: float, cracked: bool, kappa: float) -> tuple[float, bool, float]:
     k_n, f_t, energy = joint
     limits = (*(4 * f_t, 0.7), slip_compliance(k_n, 0.4 * k_n, 0.7, 0.0))
     w_c = 2 * energy / f_t
-    sigma, _, _, _, cracked, opened = joint_law(
+    sigma, _, _, _, cracked, kappa = joint_law(
         opening,
         0.0,
         0.0,
         0.0,
         cracked,
-        opened,
+        kappa,
         (k_n, 0.4 * k_n, 2.5 / k_n),
         (f_t, *limits),
         (0.0, *limits),
-        (w_c, bond_slope(k_n, f_t, w_c)),
+        (w_c, damage_rate(k_n, f_t, w_c)),
         0.0,
         False,
     )
-    return sigma, cracked, opened
+    return sigma, cracked, kappa
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
@@ -48,16 +48,16 @@ def test_tearing_takes_the_fracture_energy(joint: Joint, shares: list[float]) ->
     k_n, f_t, energy = joint
     w_c = 2 * energy / f_t
     turns = [0.0, *(share * w_c for share in shares), 1.3 * w_c]
-    work, sigma, cracked, opened, bond = 0.0, 0.0, False, 0.0, 1.0
+    work, sigma, cracked, kappa, bond = 0.0, 0.0, False, 0.0, 1.0
     for here, there in pairwise(turns):
         # the law is straight between these, so the trapezoidal rule is exact
-        corners = [c for c in (0.0, f_t / k_n, opened, w_c) if min(here, there) < c < max(here, there)]
+        corners = [c for c in (0.0, f_t / k_n, kappa, w_c) if min(here, there) < c < max(here, there)]
         at = here
         for opening in (*sorted(corners, reverse=there < here), there):
             before = sigma
-            sigma, cracked, opened = normal_stress(joint, opening, cracked, opened)
+            sigma, cracked, kappa = normal_stress(joint, opening, cracked, kappa)
             work += 0.5 * (before + sigma) * (opening - at)
-            left = bond_left(opened, cracked, w_c, bond_slope(k_n, f_t, w_c))
+            left = integrity_of(kappa, cracked, w_c, damage_rate(k_n, f_t, w_c))
             assert 0.0 <= left <= bond
             assert sigma <= f_t * left * (1 + 1e-12)
             at, bond = opening, left

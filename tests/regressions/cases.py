@@ -17,12 +17,12 @@ from damagepred import fit_fragility, open_study
 from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
-from damagepred.kernels.interface.equilibrium import settle
+from damagepred.kernels.interface.equilibrium import commit_joint_history
 from damagepred.pipeline import follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
 from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.quasi_static.continuation import Path as EquilibriumPath
-from damagepred.solvers.quasi_static.linear_system import LevelEquations
+from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.system.elastic_stiffness import held_dofs
 from damagepred.study import Study
 from damagepred.study.campaign.sample import run_batch
@@ -107,17 +107,17 @@ def factorisation(folder: Path) -> Ready:
     area, at = face.contact_area, face.contact_offset
     normal, shear, none = joint.normal_stiffness[:, None] * area, joint.shear_stiffness[:, None] * area, 0.0 * area
     terms = (normal, none, normal * at, none, shear, none, normal * at, none, normal * at**2)
-    equations = LevelEquations(model, held_dofs(model), np.stack([term.sum(axis=1) for term in terms], axis=-1))
+    equations = BlockTridiagonalSystem(model, held_dofs(model), np.stack([term.sum(axis=1) for term in terms], axis=-1))
     force = np.ones(3 * (model.n_blocks + 1))
 
     def work() -> None:
-        equations.put_in_play(equations.levels)
+        equations.set_active_levels(equations.levels)
         equations.solve(force)
 
     return Ready(work, 1e-3)
 
 
-def joint_law(live: bool) -> Callable[[Path], Ready]:
+def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
     """Forces and stiffness of all joints of the wall with a window, as the quasi-static solver asks for them."""
 
     def prepare(folder: Path) -> Ready:
@@ -129,7 +129,7 @@ def joint_law(live: bool) -> Callable[[Path], Ready]:
 
         def work() -> None:
             for _ in range(times):
-                equilibrium._joint_forces(everything, state, state.displacement, live)
+                equilibrium._joint_forces(everything, state, state.displacement, coulomb)
 
         return Ready(work, times * len(everything) * 1e-9)
 
@@ -213,12 +213,12 @@ HELP = command("-m", "damagepred", "--help", says="fragility")
 def compile_kernel(folder: Path) -> Ready:
     """One kernel of the quasi-static solver, compiled as all are."""
     list(follow(wall_model(small().scene), Solver(), small().scene.damage, 1))
-    signature = settle.signatures[0]
+    signature = commit_joint_history.signatures[0]
 
     def work() -> None:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(jit, "CACHE_FOLDER", None)
-            jit.kernel(settle.py_func).compile(signature)
+            jit.kernel(commit_joint_history.py_func).compile(signature)
 
     return Ready(work)
 

@@ -48,12 +48,12 @@ def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
     path.advance(1.0, 0.0)
     path.advance(1.0, 0.4)
     assert path.equilibrium.condensed
-    listed, elsewhere = path.equilibrium.stored_beyond(path.state)
+    listed, elsewhere = path.equilibrium.condensed_energy(path.state)
     everything = np.arange(len(model.interfaces.kind))
     assert 0 < len(listed) < 0.5 * len(everything)
     still, on_ground, state = model.ground.at(0.4), model.ground.at(0.0), path.state
     by_joint = [
-        energy(chosen, model.interfaces, model.properties, still, state.memory, state.displacement, on_ground)[0]
+        energy(chosen, model.interfaces, model.properties, still, state.history, state.displacement, on_ground)[0]
         for chosen in (everything, listed)
     ]
     assert elsewhere > 0.2 * by_joint[0]  # else it would hardly matter

@@ -14,10 +14,10 @@ from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.linear_system import (
     ANCHOR,
     CHANGED,
-    LevelEquations,
+    BlockTridiagonalSystem,
     block_levels,
-    price_of_correction,
-    price_of_level,
+    correction_cost,
+    factorisation_cost,
 )
 from damagepred.solvers.symmetry import symmetric_half
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
@@ -95,13 +95,13 @@ def changed(model: Model, stiffness: FloatArray, which: FloatArray, rng: np.rand
 class Reference:
     """The equations at once: free degrees of freedom, each held a little where it is in play."""
 
-    def __init__(self, equations: LevelEquations, stiffness: FloatArray, anchored: bool = True) -> None:
+    def __init__(self, equations: BlockTridiagonalSystem, stiffness: FloatArray, regularised: bool = True) -> None:
         model = equations.model
         self.free = np.setdiff1d(np.arange(3 * (model.n_blocks + 1)), held_dofs(model))
         matrix = assembled(model, stiffness)
-        if anchored:
+        if regularised:
             hold = np.zeros(matrix.shape[0])
-            here = equations.dofs_in_play
+            here = equations.active_dofs
             hold[here] = ANCHOR * assembled(model, equations.elastic).diagonal()[here]
             matrix = matrix + sparse.diags_array(hold)
         self.matrix = matrix[self.free][:, self.free].tocsc()
@@ -190,8 +190,8 @@ WALLS = {
 }
 
 
-def equations_of(model: Model) -> LevelEquations:
-    return LevelEquations(model, held_dofs(model), of_contacts(model, elastic_slopes(model)))
+def equations_of(model: Model) -> BlockTridiagonalSystem:
+    return BlockTridiagonalSystem(model, held_dofs(model), of_contacts(model, elastic_slopes(model)))
 
 
 def random_force(model: Model, rng: np.random.Generator) -> FloatArray:
@@ -223,7 +223,7 @@ def test_elastic(name: str) -> None:
     assert_same(found, Reference(equations, equations.elastic).solve(force))
     assert (found[held_dofs(model)] == 0.0).all()
     # what holds loose blocks is hardly felt
-    assert_same(found, Reference(equations, equations.elastic, anchored=False).solve(force), 1e-4)
+    assert_same(found, Reference(equations, equations.elastic, regularised=False).solve(force), 1e-4)
     assert (equations.factorisations, equations.corrections) == (1, 0)
 
 
@@ -287,7 +287,7 @@ def test_what_is_sooner_factorised_is(name: str) -> None:
     rng, model = np.random.default_rng(6), WALLS[name]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
-    equations._price[:] = 0.0
+    equations._factorisation_cost[:] = 0.0
     stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=5, replace=False)] *= rng.uniform(0.2, 0.9, size=(5, 1))
     equations.update(stiffness)
@@ -302,7 +302,7 @@ def test_as_many_as_there_is_memory_for_may_change_at_once(more: int, monkeypatc
     rng, model = np.random.default_rng(6), WALLS["another"]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
-    equations._price[:] = np.inf
+    equations._factorisation_cost[:] = np.inf
     stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=25 + more, replace=False)] *= 0.5
     equations.update(stiffness)
@@ -325,9 +325,9 @@ def test_what_changes_bit_by_bit_is_factorised_in_the_end() -> None:
 
 
 def test_a_correction_costs_more_the_more_has_changed_and_the_less_is_known() -> None:
-    of = [price_of_correction(changed, new, 3000, 2e5) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
+    of = [correction_cost(changed, new, 3000, 2e5) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
     assert of == sorted(of)
-    assert price_of_level(np.array([60, 120]))[1] > 4 * price_of_level(np.array([60, 120]))[0]
+    assert factorisation_cost(np.array([60, 120]))[1] > 4 * factorisation_cost(np.array([60, 120]))[0]
 
 
 def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: int) -> Iterator[FloatArray]:
@@ -348,7 +348,7 @@ def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: 
         yield stiffness
 
 
-def follow_updates(model: Model, rng: np.random.Generator, count: int) -> tuple[LevelEquations, int]:
+def follow_updates(model: Model, rng: np.random.Generator, count: int) -> tuple[BlockTridiagonalSystem, int]:
     equations, held = equations_of(model), 0
     for stiffness in updates(model, equations.elastic, rng, count):
         force = random_force(model, rng)
@@ -422,9 +422,9 @@ def test_condensed_levels_do_as_if_they_were_there(name: str) -> None:
     equations, load = equations_of(model), load_of(model)
     assert equations.levels > 3
     corrections = 0
-    for in_play in range(1, equations.levels):
-        assert equations.condense(in_play, load)
-        inside = np.flatnonzero(equations.interface_level < in_play)
+    for active_levels in range(1, equations.levels):
+        assert equations.condense(active_levels, load)
+        inside = np.flatnonzero(equations.interface_level < active_levels)
         np.testing.assert_array_equal(equations.active, inside)
         for turn in range(4):
             which = rng.choice(inside, size=min(3, len(inside)), replace=False) if turn else inside[:0]
@@ -433,10 +433,10 @@ def test_condensed_levels_do_as_if_they_were_there(name: str) -> None:
             equations.update(stiffness)
             # under a share of the dead load, that of what is condensed coming down at its edge
             share, force = 0.7, np.zeros(len(load))
-            force[equations.dofs_in_play] = share * load[equations.dofs_in_play]
-            force[equations.edge_dofs] += equations.edge_force(np.zeros(len(load)), share)
+            force[equations.active_dofs] = share * load[equations.active_dofs]
+            force[equations.boundary_dofs] += equations.condensed_force(np.zeros(len(load)), share)
             found = equations.solve(force)
-            out = np.setdiff1d(np.arange(len(load)), equations.dofs_in_play)
+            out = np.setdiff1d(np.arange(len(load)), equations.active_dofs)
             assert (found[out] == 0.0).all()
             if reference.condition() > WELL:
                 continue
@@ -450,22 +450,22 @@ def test_condensed_levels_do_as_if_they_were_there(name: str) -> None:
 def test_the_force_at_the_edge_is_that_of_the_levels_beyond(name: str) -> None:
     rng, model = np.random.default_rng(22), WALLS[name]()
     equations, load = equations_of(model), load_of(model)
-    in_play = equations.levels - 2
-    assert equations.condense(in_play, load)
+    active_levels = equations.levels - 2
+    assert equations.condense(active_levels, load)
     moved = np.zeros(len(load))
-    moved[equations.dofs_in_play] = rng.normal(size=len(equations.dofs_in_play)) * 1e-5
+    moved[equations.active_dofs] = rng.normal(size=len(equations.active_dofs)) * 1e-5
     share = 0.4
-    force = equations.edge_force(moved, share)
+    force = equations.condensed_force(moved, share)
     equations.recover(moved, share)
     # all beyond is in balance, and pulls at the edge through the joints that are not in play
     beyond = equations.elastic.copy()
     beyond[equations.active] = 0.0
     pull = share * load - assembled(model, beyond) @ moved
     free = np.setdiff1d(np.arange(len(load)), held_dofs(model))
-    out = np.setdiff1d(free, equations.dofs_in_play)
+    out = np.setdiff1d(free, equations.active_dofs)
     scale = float(np.abs(force).max())
     assert np.abs(pull[out]).max() < 1e-8 * scale
-    assert_same(force, pull[equations.edge_dofs] - share * load[equations.edge_dofs])
+    assert_same(force, pull[equations.boundary_dofs] - share * load[equations.boundary_dofs])
 
 
 @pytest.mark.parametrize(
@@ -476,9 +476,9 @@ def test_opening_what_was_condensed_and_condensing_again(sequence: tuple[int, ..
     rng, model = np.random.default_rng(23), WALLS["wall"]()
     equations, load = equations_of(model), load_of(model)
     stiffness = equations.elastic.copy()
-    for in_play in sequence:
-        in_play = min(in_play, equations.levels)
-        assert equations.condense(in_play, load) is (in_play < equations.levels)
+    for active_levels in sequence:
+        active_levels = min(active_levels, equations.levels)
+        assert equations.condense(active_levels, load) is (active_levels < equations.levels)
         for _ in range(3):
             some = rng.choice(equations.active, size=min(8, len(equations.active)), replace=False)
             stiffness[some] = changed(model, equations.elastic, some, rng)[some]
@@ -487,7 +487,7 @@ def test_opening_what_was_condensed_and_condensing_again(sequence: tuple[int, ..
             equations.update(wanted)
             reference = Reference(equations, wanted)
             force = np.zeros(len(load))
-            force[equations.dofs_in_play] = rng.normal(size=len(equations.dofs_in_play))
+            force[equations.active_dofs] = rng.normal(size=len(equations.active_dofs))
             found = equations.solve(force)
             if reference.condition() < WELL:
                 equations.recover(found, 0.0)
@@ -502,7 +502,7 @@ def test_what_was_looked_at_joint_by_joint_is_elastic_once_condensed() -> None:
     assert equations.condense(2, load)
     equations.update(equations.elastic)
     force = np.zeros(len(load))
-    force[equations.dofs_in_play] = rng.normal(size=len(equations.dofs_in_play))
+    force[equations.active_dofs] = rng.normal(size=len(equations.active_dofs))
     found = equations.solve(force)
     equations.recover(found, 0.0)
     assert_same(found, Reference(equations, equations.elastic).solve(force))
@@ -512,7 +512,7 @@ def test_what_the_levels_in_play_do_not_hold_is_not_condensed() -> None:
     model = with_a_loose_block()
     equations = equations_of(model)
     assert not equations.condense(1, load_of(model))
-    assert equations.in_play == equations.levels
+    assert equations.active_levels == equations.levels
 
 
 # -- levels -----------------------------------------------------------------------------------------------------------

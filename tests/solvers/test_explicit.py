@@ -11,7 +11,7 @@ from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers import ContactState
 from damagepred.solvers.state.joint_history import fields_of
 from damagepred.solvers.time_stepping.scheme import Run, explicit_path
-from damagepred.solvers.time_stepping.tiles import memory_of
+from damagepred.solvers.time_stepping.tiles import history_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 
@@ -124,31 +124,31 @@ def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
     movement = Movement(kind="doming", central_deflection=4e-3, increments=4)
     scene = dataclasses.replace(small_scene(0.48, movement), joint=joint)
     model, law = wall_model(scene), wall_model(scene).properties
-    run, opened = Run(model, scene.solver), 0.0
+    run, kappa = Run(model, scene.solver), 0.0
     strength, critical = law.tensile_strength[:, None], law.critical_opening[:, None]
     elastic = strength / law.normal_stiffness[:, None]
     for number in range(5):
         run.ramp(number / 4)
         assert not run.settle(number)[1]
-        memory = memory_of(run.joints)
-        field = fields_of(model, memory, run.motion.displacement, run.progress)
+        history = history_of(run.joints)
+        field = fields_of(model, history, run.motion.displacement, run.progress)
         bond = np.where(
-            memory.cracked & (critical > 0),
-            np.clip((critical - memory.opened) / np.where(critical > 0, critical - elastic, 1.0), 0.0, 1.0),
-            1.0 - memory.cracked,
+            history.cracked & (critical > 0),
+            np.clip((critical - history.kappa) / np.where(critical > 0, critical - elastic, 1.0), 0.0, 1.0),
+            1.0 - history.cracked,
         )
-        u, sigma, tau = field.opening - memory.dilated, field.normal_stress, field.shear_stress
-        pulled = strength * bond * np.minimum(u / np.where(memory.opened > 0, memory.opened, 1.0), 1.0)
-        expected = np.where((u > 0) & memory.cracked, pulled, law.normal_stiffness[:, None] * u)
+        u, sigma, tau = field.opening - history.dilatant_opening, field.normal_stress, field.shear_stress
+        pulled = strength * bond * np.minimum(u / np.where(history.kappa > 0, history.kappa, 1.0), 1.0)
+        expected = np.where((u > 0) & history.cracked, pulled, law.normal_stiffness[:, None] * u)
         # the blocks have moved once more since the joints last looked
         np.testing.assert_allclose(sigma, expected, atol=1e-4 * 1e5)
         left = law.residual_cohesion[:, None]
         limit = left + bond * (law.cohesion[:, None] - left) - sigma * law.friction[:, None]
         assert (np.abs(tau) <= np.maximum(limit, 0.0) * (1 + 1e-9) + 1e-4 * 1e5).all()
-        assert (memory.opened >= np.where(memory.cracked & (critical > 0), u, 0.0) * (1 - 1e-3)).all()
-        assert (memory.opened >= opened).all()  # what has opened stays in memory
-        opened = memory.opened
-    partly = memory.cracked & (bond > 0.0)
-    whole = memory.cracked & (bond == 0.0) & (critical > 0)
+        assert (history.kappa >= np.where(history.cracked & (critical > 0), u, 0.0) * (1 - 1e-3)).all()
+        assert (history.kappa >= kappa).all()  # what has opened stays in memory
+        kappa = history.kappa
+    partly = history.cracked & (bond > 0.0)
+    whole = history.cracked & (bond == 0.0) & (critical > 0)
     assert partly.sum() > 10
     assert whole.sum() > 10

@@ -70,7 +70,7 @@ def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypat
 
 def test_few_equilibria_are_sought_far_off_until_the_fall_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pushed by more and more, a wall of few courses slides at mu; beyond it, hardly anything need be tried hard."""
-    monkeypatch.setattr(Equilibrium, "_by_frozen_limits", within(6, Equilibrium._by_frozen_limits))
+    monkeypatch.setattr(Equilibrium, "_coulomb_fixed_point", within(6, Equilibrium._coulomb_fixed_point))
     last = list(solve_path(pushed(3, 4, 1.5), Solver(), 1))[-1]
     assert last.collapsed
     assert 1.5 * last.standing_progress == pytest.approx(0.75, abs=2e-4)
@@ -152,4 +152,4 @@ def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(mon
     assert path.advance(1.0, 1.0) == np.inf
     broken = np.isfinite(path.broken_at)
     assert broken.any()
-    assert path.state.memory.cracked[broken].all()
+    assert path.state.history.cracked[broken].all()

@@ -379,9 +379,9 @@ def test_yardsticks_of_the_half_are_those_of_the_whole(length: float, bond: str)
     bent = mirrored_displacement(whole, draw)
     ratios = []
     for model, moved in ((whole, bent), (part.model, bent[part.fold.kept])):
-        state = quasi_static.path.State.rest(model)
+        state = quasi_static.continuation.State.rest(model)
         state.load, state.displacement[: 3 * model.n_blocks] = 1.0, moved.ravel()
-        ratios.append(quasi_static.path.Equilibrium(model, 1e-6).unbalanced(state, state.displacement)[1])
+        ratios.append(quasi_static.continuation.Equilibrium(model, 1e-6).residual(state, state.displacement)[1])
     assert ratios[0] > 10.0
     assert ratios[1] == pytest.approx(ratios[0], rel=1e-9)
     assert part.model.mean_block_weight == whole.mean_block_weight

@@ -12,14 +12,14 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import Jacks
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE, LAW
-from damagepred.kernels.interface.residual import adds_up_to, bring_on, out_of_balance
+from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import scenery
 from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.gridpoints import grid_of, zone_picture
 from damagepred.solvers.quasi_static.energy_balance import law_violation
-from damagepred.solvers.state.joint_history import JointMemory, contact_states, without_bond
+from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import Leeway, elastic_reach
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
 from damagepred.solvers.system.zero_support_load import carried
@@ -54,7 +54,7 @@ HALF = 1.15e-4
 
 
 @pytest.mark.parametrize(
-    ("joint", "cracked", "opened", "sigma", "tau", "beyond"),
+    ("joint", "cracked", "kappa", "sigma", "tau", "beyond"),
     [
         (BRITTLE, False, 0.0, 0.11e6, 0.0, 0.01e6),
         (BRITTLE, True, 0.0, 0.11e6, 0.0, 0.09e6),
@@ -71,15 +71,15 @@ HALF = 1.15e-4
     ],
 )
 def test_by_how_much_stresses_exceed_the_law(
-    joint: Joint, cracked: bool, opened: float, sigma: float, tau: float, beyond: float
+    joint: Joint, cracked: bool, kappa: float, sigma: float, tau: float, beyond: float
 ) -> None:
     """At one contact of three; the others carry nothing."""
     model = pair(joint)
-    memory = JointMemory.fresh(model)
-    memory.cracked[0, 1], memory.opened[0, 1] = cracked, opened
+    history = JointHistory.fresh(model)
+    history.cracked[0, 1], history.kappa[0, 1] = cracked, kappa
     normal, shear = np.zeros((1, 3)), np.zeros((1, 3))
     normal[0, 1], shear[0, 1] = sigma, tau
-    state = SimpleNamespace(memory=memory)
+    state = SimpleNamespace(history=history)
     assert law_violation(model, state, normal, shear) == pytest.approx(beyond, rel=1e-9, abs=1e-6)  # type: ignore[arg-type]
     shear[0, 2] = np.nan
     assert np.isnan(law_violation(model, state, normal, shear))  # type: ignore[arg-type]
@@ -87,14 +87,14 @@ def test_by_how_much_stresses_exceed_the_law(
 
 def test_residual_is_the_largest_of_what_is_free() -> None:
     force, free = np.array([3.0, -8.0, 5.0, 99.0]), np.array([True, True, True, False])
-    left, largest = out_of_balance(force, free, np.array([1.0, 0.5, 2.0, 1.0]))
+    left, largest = free_residual(force, free, np.array([1.0, 0.5, 2.0, 1.0]))
     np.testing.assert_array_equal(left, [3.0, -8.0, 5.0, 0.0])
     assert largest == 10.0
-    assert out_of_balance(-force, free, np.array([1.0, 2.0, 0.1, 1.0]))[1] == 16.0
+    assert free_residual(-force, free, np.array([1.0, 2.0, 0.1, 1.0]))[1] == 16.0
     force[0] = np.nan
-    assert out_of_balance(force, free, np.ones(4))[1] == np.inf
+    assert free_residual(force, free, np.ones(4))[1] == np.inf
     loads = np.empty(2)
-    bring_on(np.array([1.0, 10.0]), np.array([100.0, 1000.0]), 2.0, 3.0, loads)
+    combine_loads(np.array([1.0, 10.0]), np.array([100.0, 1000.0]), 2.0, 3.0, loads)
     np.testing.assert_array_equal(loads, [302.0, 3020.0])
 
 
@@ -105,9 +105,9 @@ def test_resultants_of_forces_on_gridpoints() -> None:
     total = np.empty((2, 3))
     force = np.array([1.0, 2.0, 4.0, -3.0, 0.5, 0.25, -1.0, 2.0])
     turning = [(-2.0 - 0.5) + (-6.0 + 4.0), (0.125 - 1.0) + (-6.0 + 4.0)]
-    assert adds_up_to(force, block, dof_x, dof_y, arm_x, arm_y, total) == 5.0
+    assert largest_block_resultant(force, block, dof_x, dof_y, arm_x, arm_y, total) == 5.0
     np.testing.assert_allclose(total, [[5.0, -1.0, turning[0]], [-0.5, 2.25, turning[1]]])
-    assert adds_up_to(-force, block, dof_x, dof_y, 3 * arm_x, 3 * arm_y, total) == pytest.approx(13.5)
+    assert largest_block_resultant(-force, block, dof_x, dof_y, 3 * arm_x, 3 * arm_y, total) == pytest.approx(13.5)
 
 
 @pytest.mark.parametrize(
@@ -127,12 +127,12 @@ def test_joints_without_a_bond_to_break(change: dict, bare: bool) -> None:
 def test_states_of_contacts() -> None:
     """Cracked comes before slipping; a control joint, which has no bond, is always intact."""
     model = pair(SOFT)
-    memory = JointMemory.fresh(model)
-    memory.cracked[0, 0] = True
-    memory.slip[0, :2] = -1e-9
-    assert contact_states(model, memory).tolist() == [[1, 2, 0]]
+    history = JointHistory.fresh(model)
+    history.cracked[0, 0] = True
+    history.slip[0, :2] = -1e-9
+    assert contact_states(model, history).tolist() == [[1, 2, 0]]
     control = model.interfaces._replace(kind=np.full_like(model.interfaces.kind, Kind.CONTROL_JOINT))
-    assert contact_states(replace(model, interfaces=control), memory).tolist() == [[0, 0, 0]]
+    assert contact_states(replace(model, interfaces=control), history).tolist() == [[0, 0, 0]]
 
 
 def beam() -> Model:

@@ -11,7 +11,12 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.explicit.jacks import VOLUME
-from damagepred.kernels.interface.equilibrium import NO_LIMIT, contact_stresses, freeze, softened_bond_load
+from damagepred.kernels.interface.equilibrium import (
+    NO_LIMIT,
+    contact_stresses,
+    softened_bond_load,
+    update_tresca_bounds,
+)
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics import DynamicRun
@@ -20,7 +25,7 @@ from damagepred.solvers.quasi_static.continuation import EnergyControl
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.state.increment import ZoneState
-from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import picture
 from damagepred.solvers.system.detached_blocks import elastic_reach
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
@@ -322,20 +327,20 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     for k in range(3):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     model = wall.build(STIFF)
-    memory, listed, still = JointMemory.fresh(model), np.arange(2), model.ground.at(0.0)
-    memory.cracked[0] = True
+    history, listed, still = JointHistory.fresh(model), np.arange(2), model.ground.at(0.0)
+    history.cracked[0] = True
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    contact_stresses(model.interfaces, model.properties, still, memory, displacement, opening, sigma, tau)
+    contact_stresses(model.interfaces, model.properties, still, history, displacement, opening, sigma, tau)
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
     limit[0, opening[0] > 0.0] = 0.0
     assert (limit[1] > 0.0).all()
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
-        frozen = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
-        freeze(listed, model.interfaces, model.properties, still, memory, displacement, frozen, share)
-        np.testing.assert_allclose(frozen[0], expected, rtol=1e-9, atol=1e-3)
+        tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
+        update_tresca_bounds(listed, model.interfaces, model.properties, still, history, displacement, tresca, share)
+        np.testing.assert_allclose(tresca[0], expected, rtol=1e-9, atol=1e-3)
 
 
 def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:

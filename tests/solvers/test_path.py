@@ -77,8 +77,8 @@ def test_the_tangent_foresees_the_movement_at_which_a_bond_breaks(share: float, 
     there = path.state.at(1.0, 1.0)
     start = path.state.displacement.copy()
     start[model.supports.prescribed] = model.supports.prescribed_displacement
-    before = path.equilibrium.unbalanced(there, start)[1]
-    assert path.equilibrium.unbalanced(there, ahead)[1] < 1e-4 * before
+    before = path.equilibrium.residual(there, start)[1]
+    assert path.equilibrium.residual(there, ahead)[1] < 1e-4 * before
 
 
 @pytest.mark.parametrize("increments", [1, 3, 10])
@@ -113,10 +113,10 @@ def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytes
 
     def break_bonds(self: Path, state: State, load: np.ndarray) -> np.ndarray:
         progress.append(state.progress)
-        before = state.memory.cracked.copy()
+        before = state.history.cracked.copy()
         again = original(self, state, load)
-        assert state.memory.cracked[before].all()
-        cracked.append(int(state.memory.cracked.sum()))
+        assert state.history.cracked[before].all()
+        cracked.append(int(state.history.cracked.sum()))
         return again
 
     monkeypatch.setattr(Path, "break_bonds", break_bonds)
@@ -179,12 +179,12 @@ def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwis
     assert path.equilibrium.find(direct) < path.tolerance
     found, worst = path.jump(start, 0.02)
     assert worst < path.tolerance
-    assert path.equilibrium.unbalanced(found, found.displacement)[1] < path.tolerance
+    assert path.equilibrium.residual(found, found.displacement)[1] < path.tolerance
     moved = np.abs(direct.displacement - path.state.displacement).max()
     # not quite: on its way friction is overcome to and fro
     assert np.abs(found.displacement - direct.displacement).max() < 0.6 * moved
     # the bonds have waited
-    np.testing.assert_array_equal(found.memory.cracked, start.memory.cracked)
+    np.testing.assert_array_equal(found.history.cracked, start.history.cracked)
 
 
 def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
@@ -198,13 +198,13 @@ def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
     face = model.interfaces
     beneath = (face.block_a == low) | (face.block_b == low)
     start = State.rest(model).at(1.0, 0.0)
-    start.memory.cracked[beneath] = True
+    start.history.cracked[beneath] = True
     *_, last = relaxation.come_to_rest(model, start, 0.0, patience=0.01)
     weight = 0.2 * 0.1 * 0.11 * model.density[middle] * GRAVITY
     springs = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
     assert last.displacement[3 * middle + 1] == pytest.approx(weight / springs[~beneath][0], rel=1e-3)
-    np.testing.assert_array_equal(last.memory.opened == np.inf, beneath[:, None] & last.memory.cracked)
-    assert last.memory.cracked[beneath].all()
+    np.testing.assert_array_equal(last.history.kappa == np.inf, beneath[:, None] & last.history.cracked)
+    assert last.history.cracked[beneath].all()
 
 
 def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -303,7 +303,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
     def not_directly(self: Equilibrium, state: State) -> tuple[float, np.ndarray]:
         if not hides(state):
             return directly(self, state)
-        return max(self.unbalanced(state, state.displacement)[1], 2e-6), state.displacement
+        return max(self.residual(state, state.displacement)[1], 2e-6), state.displacement
 
     def then_shows(self: Path, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
         found = jump(self, state, left, patience)
@@ -336,7 +336,7 @@ def test_a_state_that_is_settled_for_moves_its_condensed_courses_along() -> None
     hidden[model.supports.prescribed] = False
     state = path.state.copy()
     state.displacement[hidden] = 0.0
-    assert path.equilibrium.settle_for(state) < path.tolerance
+    assert path.equilibrium.accept_unconverged(state) < path.tolerance
     assert np.abs(path.state.displacement[hidden]).max() > 1e-6
     np.testing.assert_allclose(state.displacement, path.state.displacement, rtol=0, atol=1e-12)
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.assembly import wall_model
-from damagepred.kernels.joint.law import bond_slope, joint_law
+from damagepred.kernels.joint.law import damage_rate, joint_law
 from damagepred.scene import Joint, Scene, Solver, Wall
 from tests.solvers.test_cap import SOLVERS, B, T, boxes, lost, pushed_wall
 
@@ -68,35 +68,35 @@ def test_wearing_off_a_bond_takes_its_fracture_energy(pressure: float) -> None:
 def test_slip_uses_up_the_tension_too(share: float) -> None:
     """Slid under pressure by a share of s_c, then pulled: what is left of f_t is the most it carries."""
     k_n, k_s, f_t, cohesion, friction, w_c, s_c = 82e9, 36e9, 0.25e6, 0.35e6, 0.75, 1e-4, 7e-4
-    slope = bond_slope(k_n, f_t, w_c)
-    intact, weakened = (f_t, cohesion, friction, 1 / k_s), (0.0, 0.0, friction, 1 / k_s)
-    wear = (w_c - f_t / k_n) / s_c
+    slope = damage_rate(k_n, f_t, w_c)
+    intact, residual_strength = (f_t, cohesion, friction, 1 / k_s), (0.0, 0.0, friction, 1 / k_s)
+    slip_weight = (w_c - f_t / k_n) / s_c
 
-    def step(u_n: float, u_s: float, memory: tuple) -> tuple[float, tuple]:
+    def step(u_n: float, u_s: float, history: tuple) -> tuple[float, tuple]:
         for _ in range(5):
-            sigma, _, *memory = joint_law(
+            sigma, _, *history = joint_law(
                 u_n,
                 u_s,
-                *memory,
+                *history,
                 (k_n, k_s, 1 / k_s),
                 intact,
-                weakened,
+                residual_strength,
                 (w_c, slope),
                 0.0,
                 False,
                 (np.inf, np.inf, 1.0),
-                wear,
+                slip_weight,
             )
-        return sigma, tuple(memory)
+        return sigma, tuple(history)
 
-    memory: tuple = (0.0, 0.0, False, 0.0)
+    history: tuple = (0.0, 0.0, False, 0.0)
     for u_s in np.linspace(0, share * s_c, 400):
-        _, memory = step(-1e6 / k_n, float(u_s), memory)
-    slid = abs(memory[0])
+        _, history = step(-1e6 / k_n, float(u_s), history)
+    slid = abs(history[0])
     bond = max(1.0 - slid / s_c, 0.0)
     most = 0.0
     for u_n in np.linspace(-1e6 / k_n, 1.2 * w_c, 4000):
-        sigma, memory = step(float(u_n), memory[0], memory)
+        sigma, history = step(float(u_n), history[0], history)
         most = max(most, sigma)
     assert most == pytest.approx(f_t * bond, rel=0.02, abs=1.0)
     assert (slid > 0.15 * s_c) == (share > 0.0)
@@ -115,7 +115,7 @@ def test_so_little_energy_is_a_brittle_joint() -> None:
     assert not enough.brittle_shear.any()
     np.testing.assert_allclose(enough.critical_slip, 2 * SHEAR_ENERGY / (0.375e6 - 0.05e6))
     np.testing.assert_allclose(
-        enough.wear * enough.critical_slip,
+        enough.slip_weight * enough.critical_slip,
         enough.critical_opening - enough.tensile_strength / enough.normal_stiffness,
     )
 

@@ -77,7 +77,7 @@ def test_plastic_strain_of_zones_that_are_held_is_stress_by_hooke_s_law(plane: s
     field, plastic = ZoneField(model), np.array([3e-4, -1e-4, 2e-4, 0.5e-4])
     if plane == "stress":
         plastic[3] = 0.0
-    field.remember(np.tile(plastic, (len(model.mesh.zones), 1)))
+    field.set_plastic_strain(np.tile(plastic, (len(model.mesh.zones), 1)))
     xx, yy, xy, zz = -plastic
     shear, first = e / (2 * (1 + nu)), e * nu / ((1 + nu) * (1 - 2 * nu))
     if plane == "strain":

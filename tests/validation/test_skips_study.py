@@ -45,7 +45,7 @@ def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -
     modules = (scheme, run, linear_system, equilibrium, continuation, superelements)
 
     def picture() -> list[int]:
-        paths = (linear_system.LevelEquations, equilibrium.Equilibrium, continuation.Path, superelements.Solids)
+        paths = (linear_system.BlockTridiagonalSystem, equilibrium.Equilibrium, continuation.Path, superelements.Solids)
         classes = (scheme.Run, *paths, *modules)
         return [id(value) for one in classes for value in vars(one).values()]
 

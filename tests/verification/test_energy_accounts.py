@@ -156,7 +156,7 @@ def softening_work(model: Model, path: list[Increment]) -> float:
     strength, critical = law.tensile_strength[soft, None], law.critical_opening[soft, None]
     first = strength / law.normal_stiffness[soft, None]
     slip_critical = law.critical_slip[soft, None]
-    wear = np.divide(critical - first, slip_critical, out=np.zeros_like(first), where=slip_critical > 0)
+    slip_weight = np.divide(critical - first, slip_critical, out=np.zeros_like(first), where=slip_critical > 0)
 
     def bond(kappa: np.ndarray) -> np.ndarray:
         return np.clip((critical - kappa) / (critical - first), 0.0, 1.0)
@@ -164,7 +164,7 @@ def softening_work(model: Model, path: list[Increment]) -> float:
     kappa, slip, taken = first, np.zeros_like(area[soft]), 0.0
     for step in path:
         opened = np.maximum(kappa, step.opening[soft])
-        after = opened + wear * np.abs(step.slip[soft] - slip)
+        after = opened + slip_weight * np.abs(step.slip[soft] - slip)
         softened = 0.5 * strength * critical * (bond(kappa) - bond(opened))
         stretch = np.maximum(step.opening[soft], 0.0)
         worn = 0.5 * strength * stretch**2 * (bond(opened) / opened - bond(after) / after)

@@ -15,7 +15,7 @@ from scipy import integrate, optimize
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.kernels.joint.law import bond_slope, joint_law
+from damagepred.kernels.joint.law import damage_rate, joint_law
 from damagepred.scene import Joint, Solver
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify
@@ -323,29 +323,29 @@ def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) 
     assert joint.shear_fracture_energy is not None
     rest = joint.friction if joint.residual_friction is None else joint.residual_friction
     intact = (F_T, joint.cohesion, joint.friction, 1 / K_S)
-    weakened = (0.0, joint.residual_cohesion, rest, 1 / K_S)
-    wear = (W_C - U_0) * (joint.cohesion - joint.residual_cohesion) / (2 * joint.shear_fracture_energy)
-    memory: tuple[float, ...] = (0.0, 0.0, False, 0.0)
+    residual_strength = (0.0, joint.residual_cohesion, rest, 1 / K_S)
+    slip_weight = (W_C - U_0) * (joint.cohesion - joint.residual_cohesion) / (2 * joint.shear_fracture_energy)
+    history: tuple[float, ...] = (0.0, 0.0, False, 0.0)
     external = friction = sigma = tau = 0.0
     for i in range(1, steps + 1):
-        before, slid = (sigma, tau), memory[0]
+        before, slid = (sigma, tau), history[0]
         for _ in range(3):  # what is left to slide follows in the next cycle
             sigma, tau, *rested = joint_law(
                 opened * i / steps,
                 sheared * i / steps,
-                *memory,
+                *history,
                 (K_N, K_S, 1 / K_S),
                 intact,
-                weakened,
-                (W_C, bond_slope(K_N, F_T, W_C)),
+                residual_strength,
+                (W_C, damage_rate(K_N, F_T, W_C)),
                 0.0,
                 False,
                 (np.inf, np.inf, 1.0),
-                wear,
+                slip_weight,
             )
-            memory = tuple(rested)
+            history = tuple(rested)
         external += 0.5 * ((before[0] + sigma) * opened + (before[1] + tau) * sheared) / steps
-        friction += 0.5 * (before[1] + tau) * (memory[0] - slid)
+        friction += 0.5 * (before[1] + tau) * (history[0] - slid)
     elastic = 0.5 * sigma * opened + 0.5 * tau**2 / K_S
     return {
         "external_work": external,

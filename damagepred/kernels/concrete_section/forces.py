@@ -1,7 +1,7 @@
 """Forces of footing sections that follow a law of their own, in place of that of their contacts."""
 
 from damagepred.kernels.concrete_section.law import section_response, section_settle
-from damagepred.kernels.interface.contact import draw_together, relative
+from damagepred.kernels.interface.contact import interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel, law
 
 
@@ -27,7 +27,7 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
     """
     for s in range(sections.interface.size):
         i, h = sections.interface[s], sections.length[s]
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         axial, moment, nn, nm, mn, mm = section_response(sections, s, memory, opening / h, turn / h)
         ss = across(interfaces, properties, i)
         transverse = ss * shear
@@ -35,14 +35,14 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
         row[0], row[1], row[2] = nn / h, 0.0, nm / h
         row[3], row[4], row[5] = 0.0, ss, 0.0
         row[6], row[7], row[8] = mn / h, 0.0, mm / h
-        draw_together(interfaces, i, axial, transverse, moment, force)
+        scatter_interface_force(interfaces, i, axial, transverse, moment, force)
 
 
 @kernel
 def settle_sections(sections, memory, interfaces, displacement):
     """Let sections remember an equilibrium."""
     for s in range(sections.interface.size):
-        opening, _, turn = relative(interfaces, displacement, sections.interface[s])
+        opening, _, turn = interface_displacement(interfaces, displacement, sections.interface[s])
         section_settle(sections, s, memory, opening / sections.length[s], turn / sections.length[s])
 
 
@@ -51,7 +51,7 @@ def section_values(sections, memory, interfaces, properties, displacement, value
     """Fill opening, shear (m), turn, axial, shear force (N) and moment (N m) of sections, array (s, 6)."""
     for s in range(sections.interface.size):
         i, h = sections.interface[s], sections.length[s]
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         axial, moment, _, _, _, _ = section_response(sections, s, memory, opening / h, turn / h)
         values[s, 0], values[s, 1], values[s, 2] = opening, shear, turn
         values[s, 3], values[s, 4], values[s, 5] = axial, across(interfaces, properties, i) * shear, moment

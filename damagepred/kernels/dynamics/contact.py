@@ -54,9 +54,9 @@ POINT = np.dtype(
         ("offset", "f8"),
         ("fresh", "i8"),
         ("slip", "f8"),
-        ("dilated", "f8"),
+        ("dilatant_opening", "f8"),
         ("cracked", "f8"),
-        ("opened", "f8"),
+        ("kappa", "f8"),
         ("opening", "f8"),
         ("shear", "f8"),
         ("sigma", "f8"),
@@ -214,8 +214,8 @@ def meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, old_x
     p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if goes_on else 0.0), 0.0)
     p.anchor = along - (sheared * laws[number, 2] if goes_on else 0.0)
     p.slip = 0.0
-    p.dilated = 0.0
-    p.opened = 0.0
+    p.dilatant_opening = 0.0
+    p.kappa = 0.0
     p.cracked = 1.0
     p.opening = came_from if came_from > 0.0 else gap + p.offset
     p.shear = along - p.anchor
@@ -249,11 +249,11 @@ def leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t
     p = points[i]
     number = p.law
     u_n, u_s = gap + p.offset, along - p.anchor
-    before = stored(p.sigma, p.tau, p.opening - p.dilated, 1.0 / laws[number, 0], laws[number, 2], False)
+    before = stored(p.sigma, p.tau, p.opening - p.dilatant_opening, 1.0 / laws[number, 0], laws[number, 2], False)
     if p.sigma > 0.0:
-        before = 0.5 * (p.sigma * (p.opening - p.dilated) + p.tau * p.tau * laws[number, 2])
+        before = 0.5 * (p.sigma * (p.opening - p.dilatant_opening) + p.tau * p.tau * laws[number, 2])
     work = 0.5 * (p.sigma * (u_n - p.opening) + p.tau * (u_s - p.shear))
-    pressed = min(u_n - p.dilated, 0.0) if p.sigma < 0.0 else 0.0
+    pressed = min(u_n - p.dilatant_opening, 0.0) if p.sigma < 0.0 else 0.0
     sheared = p.tau
     p.status = FREE
     p.fresh = 0
@@ -344,8 +344,8 @@ def act(
 
         row = p.law
         k_n, k_s = laws[row, 0], laws[row, 1]
-        was_cracked, dilated, slip, was_opened = p.cracked != 0.0, p.dilated, p.slip, p.opened
-        away, half = u_n - dilated, 0.5 * abs(moved)
+        was_cracked, dilatant_opening, slip, was_opened = p.cracked != 0.0, p.dilatant_opening, p.slip, p.kappa
+        away, half = u_n - dilatant_opening, 0.5 * abs(moved)
         # most contacts neither give way nor pass the kink: then there is no more to the law than this
         sigma, tau = k_n * away, k_s * (u_s - slip)
         limit = 7 if was_cracked else 3
@@ -354,55 +354,57 @@ def act(
         gives = gives | (no_tension & (abs(away) < half))
         if softening is not None:
             gives = gives | (was_cracked & (laws[row, 11] > 0.0))
-            no_tension = no_tension & (p.opened >= laws[row, 11])
+            no_tension = no_tension & (p.kappa >= laws[row, 11])
         cracked = was_cracked
-        psi, brittle_shear, cap, wear = 0.0, False, None, None
+        psi, brittle_shear, cap, slip_weight = 0.0, False, None, None
         if special is not None:
-            psi, brittle_shear, wear = laws[row, 13], laws[row, 14] != 0.0, laws[row, 18]
+            psi, brittle_shear, slip_weight = laws[row, 13], laws[row, 14] != 0.0, laws[row, 18]
             cap = (laws[row, 15], laws[row, 16], laws[row, 17])
             gives = gives | (cap[0] < np.inf)
         if gives:
             # the law, past the kink by its mean
             pressed = u_n
             if no_tension & (abs(away) < half):
-                pressed = dilated - (half - away) * (half - away) / (4.0 * half)
+                pressed = dilatant_opening - (half - away) * (half - away) / (4.0 * half)
             softened = None
             if softening is not None:
                 softened = (laws[row, 11], laws[row, 12])
             strength = (laws[row, 3], laws[row, 4], laws[row, 5], laws[row, 6])
-            weakened = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
-            sigma, tau, new_slip, new_dilated, cracked, opened = joint_law(
+            residual_strength = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
+            sigma, tau, new_slip, new_dilated, cracked, kappa = joint_law(
                 pressed,
                 u_s,
                 slip,
-                dilated,
+                dilatant_opening,
                 was_cracked,
-                p.opened,
+                p.kappa,
                 (k_n, k_s, laws[row, 2]),
                 strength,
-                weakened,
+                residual_strength,
                 softened,
                 psi,
                 brittle_shear,
                 cap,
-                wear,
+                slip_weight,
             )
             p.slip = new_slip
-            p.dilated = new_dilated
+            p.dilatant_opening = new_dilated
             p.cracked = 1.0 if cracked else 0.0
-            p.opened = opened
+            p.kappa = kappa
 
             # where the work went
             mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
-            rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilated))
+            rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilatant_opening))
             softens, snaps = False, False
             if softening is not None:
                 w_c = laws[row, 11]
                 softens = cracked & (w_c > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
                 # slip that breaks the bond sets free what it holds
-                snaps = softens & brittle_shear & (was_opened < w_c) & (opened >= w_c) & (u_n - new_dilated < w_c)
+                snaps = softens & brittle_shear & (was_opened < w_c) & (kappa >= w_c) & (u_n - new_dilated < w_c)
             if (cracked != was_cracked) | softens:
-                lost = mean_sigma * (moved - new_dilated + dilated) + 0.5 * p.sigma * (p.opening - dilated)
+                lost = mean_sigma * (moved - new_dilated + dilatant_opening) + 0.5 * p.sigma * (
+                    p.opening - dilatant_opening
+                )
                 lost -= 0.5 * sigma * (u_n - new_dilated)
                 if softens & (not snaps):
                     torn += p.area * lost

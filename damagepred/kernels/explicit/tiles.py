@@ -21,10 +21,10 @@ def tile_type(points):
     Returns
     -------
     dtype
-        ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. ``strength``, ``weakened``: (f_t, C, tan phi,
-        slip compliance) by rows; ``cap``: (f_c, f_c / k_n, 1 / C_ss). ``slip``, ``dilated``, ``cracked``, ``opened``:
-        memory of the contacts. ``drift_x`` to ``turn_b``: how the blocks moved, as gathered. ``on_a``, ``on_b``: force
-        x, y (N) and moment (N m) on the blocks.
+        ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. ``strength``, ``residual_strength``: (f_t, C,
+        tan phi, slip compliance) by rows; ``cap``: (f_c, f_c / k_n, 1 / C_ss). ``slip``, ``dilatant_opening``,
+        ``cracked``, ``kappa``: history variables of the contacts. ``drift_x`` to ``turn_b``: how the blocks moved, as
+        gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks.
     """
     lane, contact = (LANES,), (points, LANES)
     return np.dtype(
@@ -43,17 +43,17 @@ def tile_type(points):
             ("shear_stiffness", "f8", lane),
             ("shear_compliance", "f8", lane),
             ("strength", "f8", (4, LANES)),
-            ("weakened", "f8", (4, LANES)),
+            ("residual_strength", "f8", (4, LANES)),
             ("dilation", "f8", lane),
             ("brittle_shear", "f8", lane),
             ("cap", "f8", (3, LANES)),
-            ("wear", "f8", lane),
+            ("slip_weight", "f8", lane),
             ("critical_opening", "f8", lane),
-            ("bond_slope", "f8", lane),
+            ("damage_rate", "f8", lane),
             ("slip", "f8", contact),
-            ("dilated", "f8", contact),
+            ("dilatant_opening", "f8", contact),
             ("cracked", "f8", contact),
-            ("opened", "f8", contact),
+            ("kappa", "f8", contact),
             ("drift_x", "f8", lane),
             ("drift_y", "f8", lane),
             ("turn_a", "f8", lane),

@@ -8,13 +8,13 @@ import numpy as np
 
 from damagepred.kernels.explicit.tiles import LANES
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint.law import bond_slope, joint_law, slip_compliance, wear_of
+from damagepred.kernels.joint.law import damage_rate, joint_law, slip_compliance, slip_weight_of
 
 Y, TURN = np.uint64(1), np.uint64(2)
 
 
 @law
-def middle_of(normal, arm_a, arm_b, drift, turn_a, turn_b):
+def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
     """Return opening and shear (m) in the middle of an interface.
 
     Parameters
@@ -34,11 +34,11 @@ def middle_of(normal, arm_a, arm_b, drift, turn_a, turn_b):
 
 
 @law
-def relative(interfaces, displacement, i):
+def interface_displacement(interfaces, displacement, i):
     """Return opening and shear in the middle of interface i, and its relative rotation."""
     a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
-    opening, shear = middle_of(
+    opening, shear = midpoint_displacement(
         (interfaces.normal_x[i], interfaces.normal_y[i]),
         (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
         (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
@@ -50,7 +50,7 @@ def relative(interfaces, displacement, i):
 
 
 @law
-def draw_together(interfaces, i, normal, shear, moment, force):
+def scatter_interface_force(interfaces, i, normal, shear, moment, force):
     """Add to ``force`` what interface i does to its bodies, by its forces (N) and the moment about its middle (N m)."""
     n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
     pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
@@ -98,20 +98,25 @@ def contact_forces(tile, ground, special, softening, progress):
         arm_b = (tile.arm_normal_b[i], tile.arm_shear_b[i])
         drift = (tile.drift_x[i], tile.drift_y[i])
         turn_a, turn_b = tile.turn_a[i], tile.turn_b[i]
-        opening, shear = middle_of((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
+        opening, shear = midpoint_displacement((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
         stiffness = (tile.normal_stiffness[i], tile.shear_stiffness[i], tile.shear_compliance[i])
         strength = (tile.strength[0, i], tile.strength[1, i], tile.strength[2, i], tile.strength[3, i])
-        weakened = (tile.weakened[0, i], tile.weakened[1, i], tile.weakened[2, i], tile.weakened[3, i])
+        residual_strength = (
+            tile.residual_strength[0, i],
+            tile.residual_strength[1, i],
+            tile.residual_strength[2, i],
+            tile.residual_strength[3, i],
+        )
         psi, brittle_shear = 0.0, False
         cap = None
-        wear = None
+        slip_weight = None
         if special is not None:
             psi, brittle_shear = tile.dilation[i], tile.brittle_shear[i] != 0.0
             cap = (tile.cap[0, i], tile.cap[1, i], tile.cap[2, i])
-            wear = tile.wear[i]
+            slip_weight = tile.slip_weight[i]
         softened = None
         if softening is not None:
-            softened = (tile.critical_opening[i], tile.bond_slope[i])
+            softened = (tile.critical_opening[i], tile.damage_rate[i])
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
             at = tile.contact_offset[k, i]
@@ -120,33 +125,33 @@ def contact_forces(tile, ground, special, softening, progress):
             if ground is not None:
                 u_n -= ground.normal_start[k, i] + progress * ground.normal[k, i]
                 u_s -= ground.shear_start[k, i] + progress * ground.shear[k, i]
-            dilated, opened = 0.0, 0.0
+            dilatant_opening, kappa = 0.0, 0.0
             if special is not None:
-                dilated = tile.dilated[k, i]
+                dilatant_opening = tile.dilatant_opening[k, i]
             if softening is not None:
-                opened = tile.opened[k, i]
-            sigma, tau, slip, dilated, cracked, opened = joint_law(
+                kappa = tile.kappa[k, i]
+            sigma, tau, slip, dilatant_opening, cracked, kappa = joint_law(
                 u_n,
                 u_s,
                 tile.slip[k, i],
-                dilated,
+                dilatant_opening,
                 tile.cracked[k, i] != 0.0,
-                opened,
+                kappa,
                 stiffness,
                 strength,
-                weakened,
+                residual_strength,
                 softened,
                 psi,
                 brittle_shear,
                 cap,
-                wear,
+                slip_weight,
             )
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
             if special is not None:
-                tile.dilated[k, i] = dilated
+                tile.dilatant_opening[k, i] = dilatant_opening
             if softening is not None:
-                tile.opened[k, i] = opened
+                tile.kappa[k, i] = kappa
             area = tile.contact_area[k, i]
             total_n += area * sigma
             total_s += area * tau
@@ -178,7 +183,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
-        middle, along, turn = relative(interfaces, displacement, i)
+        middle, along, turn = interface_displacement(interfaces, displacement, i)
         k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
         friction, friction_left = properties.friction[i], properties.residual_friction[i]
         strength = (
@@ -187,7 +192,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
             friction,
             slip_compliance(k_n, k_s, friction, psi),
         )
-        weakened = (
+        residual_strength = (
             properties.residual_tensile_strength[i],
             properties.residual_cohesion[i],
             friction_left,
@@ -196,7 +201,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
         critical = properties.critical_opening[i]
         strongest = properties.compressive_strength[i]
         cap = (strongest, strongest / k_n, 1.0 / properties.cap_shear[i])
-        softening = (critical, bond_slope(k_n, properties.tensile_strength[i], critical))
+        softening = (critical, damage_rate(k_n, properties.tensile_strength[i], critical))
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * turn
             u_s = along
@@ -205,21 +210,21 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
                 u_s -= ground.shear[i - first_ground, k]
             opening[i, k] = u_n
             shear[i, k] = u_s
-            sigma[i, k], tau[i, k], slip, dilated, cracked, opened = joint_law(
+            sigma[i, k], tau[i, k], slip, dilatant_opening, cracked, kappa = joint_law(
                 u_n,
                 u_s,
                 state.slip[i, k],
-                state.dilated[i, k],
+                state.dilatant_opening[i, k],
                 state.cracked[i, k],
-                state.opened[i, k],
+                state.kappa[i, k],
                 (k_n, k_s, 1.0 / k_s),
                 strength,
-                weakened,
+                residual_strength,
                 softening,
                 psi,
                 properties.brittle_shear[i],
                 cap,
-                wear_of(properties, i),
+                slip_weight_of(properties, i),
             )
-            state.slip[i, k], state.dilated[i, k] = slip, dilated
-            state.cracked[i, k], state.opened[i, k] = cracked, opened
+            state.slip[i, k], state.dilatant_opening[i, k] = slip, dilatant_opening
+            state.cracked[i, k], state.kappa[i, k] = cracked, kappa

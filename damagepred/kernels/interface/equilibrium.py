@@ -11,9 +11,9 @@ Where the frozen numbers agree with the live law, so do the two.
 
 import numpy as np
 
-from damagepred.kernels.interface.contact import draw_together, relative
+from damagepred.kernels.interface.contact import interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.joint.law import capped, mixed, wear_of
+from damagepred.kernels.joint.law import capped, degraded, slip_weight_of
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
@@ -29,14 +29,14 @@ AT_LIMIT = 1.0 - 1e-9
 
 
 @law
-def bond_left(opened, strength, k_n, critical):
-    """Return what is left of a softening bond (1 whole, 0 none) after it was open by ``opened``."""
+def integrity_of(kappa, strength, k_n, critical):
+    """Return what is left of a softening bond (1 whole, 0 none) after it was open by ``kappa``."""
     first = strength / k_n
-    return min(max((critical - opened) / (critical - first), 0.0), 1.0)
+    return min(max((critical - kappa) / (critical - first), 0.0), 1.0)
 
 
 @law
-def normal_law(e, cracked, opened, k_n, strength, left, critical, live):
+def normal_law(e, cracked, kappa, k_n, strength, left, critical, coulomb):
     """Return normal stress, its slope, the bond left and the slope of that, at an opening less dilation e.
 
     Parameters
@@ -50,28 +50,28 @@ def normal_law(e, cracked, opened, k_n, strength, left, critical, live):
     k_n, strength, left, critical : float
         Stiffness (Pa/m), tensile strength and residual tensile strength (Pa), opening at which a softening bond is
         gone (m), 0 for a brittle one.
-    live : bool
+    coulomb : bool
         Whether a softening bond softens further; if not it is a spring with its present stiffness.
     """
     if not cracked:
         return k_n * e, k_n, 1.0, 0.0
     if critical > 0.0:
         first = strength / k_n
-        known = max(opened, first)
-        if e > known and live:
-            bond = bond_left(e, strength, k_n, critical)
-            softens = 1.0 / (critical - first) if bond > 0.0 else 0.0
-            return strength * bond, -strength * softens, bond, -softens
-        bond = bond_left(known, strength, k_n, critical)
-        stiffness = strength * bond / known if e > 0.0 else k_n
-        return stiffness * e, stiffness, bond, 0.0
-    if e <= 0.0 or (left > 0.0 and opened == 0.0):
+        known = max(kappa, first)
+        if e > known and coulomb:
+            integrity = integrity_of(e, strength, k_n, critical)
+            softens = 1.0 / (critical - first) if integrity > 0.0 else 0.0
+            return strength * integrity, -strength * softens, integrity, -softens
+        integrity = integrity_of(known, strength, k_n, critical)
+        stiffness = strength * integrity / known if e > 0.0 else k_n
+        return stiffness * e, stiffness, integrity, 0.0
+    if e <= 0.0 or (left > 0.0 and kappa == 0.0):
         return k_n * e, k_n, 0.0, 0.0
     return 0.0, 0.0, 0.0, 0.0
 
 
 @law
-def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
+def shear_limit(properties, i, cracked, integrity, sigma, slope, softens, is_open):
     """Return the largest shear stress (Pa) of a contact of interface i, and how it falls with the opening (Pa/m).
 
     The limit may be negative beyond the apex of the friction cone. ``slope`` and ``softens`` are those of normal stress
@@ -84,9 +84,9 @@ def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
     else:
         cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
         more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
-        cohesion, friction = cohesion + bond * more_cohesion, friction + bond * more_friction
+        cohesion, friction = cohesion + integrity * more_cohesion, friction + integrity * more_friction
         limit, falls = cohesion - sigma * friction, friction * slope - softens * (more_cohesion - sigma * more_friction)
-    if properties.brittle_shear[i] and bond > 0.0:
+    if properties.brittle_shear[i] and integrity > 0.0:
         limit, falls = NO_LIMIT, 0.0  # it breaks there, and does not slide
     strongest = properties.compressive_strength[i]
     if strongest < np.inf:
@@ -98,7 +98,7 @@ def shear_limit(properties, i, cracked, bond, sigma, slope, softens, is_open):
 
 
 @rule
-def live_contact(properties, i, cracked, opened, e, shear):
+def return_mapping(properties, i, cracked, kappa, e, shear):
     """Return a contact's stresses, their slopes and its slip at an opening e and a shear, both less what is remembered.
 
     Returns
@@ -107,7 +107,7 @@ def live_contact(properties, i, cracked, opened, e, shear):
         Stresses (Pa).
     nn, ns, sn, ss : float
         Slope of sigma with opening and shear, of tau with opening and shear (Pa/m).
-    slip, climb : float
+    slip, dilatancy : float
         How far it slides (m), with sign, and opens by that, or closes as it is crushed; an open contact follows the
         shear.
     limit : float
@@ -116,24 +116,24 @@ def live_contact(properties, i, cracked, opened, e, shear):
     k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
     strength, left = properties.tensile_strength[i], properties.residual_tensile_strength[i]
     critical, closing = properties.critical_opening[i], 0.0
-    sigma, slope, bond, softens = normal_law(e, cracked, opened, k_n, strength, left, critical, True)
+    sigma, slope, integrity, softens = normal_law(e, cracked, kappa, k_n, strength, left, critical, True)
     if sigma <= -properties.compressive_strength[i] * AT_LIMIT:
         closing = min(e + properties.compressive_strength[i] / k_n, 0.0)
         sigma, slope = max(sigma, -properties.compressive_strength[i]), 0.0
     tau = k_s * shear
     size = abs(tau)
     gone = cracked and e > 0.0 and sigma == 0.0
-    if gone and psi > 0.0 and critical == 0.0 and opened == 0.0:
+    if gone and psi > 0.0 and critical == 0.0 and kappa == 0.0:
         # it touched before: climbing as it slides it may touch still
         pressed, friction = k_n * e, properties.residual_friction[i]
-        climb = psi * (size - properties.residual_cohesion[i] + pressed * friction) / (k_s + k_n * friction * psi)
-        if climb >= e:
+        dilatancy = psi * (size - properties.residual_cohesion[i] + pressed * friction) / (k_s + k_n * friction * psi)
+        if dilatancy >= e:
             sigma, slope, gone = pressed, k_n, False
-    limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, gone)
+    limit, falls = shear_limit(properties, i, cracked, integrity, sigma, slope, softens, gone)
     if size < limit * AT_LIMIT:
         return sigma, tau, slope, 0.0, 0.0, k_s, 0.0, closing, limit
     if properties.critical_slip[i] > 0.0 and not gone and (cracked or e <= strength / k_n):
-        return worn_contact(properties, i, cracked, opened, e, shear, closing)
+        return mixed_mode_return(properties, i, cracked, kappa, e, shear, closing)
     sign = 1.0 if tau >= 0.0 else -1.0
     if gone:
         psi = 0.0  # what is open does not climb
@@ -143,14 +143,14 @@ def live_contact(properties, i, cracked, opened, e, shear):
         # what climbs is pressed, and softens less: the limit is no straight line
         for _ in range(SOFT_STEPS):
             closer = e - psi * min(travelled, size / k_s)
-            sigma, slope, bond, softens = normal_law(closer, cracked, opened, k_n, strength, left, critical, True)
-            limit, falls = shear_limit(properties, i, cracked, bond, sigma, slope, softens, False)
+            sigma, slope, integrity, softens = normal_law(closer, cracked, kappa, k_n, strength, left, critical, True)
+            limit, falls = shear_limit(properties, i, cracked, integrity, sigma, slope, softens, False)
             compliance = 1.0 / (k_s + falls * psi)
             travelled += (size - k_s * travelled - limit) * compliance
         sigma += slope * psi * travelled  # as if at e, along the tangent
     if gone or k_s * travelled >= size:  # beyond the apex: no shear is left
-        climb = psi * size / k_s
-        return sigma - slope * climb, 0.0, slope, -slope * psi * sign, 0.0, 0.0, tau / k_s, climb + closing, 0.0
+        dilatancy = psi * size / k_s
+        return sigma - slope * dilatancy, 0.0, slope, -slope * psi * sign, 0.0, 0.0, tau / k_s, dilatancy + closing, 0.0
     travelled = max(travelled, 0.0)  # at the limit, about to slide
     return (
         sigma - slope * psi * travelled,
@@ -166,14 +166,14 @@ def live_contact(properties, i, cracked, opened, e, shear):
 
 
 @law
-def opened_so_far(cracked, opened, e, first):
+def kappa_before_slip(cracked, kappa, e, first):
     """Return how far a softening bond has been open at an opening e (m), before it slides on; ``first`` if never."""
-    return max(opened, e, first) if cracked else first
+    return max(kappa, e, first) if cracked else first
 
 
 @rule
-def worn_contact(properties, i, cracked, opened, e, shear, closing):
-    """Return what ``live_contact`` does for a joint that slides and whose bond wears by it.
+def mixed_mode_return(properties, i, cracked, kappa, e, shear, closing):
+    """Return what ``return_mapping`` does for a joint that slides and whose bond wears by it.
 
     Slip t uses up the bond as the opening kappa = kappa_0 + wear t does, and the limit L follows:
     k_s (|shear| - t) = L(e, t), solved by Newton's method; where L falls by slip alone it is a straight line.
@@ -186,28 +186,28 @@ def worn_contact(properties, i, cracked, opened, e, shear, closing):
     k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
     strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
     strongest, c_ss = properties.compressive_strength[i], properties.cap_shear[i]
-    wear, first = wear_of(properties, i), strength / k_n
-    begun = opened_so_far(cracked, opened, e, first)
+    slip_weight, first = slip_weight_of(properties, i), strength / k_n
+    begun = kappa_before_slip(cracked, kappa, e, first)
     follows = 1.0 if cracked and e >= begun else 0.0  # whether kappa follows the opening
     sign, size = 1.0 if shear >= 0.0 else -1.0, abs(k_s * shear)
     most = size / k_s
-    all_gone = max((critical - begun) / wear, 0.0) * (1.0 + 1e-12)  # so that rounding leaves nothing
+    all_gone = max((critical - begun) / slip_weight, 0.0) * (1.0 + 1e-12)  # so that rounding leaves nothing
     cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
     more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
     t = 0.0
     for _ in range(WEAR_STEPS):
-        kappa = begun + wear * t
-        bond = min(max((critical - kappa) / (critical - first), 0.0), 1.0)
-        softens = -1.0 / (critical - first) if bond > 0.0 else 0.0
+        kappa = begun + slip_weight * t
+        integrity = min(max((critical - kappa) / (critical - first), 0.0), 1.0)
+        softens = -1.0 / (critical - first) if integrity > 0.0 else 0.0
         if e > 0.0:
-            sigma, along = strength * bond * e / kappa, strength * bond / kappa
-            across = strength * e * (softens * kappa - bond) / (kappa * kappa)  # with kappa
+            sigma, along = strength * integrity * e / kappa, strength * integrity / kappa
+            across = strength * e * (softens * kappa - integrity) / (kappa * kappa)  # with kappa
         else:
             sigma, along, across = max(k_n * e, -strongest), k_n if closing == 0.0 else 0.0, 0.0
             if sigma <= -strongest * AT_LIMIT:
                 along = 0.0
-        angle = friction + bond * more_friction
-        limit = cohesion + bond * more_cohesion - sigma * angle
+        angle = friction + integrity * more_friction
+        limit = cohesion + integrity * more_cohesion - sigma * angle
         by_kappa = softens * (more_cohesion - sigma * more_friction) - angle * across
         by_opening = -angle * along + follows * by_kappa
         if strongest < np.inf:
@@ -215,7 +215,7 @@ def worn_contact(properties, i, cracked, opened, e, shear, closing):
             if ellipse < limit:
                 limit, by_kappa = ellipse, 0.0
                 by_opening = -min(sigma, 0.0) * along / (c_ss * max(ellipse, STEEPEST * strongest))
-        by_slip = wear * by_kappa
+        by_slip = slip_weight * by_kappa
         gap = size - k_s * t - limit
         if abs(gap) <= WORN * (size + abs(limit)):
             break
@@ -226,7 +226,7 @@ def worn_contact(properties, i, cracked, opened, e, shear, closing):
             # beyond the kink where nothing is left to wear
             if softens != 0.0 and t > all_gone:
                 t = all_gone
-    if e > 0.0 and bond == 0.0:  # it has let go, and is open
+    if e > 0.0 and integrity == 0.0:  # it has let go, and is open
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, shear, 0.0, 0.0
     if limit <= 0.0 or t >= most:
         return sigma, 0.0, along + follows * across, 0.0, 0.0, 0.0, shear, closing, 0.0
@@ -235,8 +235,8 @@ def worn_contact(properties, i, cracked, opened, e, shear, closing):
     return (
         sigma,
         sign * (size - k_s * t),
-        along + follows * across + wear * across * t_opening,
-        sign * wear * across * t_shear,
+        along + follows * across + slip_weight * across * t_opening,
+        sign * slip_weight * across * t_shear,
         -sign * k_s * t_opening,
         k_s * (1.0 - t_shear),
         sign * t,
@@ -246,8 +246,8 @@ def worn_contact(properties, i, cracked, opened, e, shear, closing):
 
 
 @law
-def plain_contact(k_n, k_s, cohesion, friction, open_carries_nothing, e, shear):
-    """Return stresses and slopes (nn, sn, ss) as ``live_contact`` for a joint without dilation, softening or the like.
+def coulomb_return(k_n, k_s, cohesion, friction, open_carries_nothing, e, shear):
+    """Return stresses and slopes (nn, sn, ss) of a joint without dilation, softening, cap or gap.
 
     Parameters
     ----------
@@ -271,8 +271,8 @@ def plain_contact(k_n, k_s, cohesion, friction, open_carries_nothing, e, shear):
 
 
 @law
-def plain_frozen(k_n, k_s, bound, open_carries_nothing, e, shear):
-    """Return what ``plain_contact`` does with a given largest shear stress (Pa), as ``frozen_contact``."""
+def tresca_plain(k_n, k_s, bound, open_carries_nothing, e, shear):
+    """Return what ``coulomb_return`` does with a given largest shear stress (Pa), as ``tresca_return``."""
     sigma, slope, tau = k_n * e, k_n, k_s * shear
     if open_carries_nothing and e > 0.0:
         sigma, slope = 0.0, 0.0
@@ -283,7 +283,7 @@ def plain_frozen(k_n, k_s, bound, open_carries_nothing, e, shear):
 
 @law
 def is_plain(properties, i):
-    """Tell whether ``plain_contact`` is the law of interface i."""
+    """Tell whether ``coulomb_return`` is the law of interface i."""
     return (
         properties.dilation[i] == 0.0
         and properties.critical_opening[i] == 0.0
@@ -295,14 +295,14 @@ def is_plain(properties, i):
 
 
 @law
-def frozen_contact(properties, i, cracked, opened, bound, e, shear):
-    """Return stresses and slopes (nn, ns, sn, ss) as ``live_contact``, with a given largest shear stress."""
+def tresca_return(properties, i, cracked, kappa, bound, e, shear):
+    """Return stresses and slopes (nn, ns, sn, ss) as ``return_mapping``, with a given largest shear stress."""
     k_s = properties.shear_stiffness[i]
-    worn = opened > 0.0 and properties.critical_slip[i] > 0.0
+    worn = kappa > 0.0 and properties.critical_slip[i] > 0.0
     sigma, slope, _, _ = normal_law(
         e,
         cracked or worn,
-        opened,
+        kappa,
         properties.normal_stiffness[i],
         properties.tensile_strength[i],
         properties.residual_tensile_strength[i],
@@ -318,18 +318,18 @@ def frozen_contact(properties, i, cracked, opened, bound, e, shear):
 
 
 @kernel
-def joint_forces(active, interfaces, properties, ground, memory, frozen, live, displacement, force, stiffness):
+def joint_forces(active, interfaces, properties, ground, history, tresca, coulomb, displacement, force, stiffness):
     """Add the forces of joints on the blocks to ``force``, and note the stiffness of each interface.
 
     Parameters
     ----------
     active : array of int
         Interfaces to look at; so for all functions here.
-    interfaces, properties, ground, memory : NamedTuple of arrays
+    interfaces, properties, ground, history : NamedTuple of arrays
         Model, displacement of the ground in the present state, and memory of the joints.
-    frozen : tuple of array (m, q)
+    tresca : tuple of array (m, q)
         Largest shear stress (Pa), dilation (m) and largest opening (m) of each contact where they are frozen.
-    live : bool
+    coulomb : bool
         Whether the live law holds.
     displacement, force : array (3 (n + 1),)
         Of the blocks and the ground.
@@ -338,36 +338,36 @@ def joint_forces(active, interfaces, properties, ground, memory, frozen, live, d
         relative rotation, row by row (N/m, N, N m).
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    bound, dilated, opened = frozen
+    bound, dilatant_opening, kappa = tresca
     for i in active:
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, mn, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         plain = is_plain(properties, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         for k in range(interfaces.contact_area.shape[1]):
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
-            u_n, u_s = opening + at * turn, shear - memory.slip[i, k]
+            u_n, u_s = opening + at * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
             d_ns = 0.0
-            if plain and live:
-                cracked = memory.cracked[i, k]
+            if plain and coulomb:
+                cracked = history.cracked[i, k]
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
                 friction = properties.residual_friction[i] if cracked else properties.friction[i]
-                sigma, tau, d_nn, d_sn, d_ss = plain_contact(k_n, k_s, cohesion, friction, cracked, u_n, u_s)
+                sigma, tau, d_nn, d_sn, d_ss = coulomb_return(k_n, k_s, cohesion, friction, cracked, u_n, u_s)
             elif plain:
-                sigma, tau, d_nn, d_sn, d_ss = plain_frozen(
-                    k_n, k_s, bound[i, k], memory.cracked[i, k], u_n - dilated[i, k], u_s
+                sigma, tau, d_nn, d_sn, d_ss = tresca_plain(
+                    k_n, k_s, bound[i, k], history.cracked[i, k], u_n - dilatant_opening[i, k], u_s
                 )
-            elif live:
-                sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = live_contact(
-                    properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
+            elif coulomb:
+                sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = return_mapping(
+                    properties, i, history.cracked[i, k], history.kappa[i, k], u_n - history.dilatant_opening[i, k], u_s
                 )
             else:
-                sigma, tau, d_nn, d_ns, d_sn, d_ss = frozen_contact(
-                    properties, i, memory.cracked[i, k], opened[i, k], bound[i, k], u_n - dilated[i, k], u_s
+                sigma, tau, d_nn, d_ns, d_sn, d_ss = tresca_return(
+                    properties, i, history.cracked[i, k], kappa[i, k], bound[i, k], u_n - dilatant_opening[i, k], u_s
                 )
             total_n += area * sigma
             total_s += area * tau
@@ -385,11 +385,11 @@ def joint_forces(active, interfaces, properties, ground, memory, frozen, live, d
         row[0], row[1], row[2] = nn, ns, nm
         row[3], row[4], row[5] = sn, ss, sm
         row[6], row[7], row[8] = mn, ms, mm
-        draw_together(interfaces, i, total_n, total_s, total_m, force)
+        scatter_interface_force(interfaces, i, total_n, total_s, total_m, force)
 
 
 @kernel
-def freeze(active, interfaces, properties, ground, memory, displacement, frozen, share):
+def update_tresca_bounds(active, interfaces, properties, ground, history, displacement, tresca, share):
     """Bring frozen shear limits, dilations and openings to what the live law says at a displacement.
 
     Parameters
@@ -398,16 +398,16 @@ def freeze(active, interfaces, properties, ground, memory, displacement, frozen,
         Share of the change of the limits and dilations that is made, 0 to 1.
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    bound, dilated, opened = frozen
+    bound, dilatant_opening, kappa = tresca
     for i in active:
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         k_n, plain = properties.normal_stiffness[i], is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
-            cracked, e, old = memory.cracked[i, k], u_n - memory.dilated[i, k], bound[i, k]
+            cracked, e, old = history.cracked[i, k], u_n - history.dilatant_opening[i, k], bound[i, k]
             if plain:
                 limit = properties.cohesion[i] - k_n * e * properties.friction[i]
                 if cracked:
@@ -415,101 +415,106 @@ def freeze(active, interfaces, properties, ground, memory, displacement, frozen,
                     limit = limit if e <= 0.0 else 0.0
                 bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
                 continue
-            _, _, _, _, _, _, slip, climb, limit = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+            _, _, _, _, _, _, slip, dilatancy, limit = return_mapping(
+                properties, i, cracked, history.kappa[i, k], e, u_s
+            )
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + share * (limit - old), 0.0)
-            climbs = climb if properties.dilation[i] > 0.0 else 0.0  # crushing is part of the energy
-            dilated[i, k] += share * (memory.dilated[i, k] + climbs - dilated[i, k])
+            climbs = dilatancy if properties.dilation[i] > 0.0 else 0.0  # crushing is part of the energy
+            dilatant_opening[i, k] += share * (history.dilatant_opening[i, k] + climbs - dilatant_opening[i, k])
             first = properties.tensile_strength[i] / k_n
             if properties.critical_slip[i] > 0.0:
-                reached = opened_so_far(cracked, memory.opened[i, k], e, first) + wear_of(properties, i) * abs(slip)
+                reached = kappa_before_slip(cracked, history.kappa[i, k], e, first) + slip_weight_of(
+                    properties, i
+                ) * abs(slip)
                 if cracked or (slip != 0.0 and e <= first):
-                    opened[i, k] = max(opened[i, k], reached)
+                    kappa[i, k] = max(kappa[i, k], reached)
             elif cracked and properties.critical_opening[i] > 0.0:
-                opened[i, k] = max(opened[i, k], e - climb, first)
+                kappa[i, k] = max(kappa[i, k], e - dilatancy, first)
 
 
 @kernel
-def settle(active, interfaces, properties, ground, memory, displacement, unopened):
+def commit_joint_history(active, interfaces, properties, ground, history, displacement, never_opened):
     """Let joints remember an equilibrium: how far they slid, climbed, opened and were crushed.
 
     Parameters
     ----------
-    unopened : array of bool (m, q)
+    never_opened : array of bool (m, q)
         Joints without a bond that have never been open; brought up to date.
 
     Returns
     -------
-    friction, crushing, torn : float
-        What it took (J); ``torn`` is what the tension of bonds that wear by slip took, which ``energy`` cannot tell.
+    friction, crushing, mode_1_dissipation : float
+        Dissipated work (J); ``mode_1_dissipation`` is that of the tension of bonds that slip softens, which ``energy``
+        cannot tell.
     """
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    friction, crushing, torn = 0.0, 0.0, 0.0
+    friction, crushing, mode_1_dissipation = 0.0, 0.0, 0.0
     for i in active:
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         k_n, k_s, plain = properties.normal_stiffness[i], properties.shear_stiffness[i], is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
-            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
             if plain:
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
                 rubs = properties.residual_friction[i] if cracked else properties.friction[i]
-                sigma, tau, _, _, holds = plain_contact(k_n, k_s, cohesion, rubs, cracked, e, u_s)
-                slip, climb = 0.0, 0.0
+                sigma, tau, _, _, holds = coulomb_return(k_n, k_s, cohesion, rubs, cracked, e, u_s)
+                slip, dilatancy = 0.0, 0.0
                 if holds == 0.0:  # open, or at the limit
                     slip = np.copysign(max(abs(u_s) - abs(tau) / k_s, 0.0), u_s)
             else:
-                sigma, tau, _, _, _, _, slip, climb, _ = live_contact(
-                    properties, i, cracked, memory.opened[i, k], e, u_s
+                sigma, tau, _, _, _, _, slip, dilatancy, _ = return_mapping(
+                    properties, i, cracked, history.kappa[i, k], e, u_s
                 )
-            unopened[i, k] &= e <= 0.0
-            if slip != 0.0 or climb != 0.0:
-                memory.slip[i, k] += slip
-                memory.dilated[i, k] += climb
+            never_opened[i, k] &= e <= 0.0
+            if slip != 0.0 or dilatancy != 0.0:
+                history.slip[i, k] += slip
+                history.dilatant_opening[i, k] += dilatancy
                 friction += interfaces.contact_area[i, k] * tau * slip
-                normal_work = interfaces.contact_area[i, k] * sigma * climb
+                normal_work = interfaces.contact_area[i, k] * sigma * dilatancy
                 if properties.dilation[i] > 0.0:
                     friction += normal_work
                 else:
                     crushing += normal_work
             if cracked and properties.critical_opening[i] == 0.0 and properties.residual_tensile_strength[i] == 0.0:
-                memory.opened[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
+                history.kappa[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
             strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
             first = strength / k_n
             if properties.critical_slip[i] > 0.0:
                 if cracked or (slip != 0.0 and e <= first):
-                    before = max(memory.opened[i, k], first)
-                    between = opened_so_far(cracked, memory.opened[i, k], e, first)
-                    after = between + wear_of(properties, i) * abs(slip)
+                    before = max(history.kappa[i, k], first)
+                    between = kappa_before_slip(cracked, history.kappa[i, k], e, first)
+                    after = between + slip_weight_of(properties, i) * abs(slip)
                     taken = softening_work(between, strength, k_n, critical)
                     taken -= softening_work(before, strength, k_n, critical)
                     lost = secant(between, strength, k_n, critical) - secant(after, strength, k_n, critical)
-                    torn += interfaces.contact_area[i, k] * (taken + 0.5 * max(e, 0.0) ** 2 * lost)
-                    memory.opened[i, k] = after
-                    memory.cracked[i, k] = True
+                    mode_1_dissipation += interfaces.contact_area[i, k] * (taken + 0.5 * max(e, 0.0) ** 2 * lost)
+                    history.kappa[i, k] = after
+                    history.cracked[i, k] = True
             elif cracked and critical > 0.0:
-                memory.opened[i, k] = max(memory.opened[i, k], e - climb, first)
-    return friction, crushing, torn
+                history.kappa[i, k] = max(history.kappa[i, k], e - dilatancy, first)
+    return friction, crushing, mode_1_dissipation
 
 
 @law
-def secant(opened, strength, k_n, critical):
+def secant(kappa, strength, k_n, critical):
     """Return the stiffness of a softened bond in tension (Pa/m)."""
-    return strength * bond_left(opened, strength, k_n, critical) / opened
+    return strength * integrity_of(kappa, strength, k_n, critical) / kappa
 
 
 @law
-def softening_work(opened, strength, k_n, critical):
+def softening_work(kappa, strength, k_n, critical):
     """Return what a bond has taken that softened by opening alone (J/m2): under the curve, less what it gives back."""
-    first, reached = strength / k_n, min(opened, critical)
-    holds = strength * bond_left(reached, strength, k_n, critical)
+    first, reached = strength / k_n, min(kappa, critical)
+    holds = strength * integrity_of(reached, strength, k_n, critical)
     return 0.5 * (strength * first + (strength + holds) * (reached - first) - holds * reached)
 
 
 @law
-def softened_bond_load(properties, i, opened, e, tau, no_strength):
+def softened_bond_load(properties, i, kappa, e, tau, no_strength):
     """Return how far a softened bond is loaded that the first slip breaks: 1 where |tau| is at its limit.
 
     Beyond, the stress above the limit over the intact cohesion is added. The limit itself falls to nothing as the bond
@@ -517,23 +522,23 @@ def softened_bond_load(properties, i, opened, e, tau, no_strength):
 
     Parameters
     ----------
-    opened, e : float
+    kappa, e : float
         kappa of the last equilibrium, and opening less dilation (m).
     tau, no_strength : float
         Shear stress, and stress that breaks a bond without strength (Pa).
     """
     strength, strongest = properties.tensile_strength[i], properties.compressive_strength[i]
-    sigma, _, bond, _ = normal_law(
-        e, True, opened, properties.normal_stiffness[i], strength, 0.0, properties.critical_opening[i], True
+    sigma, _, integrity, _ = normal_law(
+        e, True, kappa, properties.normal_stiffness[i], strength, 0.0, properties.critical_opening[i], True
     )
-    limit = mixed(bond, properties.cohesion[i], properties.residual_cohesion[i])
-    limit -= sigma * mixed(bond, properties.friction[i], properties.residual_friction[i])
+    limit = degraded(integrity, properties.cohesion[i], properties.residual_cohesion[i])
+    limit -= sigma * degraded(integrity, properties.friction[i], properties.residual_friction[i])
     carried = capped(abs(tau), sigma, strongest, 1.0 / properties.cap_shear[i])
     return 1.0 + (carried - max(limit, 0.0)) / max(properties.cohesion[i], no_strength)
 
 
 @kernel
-def break_by_slip(broken, interfaces, properties, memory):
+def break_in_shear(broken, interfaces, properties, history):
     """Take from softening bonds all that they have left; return the work that softening has taken of them so far (J).
 
     Parameters
@@ -546,12 +551,12 @@ def break_by_slip(broken, interfaces, properties, memory):
         strength, k_n = properties.tensile_strength[i], properties.normal_stiffness[i]
         for k in range(broken.shape[1]):
             if broken[i, k]:
-                if memory.cracked[i, k]:
-                    kappa = max(memory.opened[i, k], strength / k_n)
+                if history.cracked[i, k]:
+                    kappa = max(history.kappa[i, k], strength / k_n)
                     work = softening_work(kappa, strength, k_n, properties.critical_opening[i])
                     taken += interfaces.contact_area[i, k] * work
-                memory.cracked[i, k] = True
-                memory.opened[i, k] = np.inf
+                history.cracked[i, k] = True
+                history.kappa[i, k] = np.inf
     return taken
 
 
@@ -566,7 +571,7 @@ def bond_load(stress, strength, block_stress):
 
 
 @kernel
-def bond_loads(active, interfaces, properties, ground, memory, displacement, no_strength, block_stress, load):
+def bond_loads(active, interfaces, properties, ground, history, displacement, no_strength, block_stress, load):
     """Fill how far each bond is loaded, 1 at its strength, 0 where there is none; see ``bond_load``.
 
     A bond that softens breaks once in tension, and then, if its shear is brittle, once more where it would slide.
@@ -587,30 +592,30 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, no_
     """
     first_ground, heaviest = interfaces.block_a.size - ground.normal.shape[0], 0.0
     for i in active:
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         strength = max(properties.tensile_strength[i], no_strength)
         left, critical = properties.residual_tensile_strength[i], properties.critical_opening[i]
         for k in range(interfaces.contact_area.shape[1]):
             load[i, k] = 0.0
-            softened = memory.cracked[i, k] and properties.brittle_shear[i] and memory.opened[i, k] < critical
-            if memory.cracked[i, k] and not softened and (left == 0.0 or memory.opened[i, k] > 0.0 or critical > 0.0):
+            softened = history.cracked[i, k] and properties.brittle_shear[i] and history.kappa[i, k] < critical
+            if history.cracked[i, k] and not softened and (left == 0.0 or history.kappa[i, k] > 0.0 or critical > 0.0):
                 continue
-            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
             if softened:
-                e = u_n - memory.dilated[i, k]
-                load[i, k] = softened_bond_load(properties, i, memory.opened[i, k], e, k_s * u_s, no_strength)
+                e = u_n - history.dilatant_opening[i, k]
+                load[i, k] = softened_bond_load(properties, i, history.kappa[i, k], e, k_s * u_s, no_strength)
                 heaviest = max(heaviest, load[i, k])
                 continue
-            sigma = k_n * (u_n - memory.dilated[i, k])
+            sigma = k_n * (u_n - history.dilatant_opening[i, k])
             if properties.dilation[i] > 0.0:  # what slides on the way climbs, and is pulled less
-                sigma, _, _, _, _, _, _, _, _ = live_contact(
-                    properties, i, memory.cracked[i, k], memory.opened[i, k], u_n - memory.dilated[i, k], u_s
+                sigma, _, _, _, _, _, _, _, _ = return_mapping(
+                    properties, i, history.cracked[i, k], history.kappa[i, k], u_n - history.dilatant_opening[i, k], u_s
                 )
-            if memory.cracked[i, k]:
+            if history.cracked[i, k]:
                 load[i, k] = bond_load(sigma, left, block_stress)
             else:
                 load[i, k] = bond_load(sigma, strength, block_stress)
@@ -623,7 +628,7 @@ def bond_loads(active, interfaces, properties, ground, memory, displacement, no_
 
 
 @kernel
-def farthest_sliding(listed, level, interfaces, properties, ground, memory, displacement):
+def farthest_sliding(listed, level, interfaces, properties, ground, history, displacement):
     """Return the farthest level at which a joint slides, is crushed, or closes its gap; -1 if none does.
 
     Of those whose bond still holds.
@@ -640,21 +645,21 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
     for i in listed:
         if level[i] <= farthest:
             continue
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         slides = False
         for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
-            sigma = properties.normal_stiffness[i] * (u_n - memory.dilated[i, k])
+            sigma = properties.normal_stiffness[i] * (u_n - history.dilatant_opening[i, k])
             if properties.gap[i] > 0.0:
                 slides |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
             if sigma > properties.tensile_strength[i] and properties.dilation[i] == 0.0:
                 slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
                 break
-            limit, _ = shear_limit(properties, i, memory.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
+            limit, _ = shear_limit(properties, i, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, False)
             slides |= abs(properties.shear_stiffness[i] * u_s) > limit
             slides |= sigma < -properties.compressive_strength[i]
         if slides:
@@ -663,35 +668,35 @@ def farthest_sliding(listed, level, interfaces, properties, ground, memory, disp
 
 
 @kernel
-def contact_stresses(interfaces, properties, ground, memory, displacement, opening, sigma, tau):
+def contact_stresses(interfaces, properties, ground, history, displacement, opening, sigma, tau):
     """Fill opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q), by the live law."""
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
-        middle, shear, turn = relative(interfaces, displacement, i)
+        middle, shear, turn = interface_displacement(interfaces, displacement, i)
         k_n, k_s, plain = properties.normal_stiffness[i], properties.shear_stiffness[i], is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = middle + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            u_n, u_s = middle + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
             opening[i, k] = u_n
-            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
             if plain:
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
                 friction = properties.residual_friction[i] if cracked else properties.friction[i]
-                sigma[i, k], tau[i, k], _, _, _ = plain_contact(k_n, k_s, cohesion, friction, cracked, e, u_s)
+                sigma[i, k], tau[i, k], _, _, _ = coulomb_return(k_n, k_s, cohesion, friction, cracked, e, u_s)
             else:
-                sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = live_contact(
-                    properties, i, cracked, memory.opened[i, k], e, u_s
+                sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = return_mapping(
+                    properties, i, cracked, history.kappa[i, k], e, u_s
                 )
 
 
 @kernel
-def energy(listed, interfaces, properties, ground, memory, displacement, on_ground):
+def energy(listed, interfaces, properties, ground, history, displacement, on_ground):
     """Return what the joints store (J) and what softening has taken (J), and fill the forces on the ground.
 
     Memory must be that of the equilibrium at the displacement; only listed interfaces count. Of bonds that wear by
-    slip, and of those that slip has broken, ``settle`` and ``break_by_slip`` tell what softening has taken.
+    slip, and of those that slip has broken, ``commit_joint_history`` and ``break_in_shear`` tell what softening took.
 
     Parameters
     ----------
@@ -701,27 +706,27 @@ def energy(listed, interfaces, properties, ground, memory, displacement, on_grou
     stored, softened = 0.0, 0.0
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in listed:
-        opening, shear, turn = relative(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces, displacement, i)
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         strength, critical = properties.tensile_strength[i], properties.critical_opening[i]
         plain = is_plain(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
             area = interfaces.contact_area[i, k]
-            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - memory.slip[i, k]
+            u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
             if i >= first_ground:
                 u_n -= ground.normal[i - first_ground, k]
                 u_s -= ground.shear[i - first_ground, k]
-            cracked, e = memory.cracked[i, k], u_n - memory.dilated[i, k]
+            cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
             if plain:
                 cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
                 friction = properties.residual_friction[i] if cracked else properties.friction[i]
-                sigma, tau, _, _, _ = plain_contact(k_n, k_s, cohesion, friction, cracked, e, u_s)
+                sigma, tau, _, _, _ = coulomb_return(k_n, k_s, cohesion, friction, cracked, e, u_s)
             else:
-                sigma, tau, _, _, _, _, _, _, _ = live_contact(properties, i, cracked, memory.opened[i, k], e, u_s)
+                sigma, tau, _, _, _, _, _, _, _ = return_mapping(properties, i, cracked, history.kappa[i, k], e, u_s)
             stored += 0.5 * area * sigma * e
             stored += 0.5 * area * tau * tau / k_s
-            if cracked and properties.critical_slip[i] == 0.0 and critical > 0.0 and memory.opened[i, k] < np.inf:
-                softened += area * softening_work(max(memory.opened[i, k], strength / k_n), strength, k_n, critical)
+            if cracked and properties.critical_slip[i] == 0.0 and critical > 0.0 and history.kappa[i, k] < np.inf:
+                softened += area * softening_work(max(history.kappa[i, k], strength / k_n), strength, k_n, critical)
             if i >= first_ground:
                 on_ground.normal[i - first_ground, k] = -area * sigma
                 on_ground.shear[i - first_ground, k] = -area * tau

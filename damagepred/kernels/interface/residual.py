@@ -7,14 +7,14 @@ from damagepred.kernels.joint.law import capped
 
 
 @kernel
-def bring_on(dead, live, load, progress, force):
+def combine_loads(dead, live, load, progress, force):
     """Fill the force on every degree of freedom with shares of dead and live load."""
     for i in range(force.size):
         force[i] = load * dead[i] + progress * live[i]
 
 
 @kernel_making_arrays
-def out_of_balance(force, free, per_weight):
+def free_residual(force, free, per_weight):
     """Return the force on what is free, 0 elsewhere, and the largest of it; infinity if any is no number.
 
     Parameters
@@ -37,7 +37,7 @@ def out_of_balance(force, free, per_weight):
 
 
 @kernel
-def adds_up_to(force, block, dof_x, dof_y, arm_x, arm_y, total):
+def largest_block_resultant(force, block, dof_x, dof_y, arm_x, arm_y, total):
     """Add up the forces on the gridpoints of each block; return the largest resultant x, y or turning of any.
 
     Parameters
@@ -66,7 +66,7 @@ def adds_up_to(force, block, dof_x, dof_y, arm_x, arm_y, total):
 
 
 @kernel
-def stays_within(displacement, free, arms, limit):
+def within_limit(displacement, free, arms, limit):
     """Tell whether all displacements of what is free are smaller than a limit (m); turns are multiplied by an arm."""
     within = True
     for i in range(displacement.size):
@@ -75,14 +75,14 @@ def stays_within(displacement, free, arms, limit):
 
 
 @kernel
-def beyond_law(properties, cracked, opened, sigma, tau):
+def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
     """Return by how much stresses (m, q) exceed what the joints carry (Pa), at most; 0 if they obey the law.
 
     Parameters
     ----------
     properties : NamedTuple of arrays (m,)
         Of the joints.
-    cracked, opened : array (m, q)
+    cracked, kappa : array (m, q)
         What the joints remember.
     sigma, tau : array (m, q)
         Normal stress, tension positive, and shear stress (Pa).
@@ -97,7 +97,7 @@ def beyond_law(properties, cracked, opened, sigma, tau):
             if cracked[i, k]:
                 bond = 0.0
                 if critical > 0.0:
-                    bond = min(max((critical - max(opened[i, k], first)) / (critical - first), 0.0), 1.0)
+                    bond = min(max((critical - max(kappa[i, k], first)) / (critical - first), 0.0), 1.0)
             tension = sigma[i, k] - (left + bond * (strength - left))
             cohesion = properties.residual_cohesion[i]
             cohesion += bond * (properties.cohesion[i] - cohesion)

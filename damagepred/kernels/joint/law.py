@@ -45,17 +45,17 @@ def joint_law(
     opening,
     shear,
     slip,
-    dilated,
+    dilatant_opening,
     cracked,
-    opened,
+    kappa,
     stiffness,
     strength,
-    weakened,
+    residual_strength,
     softening,
     psi,
     brittle_shear,
     cap=None,
-    wear=None,
+    slip_weight=None,
 ):
     """Return (sigma, tau, slip, dilated, cracked, opened) of one contact.
 
@@ -63,19 +63,19 @@ def joint_law(
     ----------
     opening, shear : float
         Relative displacement normal (opening positive) and along the joint (m).
-    slip, dilated : float
+    slip, dilatant_opening : float
         Plastic slip and opening by dilation so far (m); less what the joint was crushed by.
     cracked : bool
         Whether tensile strength was passed, or the bond broken by slip.
-    opened : float
+    kappa : float
         kappa, if the joint softens: the largest u of the cracked contact so far (m), at least w_c once slip has
         broken the bond, and more if slip wears it. Otherwise 0.
     stiffness : tuple of float
         (k_n, k_s, 1 / k_s) (Pa/m, Pa/m, m/Pa).
-    strength, weakened : tuple of float
+    strength, residual_strength : tuple of float
         (f_t, C, tan phi, slip compliance) of the intact joint and of one without bond (Pa, Pa, 1, m/Pa).
     softening : tuple of float or None
-        (w_c, what ``bond_slope`` makes of it) (m, 1/m), w_c = 0 if this bond breaks at once; None if all do: what
+        (w_c, what ``damage_rate`` makes of it) (m, 1/m), w_c = 0 if this bond breaks at once; None if all do: what
         softening needs is then left out when compiling.
     psi : float
         tan(psi) (1).
@@ -84,19 +84,19 @@ def joint_law(
     cap : tuple of float or None
         (f_c, f_c / k_n, 1 / C_ss) (Pa, m, 1), infinite where this joint has no cap; None if none has, to leave out when
         compiling what it needs. A joint with a cap does not dilate.
-    wear : float or None
+    slip_weight : float or None
         By how much kappa grows for each unit of slip (1), 0 where slip leaves the bond as it is; None if it does in all
         joints, or no bond softens. A joint that wears does not dilate.
     """
     # the stresses if nothing gives way
     k_n, k_s, shear_compliance = stiffness
-    u = opening - dilated
+    u = opening - dilatant_opening
     if cap is not None:
         strongest, farthest, cap_compliance = cap
         crushed = u + farthest
         crushed = crushed if crushed < 0.0 else 0.0
         u -= crushed
-        dilated += crushed
+        dilatant_opening += crushed
     elastic = k_n * u
     tau = k_s * (shear - slip)
     size = abs(tau)
@@ -109,32 +109,34 @@ def joint_law(
         if cap is not None:
             sheared = sheared & (capped(NO_LIMIT, sigma, strongest, cap_compliance) >= cohesion - sigma * friction)
         cracked = cracked | (elastic > f_t) | sheared
-        carried = weakened[0] if cracked else f_t
-        cohesion = weakened[1] if cracked else cohesion
-        friction = weakened[2] if cracked else friction
-        slip_compliance = weakened[3] if cracked else slip_compliance
+        carried = residual_strength[0] if cracked else f_t
+        cohesion = residual_strength[1] if cracked else cohesion
+        friction = residual_strength[2] if cracked else friction
+        slip_compliance = residual_strength[3] if cracked else slip_compliance
     else:
         w_c, slope = softening
         cracked = cracked | (elastic > f_t)
-        opened = u if cracked & (u > opened) & (w_c > 0.0) else opened
-        bond = bond_left(opened, cracked, w_c, slope)
-        pull = f_t * bond / (opened if opened > THINNEST else THINNEST)
+        kappa = u if cracked & (u > kappa) & (w_c > 0.0) else kappa
+        integrity = integrity_of(kappa, cracked, w_c, slope)
+        pull = f_t * integrity / (kappa if kappa > THINNEST else THINNEST)
         pull = pull if cracked & (w_c > 0.0) else k_n
         sigma = (k_n if u < 0.0 else pull) * u
-        held = mixed(bond, cohesion, weakened[1]) - sigma * mixed(bond, friction, weakened[2])
+        held = degraded(integrity, cohesion, residual_strength[1]) - sigma * degraded(
+            integrity, friction, residual_strength[2]
+        )
         sheared = brittle_shear & (size > held) & ((size > APEX * cohesion) | (w_c == 0.0))
         if cap is not None:
             sheared = sheared & (capped(NO_LIMIT, sigma, strongest, cap_compliance) >= held)
         cracked = cracked | sheared
-        opened = w_c if sheared & (w_c > opened) else opened
-        bond = 0.0 if sheared else bond
+        kappa = w_c if sheared & (w_c > kappa) else kappa
+        integrity = 0.0 if sheared else integrity
         # tension has no other limit than its secant while there is some bond
-        carried = weakened[0] if bond == 0.0 else NO_LIMIT
-        cohesion = mixed(bond, cohesion, weakened[1])
-        friction = mixed(bond, friction, weakened[2])
+        carried = residual_strength[0] if integrity == 0.0 else NO_LIMIT
+        cohesion = degraded(integrity, cohesion, residual_strength[1])
+        friction = degraded(integrity, friction, residual_strength[2])
         # in between, the smaller of the two: what is left to slide follows in the next cycle, and nothing overshoots
-        less = (bond < 1.0) & (weakened[3] < slip_compliance)
-        slip_compliance = weakened[3] if less | (bond == 0.0) else slip_compliance
+        less = (integrity < 1.0) & (residual_strength[3] < slip_compliance)
+        slip_compliance = residual_strength[3] if less | (integrity == 0.0) else slip_compliance
 
     # plastic slip returns the stresses to the limit, at the apex of the cone to tau = 0; dilation presses the joint
     limit = cohesion - sigma * friction
@@ -151,13 +153,13 @@ def joint_law(
     sigma = 0.0 if is_open else (k_n if u < 0.0 else pull) * u
     slip = shear if is_open else slip + copysign(travelled, tau)
     tau = 0.0 if is_open else tau - copysign(k_s * travelled, tau)
-    dilated = dilated if is_open else dilated + psi * travelled
-    if softening is not None and wear is not None:
-        worn = (wear > 0.0) & (travelled > 0.0) & (not is_open)
+    dilatant_opening = dilatant_opening if is_open else dilatant_opening + psi * travelled
+    if softening is not None and slip_weight is not None:
+        worn = (slip_weight > 0.0) & (travelled > 0.0) & (not is_open)
         first = w_c - 1.0 / slope
-        opened = (opened if opened > first else first) + wear * travelled if worn else opened
+        kappa = (kappa if kappa > first else first) + slip_weight * travelled if worn else kappa
         cracked = cracked | worn
-    return sigma, tau, slip, dilated, cracked, opened
+    return sigma, tau, slip, dilatant_opening, cracked, kappa
 
 
 @law
@@ -178,31 +180,31 @@ def capped(limit, sigma, strongest, compliance):
 
 
 @law
-def bond_left(opened, cracked, critical_opening, slope):
+def integrity_of(kappa, cracked, critical_opening, slope):
     """Return b, the share of the bond that is left: 1 while intact, 0 where it broke at once.
 
     Parameters
     ----------
-    opened : float
+    kappa : float
         kappa (m).
     cracked : bool
         As ``joint_law`` has it.
     critical_opening, slope : float
-        w_c (m), and what ``bond_slope`` makes of it (1/m).
+        w_c (m), and what ``damage_rate`` makes of it (1/m).
     """
-    bond = (critical_opening - opened) * slope
-    bond = bond if bond > 0.0 else 0.0
-    return bond if cracked & (bond < 1.0) else 1.0
+    integrity = (critical_opening - kappa) * slope
+    integrity = integrity if integrity > 0.0 else 0.0
+    return integrity if cracked & (integrity < 1.0) else 1.0
 
 
 @law
-def bond_slope(k_n, f_t, critical_opening):
+def damage_rate(k_n, f_t, critical_opening):
     """Return the share of the bond that is lost for each unit of opening beyond u_0 (1/m)."""
     return 1.0 / maximum(critical_opening - f_t / k_n, THINNEST)
 
 
 @law
-def wear_of(properties, i):
+def slip_weight_of(properties, i):
     """Return by how much kappa grows for each unit of slip of interface i (1)."""
     if properties.critical_slip[i] == 0.0:
         return 0.0
@@ -211,9 +213,9 @@ def wear_of(properties, i):
 
 
 @law
-def mixed(bond, whole, left):
+def degraded(integrity, whole, left):
     """Return the value between that of the intact joint and that of one without bond."""
-    return bond * whole + (1.0 - bond) * left
+    return integrity * whole + (1.0 - integrity) * left
 
 
 @law

@@ -17,7 +17,7 @@ FEW = 8
 
 
 @law
-def between_sides(rows, stiffness, matrix):
+def interface_stiffness(rows, stiffness, matrix):
     """Fill the stiffness (w, w) of an interface between the degrees of freedom of its sides.
 
     Parameters
@@ -39,14 +39,14 @@ def between_sides(rows, stiffness, matrix):
 
 
 @kernel_making_arrays
-def add_within(listed, ties, stiffness, place, level, k, matrix):
+def assemble_level(listed, kinematics, stiffness, place, level, k, matrix):
     """Add what some interfaces contribute to the stiffness within level k.
 
     Parameters
     ----------
     listed : array of int
         The interfaces; parts of them that belong to other levels are left out.
-    ties : NamedTuple of arrays
+    kinematics : NamedTuple of arrays
         Kinematics; see ``damagepred.solvers.quasi_static.interface_kinematics``.
     stiffness : array (m, 9)
         Of each interface.
@@ -57,22 +57,22 @@ def add_within(listed, ties, stiffness, place, level, k, matrix):
     matrix : array
         Of the level, added to, transposed.
     """
-    width = ties.dof.shape[1]
+    width = kinematics.dof.shape[1]
     whole = np.empty((width, width))
     for i in listed:
-        between_sides(ties.rows[i], stiffness[i], whole)
+        interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         for r in range(width):
-            row = ties.dof[i, r]
+            row = kinematics.dof[i, r]
             if row < 0 or level[row] != k or place[row] < 0:
                 continue
             for c in range(width):
-                column = ties.dof[i, c]
+                column = kinematics.dof[i, c]
                 if column >= 0 and level[column] == k and place[column] >= 0:
                     matrix[place[column], place[row]] += whole[r, c]
 
 
 @kernel_making_arrays
-def couplings(bridges, far_is_b, ties, stiffness, up, down):
+def assemble_couplings(bridges, far_is_b, kinematics, stiffness, up, down):
     """Fill the stiffness between the sides of bridging interfaces.
 
     Parameters
@@ -84,11 +84,11 @@ def couplings(bridges, far_is_b, ties, stiffness, up, down):
     up, down : array (b, w / 2, w / 2)
         Filled: force on the nearer side for displacements of the farther, and the other way round.
     """
-    width = ties.dof.shape[1]
+    width = kinematics.dof.shape[1]
     side, whole = width // 2, np.empty((width, width))
     for e in range(bridges.size):
         i = bridges[e]
-        between_sides(ties.rows[i], stiffness[i], whole)
+        interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         at_far, at_near = (side, 0) if far_is_b[e] else (0, side)
         for r in range(side):
             for c in range(side):
@@ -97,7 +97,7 @@ def couplings(bridges, far_is_b, ties, stiffness, up, down):
 
 
 @kernel
-def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
+def schur_complement(listed, at_far, at_near, up, down, inverse, work, condensed):
     """Set ``condensed`` to what a level, eliminated, takes from the stiffness of the next level nearer to the ground.
 
     Parameters
@@ -107,7 +107,7 @@ def pass_on(listed, at_far, at_near, up, down, inverse, work, condensed):
     at_far, at_near : array of int (b, w / 2)
         Place of the degrees of freedom of a bridge's sides in their levels, -1 where held.
     up, down : array (b, w / 2, w / 2)
-        See ``couplings``.
+        See ``assemble_couplings``.
     inverse : array (size, size)
         Of the stiffness within the level, all that is farther having been eliminated; transposed.
     work : array (nearer size, size)
@@ -151,7 +151,7 @@ def mirror(half, whole):
 
 
 @kernel
-def farthest_skew(listed, level, stiffness):
+def farthest_unsymmetric(listed, level, stiffness):
     """Return the farthest level of an interface whose stiffness (m, 9) is not symmetric; -1 if all are."""
     farthest = -1
     for i in listed:
@@ -211,7 +211,7 @@ def multiply_few(inverse, force, from_place, displacement, to_place):
 
 
 @law
-def push(first, last, at_here, at_there, coupling, displacement, there, force, here):
+def subtract_coupling(first, last, at_here, at_there, coupling, displacement, there, force, here):
     """Subtract from the forces of one level what the displacements of its neighbour make there.
 
     Parameters
@@ -220,14 +220,16 @@ def push(first, last, at_here, at_there, coupling, displacement, there, force, h
         Arrays (r, ...) and where in their rows the levels begin.
     """
     if at_here.shape[1] == 3:  # known when compiling, the loops over it are written out
-        push_sides(3, first, last, at_here, at_there, coupling, displacement, there, force, here)
+        subtract_coupling_sides(3, first, last, at_here, at_there, coupling, displacement, there, force, here)
     else:
-        push_sides(at_here.shape[1], first, last, at_here, at_there, coupling, displacement, there, force, here)
+        subtract_coupling_sides(
+            at_here.shape[1], first, last, at_here, at_there, coupling, displacement, there, force, here
+        )
 
 
 @law
-def push_sides(side, first, last, at_here, at_there, coupling, displacement, there, force, here):
-    """Do what ``push`` does, with that many degrees of freedom of a side."""
+def subtract_coupling_sides(side, first, last, at_here, at_there, coupling, displacement, there, force, here):
+    """Do what ``subtract_coupling`` does, with that many degrees of freedom of a side."""
     for e in range(first, last):
         for r in range(side):
             if at_here[e, r] < 0:
@@ -240,7 +242,7 @@ def push_sides(side, first, last, at_here, at_there, coupling, displacement, the
 
 
 @kernel_making_arrays
-def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, force, hanging):
+def forward_elimination(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, force, particular):
     """Eliminate levels from the farthest to ``last``: which forces come down, and where they would hang by themselves.
 
     Parameters
@@ -252,32 +254,36 @@ def hang(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, f
     first_bridge : array of int
         Bridges between levels k and k - 1 are ``first_bridge[k]`` to ``first_bridge[k + 1]``.
     at_far, at_near, up
-        See ``pass_on``.
+        See ``schur_complement``.
     last : int
         The last level to be eliminated.
     force : array (r, degrees of freedom)
         In the order of the levels; the force that comes down is added to the next level.
-    hanging : array (r, degrees of freedom)
+    particular : array (r, degrees of freedom)
         Zeros; filled with the displacement with all nearer levels held.
     """
     for k in range(start.size - 2, last - 1, -1):
         a = start[k]
-        multiply(inverses, at_inverse[k], start[k + 1] - a, force, a, hanging, a)
+        multiply(inverses, at_inverse[k], start[k + 1] - a, force, a, particular, a)
         if k > 0:
-            push(first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging, a, force, start[k - 1])
+            subtract_coupling(
+                first_bridge[k], first_bridge[k + 1], at_near, at_far, up, particular, a, force, start[k - 1]
+            )
 
 
 @kernel_making_arrays
-def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, first, load, hanging, displacement):
+def back_substitution(
+    start, inverses, at_inverse, first_bridge, at_far, at_near, down, first, load, particular, displacement
+):
     """Fill the displacements of levels ``first`` and beyond from those of the nearer ones.
 
     Parameters
     ----------
     start, inverses, at_inverse, first_bridge, at_far, at_near, down
-        See ``hang``.
+        See ``forward_elimination``.
     load : float
-        Share of the forces that made ``hanging``.
-    hanging, displacement : array (r, degrees of freedom)
+        Share of the forces that made ``particular``.
+    particular, displacement : array (r, degrees of freedom)
         In the order of the levels.
     """
     pull = np.empty_like(displacement)
@@ -285,60 +291,66 @@ def reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, firs
         a, b = start[k], start[k + 1]
         for j in range(displacement.shape[0]):
             for i in range(a, b):
-                displacement[j, i] = load * hanging[j, i]
+                displacement[j, i] = load * particular[j, i]
                 pull[j, i] = 0.0
-        push(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement, start[k - 1], pull, a)
+        subtract_coupling(
+            first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement, start[k - 1], pull, a
+        )
         multiply(inverses, at_inverse[k], b - a, pull, a, displacement, a)
 
 
 @kernel_making_arrays
-def sweep(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, hanging):
-    """Turn forces (r, degrees of freedom) into displacements: levels from far to near, and back; see ``hang``.
+def solve_rows(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, particular):
+    """Solve for rows of forces (r, degrees of freedom): forward elimination, then back substitution.
 
-    Beyond the level ``farthest`` there are no forces; ``hanging`` is zero.
+    Beyond the level ``farthest`` there are no forces; ``particular`` is zero.
     """
-    hang(start[: farthest + 2], inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, hanging)
+    forward_elimination(
+        start[: farthest + 2], inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, particular
+    )
     for j in range(force.shape[0]):
         for i in range(start[1]):
-            force[j, i] = hanging[j, i]
-    reach(start, inverses, at_inverse, first_bridge, at_far, at_near, down, 1, 1.0, hanging, force)
+            force[j, i] = particular[j, i]
+    back_substitution(start, inverses, at_inverse, first_bridge, at_far, at_near, down, 1, 1.0, particular, force)
 
 
 @kernel_making_arrays
-def sweep_together(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, hanging):
-    """Turn many forces, side by side, into displacements; what ``sweep`` does for few, one below the other.
+def solve_columns(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, particular):
+    """Turn many forces, side by side, into displacements; what ``solve_rows`` does for few, one below the other.
 
     Parameters
     ----------
     farthest : int
         Level beyond which there are no forces.
-    force, hanging : array (degrees of freedom, r)
+    force, particular : array (degrees of freedom, r)
         Forces, which become displacements; scratch of the same shape.
     """
     levels = start.size - 1
     for k in range(farthest, -1, -1):
         a, b = start[k], start[k + 1]
         inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
-        np.dot(inverse.T, force[a:b], hanging[a:b])
+        np.dot(inverse.T, force[a:b], particular[a:b])
         if k > 0:
-            push_together(
-                first_bridge[k], first_bridge[k + 1], at_near, at_far, up, hanging[a:b], force[start[k - 1] : a]
+            subtract_coupling_columns(
+                first_bridge[k], first_bridge[k + 1], at_near, at_far, up, particular[a:b], force[start[k - 1] : a]
             )
-    force[: start[1]] = hanging[: start[1]]
+    force[: start[1]] = particular[: start[1]]
     for k in range(1, levels):
         a, b = start[k], start[k + 1]
         inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
         pull = np.zeros((b - a, force.shape[1]))
-        push_together(first_bridge[k], first_bridge[k + 1], at_far, at_near, down, force[start[k - 1] : a], pull)
+        subtract_coupling_columns(
+            first_bridge[k], first_bridge[k + 1], at_far, at_near, down, force[start[k - 1] : a], pull
+        )
         np.dot(inverse.T, pull, force[a:b])
         if k <= farthest:
             for i in range(a, b):
-                add_row(1.0, hanging[i], force[i])
+                add_row(1.0, particular[i], force[i])
 
 
 @law
-def push_together(first, last, at_here, at_there, coupling, displacement, force):
-    """Do what ``push`` does, for arrays (degrees of freedom of a level, r)."""
+def subtract_coupling_columns(first, last, at_here, at_there, coupling, displacement, force):
+    """Do what ``subtract_coupling`` does, for arrays (degrees of freedom of a level, r)."""
     side = at_here.shape[1]
     for e in range(first, last):
         for r in range(side):
@@ -351,14 +363,14 @@ def push_together(first, last, at_here, at_there, coupling, displacement, force)
 
 
 @kernel
-def loose_springs(listed, ties, order, force):
+def unit_loads(listed, kinematics, order, force):
     """Add the kinematics of interfaces as unit forces, side by side.
 
     Parameters
     ----------
     listed : array of int
         The interfaces, three columns each.
-    ties : NamedTuple of arrays
+    kinematics : NamedTuple of arrays
         Kinematics.
     order : array of int (size,)
         Place of each degree of freedom in the order of the levels, -1 where held or not in play.
@@ -367,21 +379,21 @@ def loose_springs(listed, ties, order, force):
     """
     for s in range(listed.size):
         i = listed[s]
-        for r in range(ties.dof.shape[1]):
-            dof = ties.dof[i, r]
+        for r in range(kinematics.dof.shape[1]):
+            dof = kinematics.dof[i, r]
             if dof >= 0 and order[dof] >= 0:
                 for j in range(3):
-                    force[order[dof], 3 * s + j] += ties.rows[i, j, r]
+                    force[order[dof], 3 * s + j] += kinematics.rows[i, j, r]
 
 
 @kernel
-def relative_displacements(listed, ties, order, displacement, relative):
+def relative_displacements(listed, kinematics, order, displacement, relative):
     """Fill opening, shear and rotation of interfaces for displacements.
 
     Parameters
     ----------
     listed, ties, order
-        As ``loose_springs``.
+        As ``unit_loads``.
     displacement : array (r, degrees of freedom in play)
         Rows of displacements in the order of the levels.
     relative : array (3 * listed, r)
@@ -390,17 +402,17 @@ def relative_displacements(listed, ties, order, displacement, relative):
     relative[:] = 0.0
     for s in range(listed.size):
         i = listed[s]
-        for r in range(ties.dof.shape[1]):
-            dof = ties.dof[i, r]
+        for r in range(kinematics.dof.shape[1]):
+            dof = kinematics.dof[i, r]
             if dof < 0 or order[dof] < 0:
                 continue
             for j in range(3):
                 for m in range(displacement.shape[0]):
-                    relative[3 * s + j, m] += ties.rows[i, j, r] * displacement[m, order[dof]]
+                    relative[3 * s + j, m] += kinematics.rows[i, j, r] * displacement[m, order[dof]]
 
 
 @kernel
-def take_rows(listed, source, target):
+def copy_rows(listed, source, target):
     """Copy some rows of an array (m, 9) to another."""
     for i in listed:
         for j in range(9):
@@ -408,7 +420,7 @@ def take_rows(listed, source, target):
 
 
 @kernel_making_arrays
-def changed_since(active, wanted, factorised, slot):
+def changed_interfaces(active, wanted, factorised, slot):
     """Return the active interfaces whose stiffness is not as it was factorised, and how many of them have no slot yet.
 
     Parameters
@@ -433,7 +445,7 @@ def changed_since(active, wanted, factorised, slot):
 
 
 @kernel_making_arrays
-def forces_of_change(compliance, slots, change):
+def capacitance_matrix(compliance, slots, change):
     """Return which forces of changed interfaces the change makes, and the matrix that these follow from.
 
     With a change D of the stiffness and the compliance C, displacements x without the change make forces
@@ -479,7 +491,7 @@ def forces_of_change(compliance, slots, change):
 
 
 @kernel
-def made_by_change(rows, change, moved, force):
+def correction_forces(rows, change, moved, force):
     """Fill the forces (r, p) that a change of stiffness makes of relative displacements (3 s, r) of its interfaces."""
     for c in range(rows.size):
         s, j = rows[c] // 3, rows[c] % 3
@@ -491,10 +503,10 @@ def made_by_change(rows, change, moved, force):
 
 
 @kernel_making_arrays
-def agrees(rows, change, moved, force, share):
-    """Tell whether forces (r, p) are those that ``made_by_change`` finds anew, to a share of the largest of a row."""
+def correction_agrees(rows, change, moved, force, share):
+    """Whether forces (r, p) equal those of ``correction_forces`` at the result, to a share of the largest of a row."""
     again = np.empty_like(force)
-    made_by_change(rows, change, moved, again)
+    correction_forces(rows, change, moved, again)
     for m in range(force.shape[0]):
         largest, apart = 0.0, 0.0
         for c in range(rows.size):
@@ -508,8 +520,8 @@ def agrees(rows, change, moved, force, share):
 
 
 @kernel
-def take_away(amounts, rows, slots, reach, displacement):
-    """Subtract from displacements (r, ...) what forces (r, p) in rows of changed interfaces make: see ``_learn``."""
+def subtract_correction(amounts, rows, slots, unit_load_response, displacement):
+    """Subtract the response to forces (r, p) in changed interfaces from displacements (r, ...)."""
     for m in range(displacement.shape[0]):
         for c in range(rows.size):
-            add_row(-amounts[m, c], reach[3 * slots[rows[c] // 3] + rows[c] % 3], displacement[m])
+            add_row(-amounts[m, c], unit_load_response[3 * slots[rows[c] // 3] + rows[c] % 3], displacement[m])

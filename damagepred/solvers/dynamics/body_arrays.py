@@ -18,7 +18,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import EDGE, FREE, HOME, LAW, POINT
-from damagepred.kernels.joint.law import bond_slope, slip_compliance
+from damagepred.kernels.joint.law import damage_rate, slip_compliance
 from damagepred.solvers.dynamics.facets import Sides, sides_of
 
 REACH = 0.02
@@ -333,7 +333,7 @@ def _laws(model: Model) -> FloatArray:
     )
     bond[:, 10] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, properties.dilation)
     bond[:, 11] = properties.critical_opening
-    bond[:, 12] = bond_slope.py_func(k_n, properties.tensile_strength, properties.critical_opening)
+    bond[:, 12] = damage_rate.py_func(k_n, properties.tensile_strength, properties.critical_opening)
     bond[:, 13], bond[:, 14] = properties.dilation, properties.brittle_shear
     strongest = properties.compressive_strength[:, None]
     laws[..., 15], laws[..., 16], laws[..., 17] = (
@@ -341,9 +341,9 @@ def _laws(model: Model) -> FloatArray:
         strongest / k_n[:, None],
         1.0 / properties.cap_shear[:, None],
     )
-    bond[:, 18] = properties.wear
+    bond[:, 18] = properties.slip_weight
     for first in (3, 7):
         bare[:, first + 2] = properties.residual_friction
         bare[:, first + 3] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, 0.0)
-    bare[:, 12] = bond_slope.py_func(k_n, 0.0, 0.0)
+    bare[:, 12] = damage_rate.py_func(k_n, 0.0, 0.0)
     return np.ascontiguousarray(laws.reshape(-1, LAW))

@@ -130,7 +130,7 @@ class Audit:
         sigma = points["sigma"]
         # a softening bond unloads to the origin
         softened = (sigma > 0) & (points["cracked"] != 0) & (law[:, 11] > 0)
-        opening = np.where(softened, points["opening"] - points["dilated"], sigma / law[:, 0])
+        opening = np.where(softened, points["opening"] - points["dilatant_opening"], sigma / law[:, 0])
         joints = 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law[:, 2])).sum())
         return joints if self._grid is None else joints + zone_energy(self._grid)
 

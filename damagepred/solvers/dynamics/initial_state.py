@@ -11,7 +11,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import SolverError, TimeLimitError
 from damagepred.scene import Solver
-from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import dead_load, follow_up
 from damagepred.solvers.system.loading_stages import while_loading
@@ -25,14 +25,14 @@ class Beginning(NamedTuple):
     ----------
     displacement : array (size,)
         Of all degrees of freedom (m, rad).
-    memory : JointMemory
+    history : JointHistory
         Of the contacts.
     plastic : array (z, 4) or None
         Plastic strain of the zones; None if nothing has yielded.
     """
 
     displacement: FloatArray
-    memory: JointMemory
+    history: JointHistory
     plastic: FloatArray | None
 
 
@@ -52,7 +52,7 @@ def static_equilibrium(model: Model, settings: Solver) -> Beginning | None:
     model = while_loading(model)
     run = Run(model, settings)
     if run.start_elastic():
-        return Beginning(run.motion.displacement.copy(), JointMemory.fresh(model), None)
+        return Beginning(run.motion.displacement.copy(), JointHistory.fresh(model), None)
     from damagepred.solvers.quasi_static.continuation import Path
 
     try:
@@ -65,9 +65,9 @@ def static_equilibrium(model: Model, settings: Solver) -> Beginning | None:
     state = path.state
     if worst >= path.tolerance or come_loose(model, state.displacement, 0.0).any():
         return None
-    memory = state.memory.copy()
+    history = state.history.copy()
     softens = (model.properties.critical_opening > 0)[:, None]
-    opened = np.where(softens, np.minimum(memory.opened, 1e9), 0.0)
-    memory = memory._replace(cracked=memory.cracked & ~path.unopened, opened=opened)
+    kappa = np.where(softens, np.minimum(history.kappa, 1e9), 0.0)
+    history = history._replace(cracked=history.cracked & ~path.never_opened, kappa=kappa)
     plastic = None if model.mesh is None else state.plastic
-    return Beginning(follow_up(model, state.displacement), memory, plastic)
+    return Beginning(follow_up(model, state.displacement), history, plastic)

@@ -25,7 +25,7 @@ from damagepred.solvers.dynamics.gridpoints import Grid, Wholes, by_point, grid_
 from damagepred.solvers.dynamics.initial_state import static_equilibrium
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import ContactState, Increment
-from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import (
     base_reaction,
@@ -133,8 +133,8 @@ class DynamicRun:
         if found is not None:
             motion.displacement[:] = found.displacement[: motion.displacement.size].reshape(-1, 3)
             m, q = self.model.interfaces.contact_area.shape
-            for name in JointMemory._fields:
-                remembered = getattr(found.memory, name)[:, None, :]
+            for name in JointHistory._fields:
+                remembered = getattr(found.history, name)[:, None, :]
                 points[name][: 2 * m * q] = np.repeat(remembered, 2, axis=1).ravel()
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
         put_bodies(motion)

@@ -21,14 +21,14 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.concrete_section.forces import settle_sections
-from damagepred.kernels.interface.equilibrium import bond_loads, break_by_slip, contact_stresses, settle
+from damagepred.kernels.interface.equilibrium import bond_loads, break_in_shear, commit_joint_history, contact_stresses
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.quasi_static.dynamic_relaxation import come_to_rest, pushed_on, unbalanced_on_its_way
 from damagepred.solvers.quasi_static.energy_balance import Spent, WorkBalance, law_violation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.state.increment import Increment
-from damagepred.solvers.state.joint_history import JointMemory, contact_states, without_bond
+from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
 from damagepred.solvers.system.footing_forces import as_if_straight, section_response_of
@@ -187,19 +187,19 @@ class Path:
     def _begin(self, condense: bool) -> State:
         """Return the wall before any load: joints without strength have no bond to break."""
         law = self.model.properties
-        memory = JointMemory.fresh(self.model)
-        memory.cracked[without_bond(self.model)] = True
-        self.unopened = memory.cracked.copy()
-        self.broken_at, self._bonded = np.full(memory.cracked.shape, np.nan), ~memory.cracked
+        history = JointHistory.fresh(self.model)
+        history.cracked[without_bond(self.model)] = True
+        self.never_opened = history.cracked.copy()
+        self.broken_at, self._bonded = np.full(history.cracked.shape, np.nan), ~history.cracked
         if condense:  # what has a gap stays open until it closes
-            open_up = memory.cracked.any(axis=1) & (law.gap == 0.0)
+            open_up = history.cracked.any(axis=1) & (law.gap == 0.0)
             levels = self.equilibrium.equations.interface_level[open_up]
-            self.equilibrium.open_up_to(int(levels.max(initial=0)))
-        return replace(State.rest(self.model), memory=memory)
+            self.equilibrium.uncondense_up_to(int(levels.max(initial=0)))
+        return replace(State.rest(self.model), history=history)
 
     def hold(self, model: Model) -> None:
         """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
-        before, memory = self.equilibrium, self.state.memory
+        before, history = self.equilibrium, self.state.history
         self.model = model
         self.equilibrium = Equilibrium(model, self.tolerance)
         self.equilibrium.newton += before.newton
@@ -207,12 +207,12 @@ class Path:
         if before.solids is not None and self.equilibrium.solids is not None:
             self.equilibrium.solids.open_as(before.solids)
         if before.condensed:
-            gave = memory.cracked | (memory.slip != 0.0) | (memory.dilated != 0.0)
+            gave = history.cracked | (history.slip != 0.0) | (history.dilatant_opening != 0.0)
             levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
-            self.equilibrium.open_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
+            self.equilibrium.uncondense_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
         self.balance.go_on(model)
         self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
-        self.remember(self.state, gave_way=False)
+        self.commit(self.state, gave_way=False)
 
     def lifted(self, worst: float) -> bool:
         """Return whether the dead load lifted the footing off supports that push only as it came on, or found no rest.
@@ -224,25 +224,25 @@ class Path:
         """
         free, state = pushing_supports(self.model), self.state
         rests = worst < self.tolerance and not come_loose(self.model, state.displacement, 0.0).any()
-        return bool(free.size) and not (rests and self.unopened[free].all())
+        return bool(free.size) and not (rests and self.never_opened[free].all())
 
     def release(self, model: Model) -> float:
         """Let supports that push only no longer hold the footing down; return the unbalanced ratio after it."""
         free = pushing_supports(model)
-        for mask in (self.state.memory.cracked, self.unopened):
+        for mask in (self.state.history.cracked, self.never_opened):
             mask[free] = True
         self._bonded[free] = False
         self.model = self.equilibrium.model = model  # of the same stiffness
         self.balance.go_on(model)
         if self.equilibrium.condensed:
-            self.equilibrium.open_up_to(int(self.equilibrium.equations.interface_level[free].max()))
+            self.equilibrium.uncondense_up_to(int(self.equilibrium.equations.interface_level[free].max()))
         trial = self.state.copy()
         worst = self.equilibrium.find(trial)
         if jumped := worst >= self.tolerance or self.equilibrium.lost(trial):
             trial, worst = self.jump(self.state, self.state.progress)
         self.state = trial
         if worst < self.tolerance and not self.equilibrium.lost(trial):
-            self.remember(trial, gave_way=True, snapped=jumped)
+            self.commit(trial, gave_way=True, snapped=jumped)
             self.state, worst = self.cascade(trial, worst)
         return worst
 
@@ -264,7 +264,7 @@ class Path:
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
-            state.memory,
+            state.history,
             state.displacement,
             self._no_strength,
             self._block_stress,
@@ -280,40 +280,40 @@ class Path:
         """
         heaviest = load.max()
         broken = load >= heaviest * (1.0 - TOGETHER)
-        weak = self._weak & ~state.memory.cracked & (load > 1.0 + OVERLOAD)
+        weak = self._weak & ~state.history.cracked & (load > 1.0 + OVERLOAD)
         broken |= weak & (load >= 1.0 + CONTROL.weak_bond_group * (heaviest - 1.0))
         if self.equilibrium.condensed:
             levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
-            self.equilibrium.open_up_to(int(levels.max()))
-        again = broken & state.memory.cracked
+            self.equilibrium.uncondense_up_to(int(levels.max()))
+        again = broken & state.history.cracked
         if self._climbs_at.any() or self._slip_breaks_at.any():
             _, sigma, _ = self.stresses(state)
-            state.memory.opened[broken & self._climbs_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
+            state.history.kappa[broken & self._climbs_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
             model = self.model
             in_tension = sigma >= load * (1.0 - TOGETHER) * model.properties.tensile_strength[:, None]
-            sheared = broken & self._slip_breaks_at & ~(in_tension & ~state.memory.cracked)
-            self.balance.softened(break_by_slip(sheared, model.interfaces, model.properties, state.memory))
-        state.memory.opened[again] = np.inf
-        state.memory.cracked[broken] = True
+            sheared = broken & self._slip_breaks_at & ~(in_tension & ~state.history.cracked)
+            self.balance.softened(break_in_shear(sheared, model.interfaces, model.properties, state.history))
+        state.history.kappa[again] = np.inf
+        state.history.cracked[broken] = True
         self.note_broken(state)
         self.events += 1
         return again
 
     def note_broken(self, state: State) -> None:
         """Write down at which progress bonds broke that have broken since the last time."""
-        self.broken_at[state.memory.cracked & self._bonded & np.isnan(self.broken_at)] = state.progress
+        self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.progress
 
-    def remember(self, state: State, gave_way: bool, snapped: bool = False) -> None:
+    def commit(self, state: State, gave_way: bool, snapped: bool = False) -> None:
         """Let the joints remember this equilibrium, which bonds that broke or a snap-through led to, or a step."""
         model = self.model
-        friction, crushing, torn = settle(
+        friction, crushing, mode_1_dissipation = commit_joint_history(
             self.equilibrium.equations.active,
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
-            state.memory,
+            state.history,
             state.displacement,
-            self.unopened,
+            self.never_opened,
         )
         self.note_broken(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
@@ -322,8 +322,10 @@ class Path:
         if solids is not None:
             yielding = solids.settle(state.displacement, state.plastic)
         spent = Spent(friction, crushing, yielding)
-        beyond = self.equilibrium.stored_beyond(state)
-        self.balance.add(state, spent, torn, self._support_power(state), gave_way, snapped, solids, beyond)
+        beyond = self.equilibrium.condensed_energy(state)
+        self.balance.add(
+            state, spent, mode_1_dissipation, self._support_power(state), gave_way, snapped, solids, beyond
+        )
 
     def _support_power(self, state: State) -> float:
         """Return the work of what moves the supports per progress (J)."""
@@ -357,7 +359,7 @@ class Path:
         while True:
             check_time()
             if falls is not None and distance(state, falls) <= bracket:
-                fallen.memory.cracked[state.memory.cracked] = True  # bonds that broke nearer than where it was found
+                fallen.history.cracked[state.history.cracked] = True  # bonds that broke nearer than where it was found
                 self.standing, self.state = state.progress, fallen
                 return fell_by
             target = far or next_target(state, beyond or goal, doubted or falls, pains if doubted else 0.0)
@@ -411,12 +413,12 @@ class Path:
             step = distance(state, target)
             at_event = heaviest <= 1.0 + NEAR or bool((loaded <= 1.0 + self._near).all())
             if at_event or step <= shortest:
-                noted = self.unopened.copy(), copy(self.balance), self.broken_at.copy()
+                noted = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
                 balance = noted[1]
-                self.remember(trial, gave_way=jumped, snapped=jumped)
+                self.commit(trial, gave_way=jumped, snapped=jumped)
                 length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
                 if length < step and step > least_step and not self._sharply:  # live loads go in small steps anyhow
-                    (self.unopened, self.balance, self.broken_at), longest, far = noted, length, None
+                    (self.never_opened, self.balance, self.broken_at), longest, far = noted, length, None
                     continue
                 longest = length if longest < np.inf else np.inf
             if heaviest <= 1.0 + OVERLOAD:
@@ -490,10 +492,10 @@ class Path:
             if equilibrium.solids is not None:
                 equilibrium.solids.open_where_plastic(resting.plastic)
             if equilibrium.condensed:
-                gave = (resting.memory.slip != state.memory.slip) | (resting.memory.cracked != state.memory.cracked)
-                gave |= resting.memory.dilated != state.memory.dilated
+                gave = (resting.history.slip != state.history.slip) | (resting.history.cracked != state.history.cracked)
+                gave |= resting.history.dilatant_opening != state.history.dilatant_opening
                 farthest = int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0))
-                equilibrium.open_up_to(max(farthest, equilibrium.farthest_open()))
+                equilibrium.uncondense_up_to(max(farthest, equilibrium.farthest_open()))
             worst, found = equilibrium.directly(resting)
             if worst < self.tolerance:
                 resting.displacement[:] = found
@@ -511,12 +513,12 @@ class Path:
             return falling, np.inf
         if not least < AT_REST:
             return resting, worst
-        self.roughest = max(self.roughest, equilibrium.settle_for(nearest))
+        self.roughest = max(self.roughest, equilibrium.accept_unconverged(nearest))
         return nearest, 0.0
 
     def cascade(self, state: State, worst: float) -> tuple[State, float]:
         """Break what is overloaded at a standing movement, one after the other, until nothing is."""
-        let_go = np.zeros_like(state.memory.cracked)
+        let_go = np.zeros_like(state.history.cracked)
         while True:
             load, heaviest = self.bond_loads(state)
             overloaded = heaviest > 1.0 + OVERLOAD
@@ -532,17 +534,17 @@ class Path:
             if worst >= self.tolerance or self.equilibrium.lost(trial):
                 return trial, worst
             state = trial
-            self.remember(state, gave_way=True, snapped=snapped)
+            self.commit(state, gave_way=True, snapped=snapped)
 
     def hold_again(self, state: State, except_for: BoolArray) -> bool:
         """Let cracked joints with residual tensile strength hold again where nearly closed; tell whether any does."""
         if not self._lets_go:
             return False
         law, (opening, _, _) = self.model.properties, self.stresses(state)
-        stress = law.normal_stiffness[:, None] * (opening - state.memory.dilated)
-        near = self._lets_go_at & (state.memory.opened > 0) & (stress <= law.residual_tensile_strength[:, None])
+        stress = law.normal_stiffness[:, None] * (opening - state.history.dilatant_opening)
+        near = self._lets_go_at & (state.history.kappa > 0) & (stress <= law.residual_tensile_strength[:, None])
         near &= ~except_for
-        state.memory.opened[near] = 0.0
+        state.history.kappa[near] = 0.0
         return bool(near.any())
 
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -553,7 +555,7 @@ class Path:
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
-            state.memory,
+            state.history,
             state.displacement,
             opening,
             sigma,
@@ -579,10 +581,10 @@ class Path:
             progress=state.progress,
             displacement=state.displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
             opening=opening,
-            slip=state.memory.slip.copy(),
+            slip=state.history.slip.copy(),
             normal_stress=sigma,
             shear_stress=tau,
-            state=contact_states(model, state.memory._replace(cracked=state.memory.cracked & ~self.unopened)),
+            state=contact_states(model, state.history._replace(cracked=state.history.cracked & ~self.never_opened)),
             unbalanced_force_ratio=worst,
             base_reaction=base_reaction(model, force),
             cycles=now.newton - before.newton,
@@ -625,7 +627,7 @@ class Path:
         """Return what it takes to come back here."""
         return Kept(
             self.state.copy(),
-            self.unopened.copy(),
+            self.never_opened.copy(),
             self.broken_at.copy(),
             copy(self.balance),
             self.events,
@@ -634,7 +636,11 @@ class Path:
 
     def go_back(self, kept: Kept) -> None:
         """Go back to a point of the path."""
-        self.state, self.unopened, self.broken_at = kept.state.copy(), kept.unopened.copy(), kept.broken_at.copy()
+        self.state, self.never_opened, self.broken_at = (
+            kept.state.copy(),
+            kept.never_opened.copy(),
+            kept.broken_at.copy(),
+        )
         self.balance, self.events = copy(kept.balance), kept.events
         self.equilibrium.find(self.state)
 
@@ -668,7 +674,7 @@ class Kept(NamedTuple):
     """A point of the path to come back to."""
 
     state: State
-    unopened: BoolArray
+    never_opened: BoolArray
     broken_at: FloatArray
     balance: WorkBalance
     events: int
@@ -748,7 +754,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         if collapsed and number > 0 and np.isnan(path.standing):
             path.standing = (number - 1) / increments  # it balances again where it has come loose
         if worst >= path.tolerance and not collapsed:
-            force, _ = path.equilibrium.unbalanced(state, state.displacement)
+            force, _ = path.equilibrium.residual(state, state.displacement)
             block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))
             raise ConvergenceError(
                 f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "

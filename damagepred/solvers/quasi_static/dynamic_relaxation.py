@@ -21,7 +21,7 @@ from damagepred.solvers.system.detached_blocks import Leeway, come_loose
 from damagepred.solvers.system.loading_stages import pushing_supports
 from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, goes_on, lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Run
-from damagepred.solvers.time_stepping.tiles import memory_of
+from damagepred.solvers.time_stepping.tiles import history_of
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
 """After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
@@ -123,23 +123,23 @@ def come_to_rest(
             if correction.settles(deflection, missing):
                 if floating_looks >= FLOATING_LOOKS:  # the jacks carry all of the weight, and lift it freely
                     before[1 : 3 * model.n_blocks : 3] += 2.0 * Leeway.of(model).at(1.0)
-                    yield replace(start, displacement=before, memory=memory_of(run.joints), jack=run.pump.load)
+                    yield replace(start, displacement=before, history=history_of(run.joints), jack=run.pump.load)
                     return
                 if not floating_looks:
                     run.pump.deliver(correction.next(deflection, missing))
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(LONGER * cycles)
-        memory = memory_of(run.joints)
-        opening = fields_of(run.model, memory, run.motion.displacement, start.progress).opening
+        history = history_of(run.joints)
+        opening = fields_of(run.model, history, run.motion.displacement, start.progress).opening
         floating_looks = floating_looks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
-        stress = law.normal_stiffness[:, None] * (opening - memory.dilated)
+        stress = law.normal_stiffness[:, None] * (opening - history.dilatant_opening)
         parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
-        brittle = memory.cracked & ~softens[:, None]
-        memory.opened[brittle] = parted[brittle]
+        brittle = history.cracked & ~softens[:, None]
+        history.kappa[brittle] = parted[brittle]
         plastic = start.plastic if run.zones is None else run.zones.plastic()
         jack = start.jack if run.pump is None else run.pump.load
-        yield replace(start, displacement=run.motion.displacement.copy(), memory=memory, plastic=plastic, jack=jack)
+        yield replace(start, displacement=run.motion.displacement.copy(), history=history, plastic=plastic, jack=jack)
         if come_loose(model, run.motion.displacement, start.progress).any():
             return
 
@@ -162,7 +162,7 @@ def pushed_on(model: Model, state: State, nearly_at_rest: bool) -> State | None:
     if not goes_on(run, FEW if nearly_at_rest else ROUNDS):
         return None
     plastic = state.plastic if run.zones is None else run.zones.plastic()
-    return replace(state, displacement=run.motion.displacement, memory=memory_of(run.joints), plastic=plastic)
+    return replace(state, displacement=run.motion.displacement, history=history_of(run.joints), plastic=plastic)
 
 
 def unbalanced_on_its_way(model: Model, state: State) -> float:
@@ -191,7 +191,7 @@ def _at(model: Model, state: State, volume_per_deflection: float | None = None) 
         run.motion.load[:] = load * run.motion.load + (state.jack - state.progress * growth) * jacks.push
         run.motion.live_load[:] += growth * jacks.push
         load = 1.0
-    run.resume(state.displacement, state.memory, load, state.progress, state.plastic, sections=state.sections)
+    run.resume(state.displacement, state.history, load, state.progress, state.plastic, sections=state.sections)
     if run.pump is not None and volume_per_deflection is not None:
         run.pump.begin_at(state.displacement, state.jack, volume_per_deflection)
     return run

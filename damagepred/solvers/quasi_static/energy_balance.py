@@ -11,7 +11,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.kernels.interface.equilibrium import energy
-from damagepred.kernels.interface.residual import beyond_law
+from damagepred.kernels.interface.residual import joint_law_violation_of
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
@@ -76,7 +76,7 @@ class WorkBalance:
         """Note where the path begins."""
         self.go_on(model)
         self._keep(state)
-        self._reaction = self._torn = 0.0
+        self._reaction = self._mode_1_dissipation = 0.0
         self._cracked = self._most_cracked = np.zeros(0 if model.sections is None else len(model.sections.interface))
         self._ground = model.ground.at(state.progress)
         self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
@@ -88,7 +88,7 @@ class WorkBalance:
 
     def softened(self, work: float) -> None:
         """Count the work (J) that softening took of bonds whose rest slip has broken; the rest is set free."""
-        self._torn += work
+        self._mode_1_dissipation += work
 
     def crack(self, work: FloatArray) -> None:
         """Count the work (J) that a step took of each cracking section; what cracked does not heal."""
@@ -105,7 +105,7 @@ class WorkBalance:
         self,
         state: State,
         spent: Spent,
-        torn: float,
+        mode_1_dissipation: float,
         reaction: float,
         gave_way: bool,
         snapped: bool,
@@ -120,7 +120,7 @@ class WorkBalance:
             With the memory of the new equilibrium.
         spent : Spent
             Work taken in the step.
-        torn : float
+        mode_1_dissipation : float
             Work taken by the tension of bonds that wear by slip (J), which the energy of the joints does not tell.
         reaction : float
             Work per progress of what moves the supports in the new equilibrium (J).
@@ -131,13 +131,13 @@ class WorkBalance:
         solids : Solids or None
             Deformable blocks.
         beyond : (array of int, float)
-            Interfaces to look at, and what all others store; see ``Equilibrium.stored_beyond``.
+            Interfaces to look at, and what all others store; see ``Equilibrium.condensed_energy``.
         """
         model, (listed, elsewhere) = self._model, beyond
         ground = model.ground.at(state.progress)
         on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
         stored, softened = energy(
-            listed, model.interfaces, model.properties, ground, state.memory, state.displacement, on_ground
+            listed, model.interfaces, model.properties, ground, state.history, state.displacement, on_ground
         )
         stored += elsewhere
         if solids is not None:
@@ -149,8 +149,8 @@ class WorkBalance:
             self.crack(cracked)
             self._sections = response
         softened += float(self._most_cracked.sum())
-        self._torn += torn
-        softened += self._torn
+        self._mode_1_dissipation += mode_1_dissipation
+        softened += self._mode_1_dissipation
         moved = state.displacement - self._displacement
         # a wall that gives way does so under the load that it has come to
         before = (state.load, state.progress) if gave_way else (self._load, self._progress)
@@ -197,4 +197,4 @@ def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray
     sigma, tau : array (m, q)
         Normal stress, tension positive, and shear stress (Pa).
     """
-    return float(beyond_law(model.properties, state.memory.cracked, state.memory.opened, sigma, tau))
+    return float(joint_law_violation_of(model.properties, state.history.cracked, state.history.kappa, sigma, tau))

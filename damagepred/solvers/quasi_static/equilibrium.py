@@ -16,12 +16,12 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.concrete_section.forces import section_forces
-from damagepred.kernels.interface.equilibrium import NO_LIMIT, farthest_sliding, freeze, joint_forces
-from damagepred.kernels.interface.residual import bring_on, out_of_balance, stays_within
+from damagepred.kernels.interface.equilibrium import NO_LIMIT, farthest_sliding, joint_forces, update_tresca_bounds
+from damagepred.kernels.interface.residual import combine_loads, free_residual, within_limit
 from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
-from damagepred.solvers.quasi_static.linear_system import LevelEquations
+from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.quasi_static.superelements import Solids
-from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import Leeway, elastic_reach
 from damagepred.solvers.system.elastic_stiffness import (
     block_of_dof,
@@ -94,7 +94,7 @@ class State:
         Shares of dead load and full movement.
     displacement : array (size,)
         Of all degrees of freedom.
-    memory : JointMemory
+    history : JointHistory
         Of the joints.
     plastic : array (z, 4)
         Plastic strain of the zones.
@@ -107,7 +107,7 @@ class State:
     load: float
     progress: float
     displacement: FloatArray
-    memory: JointMemory
+    history: JointHistory
     plastic: FloatArray = field(default_factory=no_zones)
     jack: float = 0.0
     sections: SectionMemory = field(default_factory=lambda: SectionMemory.fresh(0))
@@ -117,7 +117,7 @@ class State:
         """Return the wall before any load."""
         zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
         sections = SectionMemory.fresh(0) if model.sections is None else SectionMemory.at_first(model.sections)
-        return cls(0.0, 0.0, np.zeros(model.size), JointMemory.fresh(model), zones, 0.0, sections)
+        return cls(0.0, 0.0, np.zeros(model.size), JointHistory.fresh(model), zones, 0.0, sections)
 
     def copy(self) -> State:
         """Return a state that can change by itself."""
@@ -130,7 +130,7 @@ class State:
             load=load,
             progress=progress,
             displacement=self.displacement.copy(),
-            memory=self.memory.copy(),
+            history=self.history.copy(),
             plastic=self.plastic.copy(),
             sections=self.sections.copy(),
         )
@@ -166,12 +166,12 @@ class Equilibrium:
         self._in_section = np.zeros(shape[0], dtype=np.bool_)
         if model.sections is not None:
             self._in_section[model.sections.interface] = True
-        self._frozen = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
+        self._tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         rest = State.rest(model)
-        self._joint_forces(everything, rest, rest.displacement, live=False)
+        self._joint_forces(everything, rest, rest.displacement, coulomb=False)
         self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
         self.tangent = self.stiffness.copy()
-        self.equations = LevelEquations(model, self.held, self.stiffness.copy(), self.solids)
+        self.equations = BlockTridiagonalSystem(model, self.held, self.stiffness.copy(), self.solids)
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
@@ -204,7 +204,7 @@ class Equilibrium:
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
-    def _joint_forces(self, active: IntArray, state: State, displacement: FloatArray, live: bool) -> None:
+    def _joint_forces(self, active: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add the forces of joints, and of deformable blocks, to those on all degrees of freedom."""
         model, solids = self.model, self.solids
         if solids is not None:
@@ -226,9 +226,9 @@ class Equilibrium:
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
-            state.memory,
-            self._frozen,
-            live,
+            state.history,
+            self._tresca,
+            coulomb,
             displacement,
             self.force,
             self.stiffness,
@@ -237,7 +237,7 @@ class Equilibrium:
             solids.hand_on(self.force)
             solids.push_back(state.load, state.progress, displacement, state.plastic, self.force)
 
-    def unbalanced(self, state: State, displacement: FloatArray, live: bool = True) -> tuple[FloatArray, float]:
+    def residual(self, state: State, displacement: FloatArray, coulomb: bool = True) -> tuple[FloatArray, float]:
         """Return the unbalanced force of every degree of freedom at a displacement, and its largest ratio.
 
         Parameters
@@ -246,25 +246,27 @@ class Equilibrium:
             Load, movement and memory.
         displacement : array (size,)
             Where; facets and what lies inside blocks that yield are brought up to date.
-        live : bool
+        coulomb : bool
             Whether the law holds as it is, or with frozen friction limits.
         """
         self._loads(state)
-        self._joint_forces(self.equations.active, state, displacement, live)
+        self._joint_forces(self.equations.active, state, displacement, coulomb)
         if self.condensed:
-            self.force[self.equations.edge_dofs] += self.equations.edge_force(displacement, state.load, state.progress)
+            self.force[self.equations.boundary_dofs] += self.equations.condensed_force(
+                displacement, state.load, state.progress
+            )
         # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
-        force, worst = out_of_balance(self.force, self.free, self.per_weight)
+        force, worst = free_residual(self.force, self.free, self.per_weight)
         if self.solids is not None:
-            worst = max(worst, self.solids.adds_up_to(force) / self.weight)
-        if live and self.jacks is not None:
+            worst = max(worst, self.solids.largest_block_resultant(force) / self.weight)
+        if coulomb and self.jacks is not None:
             gap = abs(self.gap(state, displacement)) / DEFLECTION_FOUND * self.tolerance
             worst = max(worst, gap if np.isfinite(gap) else np.inf)
         return force, worst
 
     def _loads(self, state: State) -> None:
         """Begin with the loads."""
-        bring_on(self.dead_load, self.live_load, state.load, state.progress, self.force)
+        combine_loads(self.dead_load, self.live_load, state.load, state.progress, self.force)
         if self.jacks is not None:
             self.force += state.jack * self.jacks.push
 
@@ -275,10 +277,10 @@ class Equilibrium:
     def forces(self, state: State) -> FloatArray:
         """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
         self._loads(state)
-        self._joint_forces(self._everything, state, state.displacement, live=True)
+        self._joint_forces(self._everything, state, state.displacement, coulomb=True)
         return self.force
 
-    def stored_beyond(self, state: State) -> tuple[IntArray, float]:
+    def condensed_energy(self, state: State) -> tuple[IntArray, float]:
         """Return the interfaces whose energy is to be counted one by one, and what all others store (J).
 
         What is condensed is elastic and in equilibrium with its loads f: it stores (f u - F u_e) / 2 with the force F
@@ -288,15 +290,15 @@ class Equilibrium:
         if not self.condensed or self.solids is not None:
             return self._everything, 0.0
         moved = state.displacement
-        hanging = equations.load_beyond(moved, state.load, state.progress)
-        edge = equations.edge_force(moved, state.load, state.progress) @ moved[equations.edge_dofs]
+        hanging = equations.condensed_load_work(moved, state.load, state.progress)
+        edge = equations.condensed_force(moved, state.load, state.progress) @ moved[equations.boundary_dofs]
         return equations.active, 0.5 * (hanging - float(edge))
 
     def pull(self, load: float, progress: float) -> FloatArray:
         """Return the force that a step of dead load and movement brings on, joints as they just were."""
         force = load * self.dead_load + progress * self.rate
         if self.condensed:
-            force[self.equations.edge_dofs] += self.equations.edge_load(load, progress)
+            force[self.equations.boundary_dofs] += self.equations.condensed_load(load, progress)
         return force
 
     def lost(self, state: State) -> bool:
@@ -305,20 +307,20 @@ class Equilibrium:
 
     def _is_lost(self, state: State, displacement: FloatArray) -> bool:
         far = self._begun_at + LOST * self.leeway.at(state.progress)
-        if stays_within(displacement, self.free, self.arms, far):
+        if within_limit(displacement, self.free, self.arms, far):
             return False
         far += 2.0 * elastic_reach(self.model, state.progress)
-        return not stays_within(displacement, self.free, self.arms, far)
+        return not within_limit(displacement, self.free, self.arms, far)
 
     # -- what is looked at ------------------------------------------------------------------------------------------
 
-    def open_up_to(self, level: int) -> None:
+    def uncondense_up_to(self, level: int) -> None:
         """Look at all joints up to a level one by one; what is beyond stays elastic and condensed."""
         level = max(level, self._nearest)
-        if level + 1 > self.equations.in_play or not self.condensed:
+        if level + 1 > self.equations.active_levels or not self.condensed:
             self.condensed = self.equations.condense(level + 1, self.dead_load, self.live_load)
             self.free[:] = False
-            self.free[self.equations.dofs_in_play] = True
+            self.free[self.equations.active_dofs] = True
 
     def find(self, state: State, start: FloatArray | None = None, near: bool = False) -> float:
         """Move the blocks of a state to equilibrium; what is condensed is opened where it would slide.
@@ -338,14 +340,14 @@ class Equilibrium:
             Largest unbalanced force over the mean block weight.
         """
         while True:
-            worst = self._find_in_play(state, start, near)
+            worst = self._find_active(state, start, near)
             self.complete(state)
             if worst >= self.tolerance:
                 return worst
             farthest, start = max(self._farthest_sliding(state), self._farthest_yielding(state)), None
             if farthest < 0:
                 return worst
-            self.open_up_to(int(farthest))
+            self.uncondense_up_to(int(farthest))
 
     def _farthest_sliding(self, state: State) -> int:
         """Return the farthest level at which what is condensed would slide; -1 if nothing does."""
@@ -358,7 +360,7 @@ class Equilibrium:
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
-            state.memory,
+            state.history,
             state.displacement,
         )
         return int(farthest)
@@ -391,7 +393,7 @@ class Equilibrium:
         if self.solids is not None:
             self.solids.recover(moved, state.load, state.progress, state.plastic)
 
-    def _find_in_play(self, state: State, start: FloatArray | None, near: bool) -> float:
+    def _find_active(self, state: State, start: FloatArray | None, near: bool) -> float:
         supports = self.model.supports
         begun = state.displacement.copy()
         begun[supports.prescribed] = supports.displacement(state.progress)
@@ -409,10 +411,10 @@ class Equilibrium:
             return worst
         if worst < CLOSE:
             state.displacement[:] = found
-            worst = self._by_frozen_limits(state, near=True)
+            worst = self._coulomb_fixed_point(state, near=True)
         if worst >= self.tolerance:
             state.displacement[:], state.jack = begun, load
-            worst = self._by_frozen_limits(state, near=False)
+            worst = self._coulomb_fixed_point(state, near=False)
         failed = worst >= self.tolerance
         self._failures = min(self._failures + 1, SEARCH.max_failures) if failed else max(self._failures - 1, 0)
         self._spared = 2 ** (self._failures - 1) - 1 if failed else 0
@@ -426,9 +428,9 @@ class Equilibrium:
             self.complete(state, found)
         return worst, found
 
-    def settle_for(self, state: State) -> float:
+    def accept_unconverged(self, state: State) -> float:
         """Go on from a state that is no equilibrium as if it were one; return its unbalanced ratio."""
-        _, worst = self.unbalanced(state, state.displacement)
+        _, worst = self.residual(state, state.displacement)
         self._note_tangent(state, state.displacement)
         self.complete(state)
         return worst
@@ -442,7 +444,7 @@ class Equilibrium:
         """
         u = best = start
         load = state.jack
-        force, worst = self.unbalanced(state, u)
+        force, worst = self.residual(state, u)
         first = least = worst
         astray = 0
         for taken in range(steps + 1):
@@ -456,12 +458,12 @@ class Equilibrium:
             step, more = self._step(force, self.gap(state, u))
             before, share, last = worst, 1.0, state.jack
             state.jack = last + more
-            force, worst = self.unbalanced(state, u + step)
+            force, worst = self.residual(state, u + step)
             while share > 0.1 and ((worst > before and taken >= FULL_STEPS) or worst == np.inf):
                 # contacts that change to and fro: part of the step
                 share *= 0.5
                 state.jack = last + share * more
-                force, worst = self.unbalanced(state, u + share * step)
+                force, worst = self.residual(state, u + share * step)
             if not worst < HOPELESS * max(first, 1.0):
                 break
             u = u + share * step
@@ -490,10 +492,10 @@ class Equilibrium:
         nudged = replace(state, progress=state.progress + NUDGE, displacement=displacement.copy())
         nudged.displacement[supports.prescribed] += NUDGE * supports.prescribed_displacement
         self.force[:] = 0.0
-        self._joint_forces(self._moved, state, displacement, live=True)
+        self._joint_forces(self._moved, state, displacement, coulomb=True)
         before = self.force.copy()
         self.force[:] = 0.0
-        self._joint_forces(self._moved, nudged, nudged.displacement, live=True)
+        self._joint_forces(self._moved, nudged, nudged.displacement, coulomb=True)
         return (self.force - before) / NUDGE
 
     def _step(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
@@ -523,12 +525,12 @@ class Equilibrium:
 
     # -- frozen friction limits ---------------------------------------------------------------------------------------
 
-    def _by_frozen_limits(self, state: State, near: bool) -> float:
+    def _coulomb_fixed_point(self, state: State, near: bool) -> float:
         """Bring frozen limits and the minimum of the energy to agree; begin with limits of a place near it, if so."""
-        bound, dilated, opened = self._frozen
-        bound[:], dilated[:], opened[:] = NO_LIMIT, state.memory.dilated, state.memory.opened
+        bound, dilatant_opening, kappa = self._tresca
+        bound[:], dilatant_opening[:], kappa[:] = NO_LIMIT, state.history.dilatant_opening, state.history.kappa
         if near:
-            self._freeze(state, 1.0)
+            self._update_tresca_bounds(state, 1.0)
         worst, least, since, begun = np.inf, np.inf, 0, self.newton
         for attempt in range(SOME if near else ATTEMPTS):
             self._minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
@@ -538,7 +540,7 @@ class Equilibrium:
             if attempt >= UNRELAXED:
                 # limits that overshoot from one minimum to the next: only part of the way
                 share = RELAXED[min((attempt - UNRELAXED) // 12, len(RELAXED) - 1)]
-            self._freeze(state, share)
+            self._update_tresca_bounds(state, share)
             found, worst = self._newton(state, state.displacement, DIRECT)
             if worst < self.tolerance:
                 state.displacement[:] = found
@@ -549,23 +551,23 @@ class Equilibrium:
                 break
         return worst
 
-    def _freeze(self, state: State, share: float) -> None:
+    def _update_tresca_bounds(self, state: State, share: float) -> None:
         model = self.model
-        freeze(
+        update_tresca_bounds(
             self.equations.active,
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
-            state.memory,
+            state.history,
             state.displacement,
-            self._frozen,
+            self._tresca,
             share,
         )
 
     def _minimise(self, state: State, tolerance: float) -> float:
         """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""
         u = state.displacement
-        force, worst = self.unbalanced(state, u, live=False)
+        force, worst = self.residual(state, u, coulomb=False)
         self._take_load(state, force, u)
         for taken in range(100):
             # at least one step: limits taken from where the blocks stood before may hold nothing
@@ -604,7 +606,7 @@ class Equilibrium:
         low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
         share = 1.0
         for _ in range(30):
-            force, worst = self.unbalanced(state, u + share * step, live=False)
+            force, worst = self.residual(state, u + share * step, coulomb=False)
             now = float(force @ step)
             if abs(now) <= 0.3 * slope or (now > 0 and share >= 64.0):
                 break

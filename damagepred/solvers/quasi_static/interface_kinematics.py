@@ -11,7 +11,7 @@ from damagepred.assembly import Model
 from damagepred.solvers.system.deformable_blocks import facets_of
 
 
-class Ties(NamedTuple):
+class InterfaceKinematics(NamedTuple):
     """For m interfaces, w degrees of freedom each: 6 in a wall of rigid blocks, 8 where any is deformable.
 
     Attributes
@@ -27,7 +27,7 @@ class Ties(NamedTuple):
     rows: FloatArray
 
 
-def ties_of(model: Model) -> Ties:
+def interface_kinematics(model: Model) -> InterfaceKinematics:
     """Return the kinematics of a model's joints."""
     face, rigid = model.interfaces, model.mesh is None
     count, side = len(face.kind), 3 if rigid else 4
@@ -57,4 +57,4 @@ def ties_of(model: Model) -> Ties:
         follow[:, 0, 2] = follow[:, 1, 3] = facets.end_share[f]
         follow[:, 2] = np.stack((-facets.turn_x[f], -facets.turn_y[f], facets.turn_x[f], facets.turn_y[f]), -1)
         rows[~whole, :, s] = of_body[~whole] @ follow
-    return Ties(dof.reshape(count, 2 * side), np.ascontiguousarray(rows.reshape(count, 3, 2 * side)))
+    return InterfaceKinematics(dof.reshape(count, 2 * side), np.ascontiguousarray(rows.reshape(count, 3, 2 * side)))

@@ -19,26 +19,26 @@ from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.kernels.linear.block_tridiagonal import (
     FEW,
-    add_within,
-    agrees,
-    changed_since,
-    couplings,
-    farthest_skew,
-    forces_of_change,
-    hang,
-    loose_springs,
-    made_by_change,
-    pass_on,
-    reach,
+    assemble_couplings,
+    assemble_level,
+    back_substitution,
+    capacitance_matrix,
+    changed_interfaces,
+    copy_rows,
+    correction_agrees,
+    correction_forces,
+    farthest_unsymmetric,
+    forward_elimination,
     relative_displacements,
-    sweep,
-    sweep_together,
-    take_away,
-    take_rows,
+    schur_complement,
+    solve_columns,
+    solve_rows,
+    subtract_correction,
+    unit_loads,
 )
 from damagepred.kernels.linear.neighbours import joints_away
 from damagepred.solvers.quasi_static.dense_inverse import invert
-from damagepred.solvers.quasi_static.interface_kinematics import ties_of
+from damagepred.solvers.quasi_static.interface_kinematics import interface_kinematics
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.system.deformable_blocks import idle_dofs
 from damagepred.solvers.system.elastic_stiffness import block_of_dof
@@ -57,7 +57,7 @@ FAITHFUL = 1e-6
 """Share to which forces of a correction must agree with the displacements that it ends in."""
 
 
-class LevelEquations:
+class BlockTridiagonalSystem:
     """Stiffness of a wall, factorised.
 
     Parameters
@@ -74,7 +74,7 @@ class LevelEquations:
 
     def __init__(self, model: Model, held: IntArray, elastic: FloatArray, solids: Solids | None = None) -> None:
         self.model, self.elastic, self.solids = model, elastic, solids
-        self.ties = ties_of(model)
+        self.kinematics = interface_kinematics(model)
         self.level = block_levels(model, held)
         free = np.ones(model.size, dtype=np.bool_)
         free[held] = False
@@ -108,10 +108,10 @@ class LevelEquations:
         own = [self._within(k, elastic).diagonal() for k in range(self.levels)]
         # a block that nothing joins stays where it is
         usual = max((float(values.max(initial=0.0)) for values in own), default=0.0) or 1.0
-        self._anchor = [ANCHOR * np.where(values > 0.0, values, usual) for values in own]
+        self._regularisation = [ANCHOR * np.where(values > 0.0, values, usual) for values in own]
         self.factorisations = self.corrections = 0
-        self._price = np.concatenate(([0.0], np.cumsum(price_of_level(self.size))))
-        self.put_in_play(self.levels)
+        self._factorisation_cost = np.concatenate(([0.0], np.cumsum(factorisation_cost(self.size))))
+        self.set_active_levels(self.levels)
         self._stale = self.levels - 1
 
     def _list_interfaces(self) -> None:
@@ -125,7 +125,7 @@ class LevelEquations:
         self.bridges = bridges[np.argsort(self.interface_level[bridges], kind="stable")]
         self.first_bridge = np.searchsorted(self.interface_level[self.bridges], np.arange(self.levels + 1))
         self.far_is_b = ~far_is_a[self.bridges]
-        dof = self.ties.dof[self.bridges].reshape(len(self.bridges), 2, self.ties.dof.shape[1] // 2)
+        dof = self.kinematics.dof[self.bridges].reshape(len(self.bridges), 2, self.kinematics.dof.shape[1] // 2)
         at = np.where(dof >= 0, self.place[dof], -1)
         each, far = np.arange(len(self.bridges)), self.far_is_b.astype(np.int64)
         self.at_far, self.at_near = np.ascontiguousarray(at[each, far]), np.ascontiguousarray(at[each, 1 - far])
@@ -156,7 +156,7 @@ class LevelEquations:
         listed = self._reaching[k]
         if k + 1 < self.levels:
             listed = np.concatenate((listed, self._bridges(k + 1)))
-        add_within(listed, self.ties, stiffness, self.place, self.level_of, k, matrix)
+        assemble_level(listed, self.kinematics, stiffness, self.place, self.level_of, k, matrix)
         elastic = stiffness is self.elastic
         for d, own, place in self._solids[k]:
             solid = self.solids.elastic[d] if elastic else self.solid_stiffness[d]  # type: ignore[union-attr]
@@ -169,27 +169,27 @@ class LevelEquations:
 
     # -- what is in play ------------------------------------------------------------------------------------------
 
-    def put_in_play(self, in_play: int) -> None:
+    def set_active_levels(self, active_levels: int) -> None:
         """Look at the levels up to one joint by joint; see ``condense`` for what becomes of those beyond."""
-        self.in_play = in_play
-        self.active = np.flatnonzero(self.interface_level < in_play)
-        self.beyond = np.flatnonzero(self.interface_level >= in_play)
-        end = self.start[in_play]
+        self.active_levels = active_levels
+        self.active = np.flatnonzero(self.interface_level < active_levels)
+        self.beyond = np.flatnonzero(self.interface_level >= active_levels)
+        end = self.start[active_levels]
         self.order = np.full(self.place.size, -1, dtype=np.int64)
         self.order[self.dofs[:end]] = np.arange(end)
-        self.dofs_in_play = self.dofs[:end]
+        self.active_dofs = self.dofs[:end]
         self._listed = np.empty(CHANGED, dtype=np.int64)
-        self._reach = np.empty((3 * CHANGED, int(end)))
+        self._unit_load_response = np.empty((3 * CHANGED, int(end)))
         self._compliance = np.empty((3 * CHANGED, 3 * CHANGED))
         self._forget_changes()
-        self._stale = in_play - 1
+        self._stale = active_levels - 1
 
-    def condense(self, in_play: int, load: FloatArray, live_load: FloatArray | None = None) -> bool:
-        """Take all levels from ``in_play`` on as elastic, and replace them by what they do to the level before.
+    def condense(self, active_levels: int, load: FloatArray, live_load: FloatArray | None = None) -> bool:
+        """Take all levels from ``active_levels`` on as elastic, and replace them by what they do to the level before.
 
         Parameters
         ----------
-        in_play : int
+        active_levels : int
             Number of levels, from the ground on, that are looked at joint by joint.
         load, live_load : array (3 (n + 1),)
             Dead and live load in full; None: there is no live load.
@@ -199,24 +199,24 @@ class LevelEquations:
         bool
             Whether it can be done: what is beyond must be held by the levels in play.
         """
-        was = self.in_play
-        if in_play >= self.levels:
-            self.put_in_play(self.levels)
+        was = self.active_levels
+        if active_levels >= self.levels:
+            self.set_active_levels(self.levels)
             return False
-        if in_play < was:
+        if active_levels < was:
             # without anchors, for these would hold what is condensed in space
-            beyond = self.interface_level >= in_play
+            beyond = self.interface_level >= active_levels
             self.stiffness[beyond] = self.wanted[beyond] = self.elastic[beyond]
-            couplings(self.bridges, self.far_is_b, self.ties, self.elastic, self.up, self.down)
-            for k in range(self.levels - 1, in_play - 1, -1):
-                if not self._eliminate(k, anchored=False):
-                    self.put_in_play(self.levels)
+            assemble_couplings(self.bridges, self.far_is_b, self.kinematics, self.elastic, self.up, self.down)
+            for k in range(self.levels - 1, active_levels - 1, -1):
+                if not self._eliminate(k, regularised=False):
+                    self.set_active_levels(self.levels)
                     return False
-        self.put_in_play(in_play)
+        self.set_active_levels(active_levels)
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         weight = np.ascontiguousarray(loads[:, self.dofs])
-        self._hang = np.zeros(weight.shape)
-        hang(
+        self._particular = np.zeros(weight.shape)
+        forward_elimination(
             self.start,
             self.inverses,
             self.at_inverse,
@@ -224,39 +224,47 @@ class LevelEquations:
             self.at_far,
             self.at_near,
             self.up,
-            in_play,
+            active_levels,
             weight,
-            self._hang,
+            self._particular,
         )
-        self._load_beyond = loads[:, self.dofs[self.start[in_play] :]]
-        edge = slice(self.start[in_play - 1], self.start[in_play])
-        self.edge_dofs = self.dofs[edge]
-        self._edge_load = weight[:, edge] - loads[:, self.edge_dofs]
-        bridge = np.zeros((self.size[in_play - 1], self.size[in_play - 1]))
-        add_within(self._bridges(in_play), self.ties, self.elastic, self.place, self.level_of, in_play - 1, bridge)
-        self._edge_stiffness = (bridge - self._condensed[in_play - 1]).T
+        self._load_on_condensed = loads[:, self.dofs[self.start[active_levels] :]]
+        edge = slice(self.start[active_levels - 1], self.start[active_levels])
+        self.boundary_dofs = self.dofs[edge]
+        self._condensed_load = weight[:, edge] - loads[:, self.boundary_dofs]
+        bridge = np.zeros((self.size[active_levels - 1], self.size[active_levels - 1]))
+        assemble_level(
+            self._bridges(active_levels),
+            self.kinematics,
+            self.elastic,
+            self.place,
+            self.level_of,
+            active_levels - 1,
+            bridge,
+        )
+        self._condensed_stiffness = (bridge - self._condensed[active_levels - 1]).T
         return True
 
-    def edge_load(self, load: float, live: float) -> FloatArray:
+    def condensed_load(self, load: float, live: float) -> FloatArray:
         """Return what comes down from the condensed levels on the last one in play: shares of dead and live load."""
-        return load * self._edge_load[0] + live * self._edge_load[1]
+        return load * self._condensed_load[0] + live * self._condensed_load[1]
 
-    def edge_force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
+    def condensed_force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
         """Return the force of the condensed levels on the last level in play, under shares of dead and live load."""
-        return self.edge_load(load, live) - self._edge_stiffness @ displacement[self.edge_dofs]
+        return self.condensed_load(load, live) - self._condensed_stiffness @ displacement[self.boundary_dofs]
 
-    def load_beyond(self, displacement: FloatArray, load: float, live: float) -> float:
+    def condensed_load_work(self, displacement: FloatArray, load: float, live: float) -> float:
         """Return force times displacement (J) of the loads on the condensed levels."""
-        moved = displacement[self.dofs[self.start[self.in_play] :]]
-        return load * float(self._load_beyond[0] @ moved) + live * float(self._load_beyond[1] @ moved)
+        moved = displacement[self.dofs[self.start[self.active_levels] :]]
+        return load * float(self._load_on_condensed[0] @ moved) + live * float(self._load_on_condensed[1] @ moved)
 
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
         """Fill in the displacements of the condensed levels, from the last level in play outwards."""
-        if self.in_play == self.levels:
+        if self.active_levels == self.levels:
             return
         moved = displacement[self.dofs]
-        hanging = load * self._hang[0] + live * self._hang[1]
-        reach(
+        particular = load * self._particular[0] + live * self._particular[1]
+        back_substitution(
             self.start,
             self.inverses,
             self.at_inverse,
@@ -264,9 +272,9 @@ class LevelEquations:
             self.at_far,
             self.at_near,
             self.down,
-            self.in_play,
+            self.active_levels,
             1.0,
-            hanging[None],
+            particular[None],
             moved[None],
         )
         displacement[self.dofs] = moved
@@ -281,7 +289,7 @@ class LevelEquations:
         stiffness : array (m, 9)
             See ``joint_forces``; only interfaces in play count.
         """
-        take_rows(self.active, stiffness, self.wanted)
+        copy_rows(self.active, stiffness, self.wanted)
 
     def solve(self, force: FloatArray) -> FloatArray:
         """Return the displacements of all degrees of freedom under forces.
@@ -296,23 +304,23 @@ class LevelEquations:
         array
             Of the same shape; 0 where held or condensed.
         """
-        changed, new = changed_since(self.active, self.wanted, self.stiffness, self._slot)
+        changed, new = changed_interfaces(self.active, self.wanted, self.stiffness, self._slot)
         self._take_solids()
-        if self._stale >= 0 or self._dearer(changed, new):
+        if self._stale >= 0 or self._refactorisation_pays(changed, new):
             self._factorise(changed)
             changed = changed[:0]
-        right = np.take(np.atleast_2d(force), self.dofs_in_play, axis=1)
+        right = np.take(np.atleast_2d(force), self.active_dofs, axis=1)
         if len(changed):
-            answer = self._corrected(right.copy(), changed)
+            answer = self._solve_woodbury(right.copy(), changed)
             if answer is None:
                 self._factorise(changed)
-                answer = self._sweep(right)
+                answer = self._solve_factorised(right)
             else:
                 self.corrections += 1
         else:
-            answer = self._sweep(right)
+            answer = self._solve_factorised(right)
         displacement = np.zeros(force.shape)
-        displacement[..., self.dofs_in_play] = answer.reshape(*force.shape[:-1], -1)
+        displacement[..., self.active_dofs] = answer.reshape(*force.shape[:-1], -1)
         return displacement
 
     def _take_solids(self) -> None:
@@ -324,7 +332,7 @@ class LevelEquations:
                 self.solid_stiffness[d] = tangent
                 self._stale = max(self._stale, int(self.solid_level[d]))
 
-    def _dearer(self, changed: IntArray, new: int) -> bool:
+    def _refactorisation_pays(self, changed: IntArray, new: int) -> bool:
         """Tell whether all corrections since the last factorisation, with this one, take longer than another one.
 
         What is to come is not known: to rent until the rent would have paid the price is never worse than twice the
@@ -334,8 +342,8 @@ class LevelEquations:
             return False
         if self._known + new > CHANGED:
             return True
-        self._spent += price_of_correction(len(changed), new, int(self.start[self.in_play]), self._squares)
-        return self._spent > self._price[int(self.interface_level[changed].max()) + 1]
+        self._correction_cost += correction_cost(len(changed), new, int(self.start[self.active_levels]), self._squares)
+        return self._correction_cost > self._factorisation_cost[int(self.interface_level[changed].max()) + 1]
 
     def _factorise(self, changed: IntArray) -> None:
         farthest = max(int(self.interface_level[changed].max(initial=-1)), self._stale)
@@ -347,11 +355,11 @@ class LevelEquations:
         self.factorisations += 1
         # an interface that changed may be a bridge to the level before
         last = self.first_bridge[farthest + 1]
-        couplings(
-            self.bridges[:last], self.far_is_b[:last], self.ties, self.stiffness, self.up[:last], self.down[:last]
+        assemble_couplings(
+            self.bridges[:last], self.far_is_b[:last], self.kinematics, self.stiffness, self.up[:last], self.down[:last]
         )
         # what is eliminated farther from the ground hands its symmetry on
-        skew = max(farthest_skew(self.active, self.interface_level, self.stiffness), self._farthest_yielding())
+        skew = max(farthest_unsymmetric(self.active, self.interface_level, self.stiffness), self._farthest_yielding())
         for k in range(farthest, -1, -1):
             self._eliminate(k, symmetric=k > skew)
 
@@ -361,30 +369,30 @@ class LevelEquations:
             return -1
         return max((int(self.solid_level[d]) for d in self.solids.tangent), default=-1)
 
-    def _eliminate(self, k: int, anchored: bool = True, symmetric: bool = True) -> bool:
+    def _eliminate(self, k: int, regularised: bool = True, symmetric: bool = True) -> bool:
         if self.size[k] == 0:
             if k > 0:
                 self._condensed[k - 1][:] = 0.0
             return True
-        matrix = self._within(k, self.stiffness if anchored else self.elastic)
-        if anchored:
-            matrix.ravel()[:: len(matrix) + 1] += self._anchor[k]
+        matrix = self._within(k, self.stiffness if regularised else self.elastic)
+        if regularised:
+            matrix.ravel()[:: len(matrix) + 1] += self._regularisation[k]
         if k + 1 < self.levels:
             matrix -= self._condensed[k]
         smallest = invert(matrix, symmetric, self._inverse(k))
-        if not anchored and smallest < NOT_HELD:
+        if not regularised and smallest < NOT_HELD:
             return False
         if k > 0:
             work = np.empty((self.size[k - 1], self.size[k]))
             listed = (self.first_bridge[k], self.first_bridge[k + 1])
-            pass_on(
+            schur_complement(
                 listed, self.at_far, self.at_near, self.up, self.down, self._inverse(k), work, self._condensed[k - 1]
             )
         return True
 
-    def _sweep(self, force: FloatArray, farthest: int | None = None) -> FloatArray:
-        sweep(
-            self.start[: self.in_play + 1],
+    def _solve_factorised(self, force: FloatArray, farthest: int | None = None) -> FloatArray:
+        solve_rows(
+            self.start[: self.active_levels + 1],
             self.inverses,
             self.at_inverse,
             self.first_bridge,
@@ -392,7 +400,7 @@ class LevelEquations:
             self.at_near,
             self.up,
             self.down,
-            self.in_play - 1 if farthest is None else farthest,
+            self.active_levels - 1 if farthest is None else farthest,
             force,
             np.zeros_like(force),
         )
@@ -400,21 +408,21 @@ class LevelEquations:
 
     def _forget_changes(self) -> None:
         self._slot = np.full(len(self.interface_level), -1, dtype=np.int64)
-        self._known, self._spent = 0, 0.0
-        self._squares = float(self.at_inverse[self.in_play])
+        self._known, self._correction_cost = 0, 0.0
+        self._squares = float(self.at_inverse[self.active_levels])
 
-    def _learn(self, new: IntArray) -> None:
+    def _add_unit_load_responses(self, new: IntArray) -> None:
         """Find how the wall as factorised answers to unit forces in some joints."""
         known, now = self._known, self._known + len(new)
-        farthest, reached = int(self.interface_level[new].max()), self._reach[3 * known : 3 * now]
-        force = np.zeros((self._reach.shape[1], 3 * len(new)))
-        loose_springs(new, self.ties, self.order, force)
+        farthest, reached = int(self.interface_level[new].max()), self._unit_load_response[3 * known : 3 * now]
+        force = np.zeros((self._unit_load_response.shape[1], 3 * len(new)))
+        unit_loads(new, self.kinematics, self.order, force)
         if 3 * len(new) <= FEW:
             reached[:] = force.T
-            self._sweep(reached, farthest)
+            self._solve_factorised(reached, farthest)
         else:
-            sweep_together(
-                self.start[: self.in_play + 1],
+            solve_columns(
+                self.start[: self.active_levels + 1],
                 self.inverses,
                 self.at_inverse,
                 self.first_bridge,
@@ -431,44 +439,46 @@ class LevelEquations:
         self._slot[new] = np.arange(known, now)
         all_known = self._listed[:now]
         right = np.empty((3 * now, 3 * len(new)))
-        relative_displacements(all_known, self.ties, self.order, self._reach[3 * known : 3 * now], right)
+        relative_displacements(
+            all_known, self.kinematics, self.order, self._unit_load_response[3 * known : 3 * now], right
+        )
         self._compliance[: 3 * now, 3 * known : 3 * now] = right
         if known:
             below = np.empty((3 * len(new), 3 * known))
-            relative_displacements(new, self.ties, self.order, self._reach[: 3 * known], below)
+            relative_displacements(new, self.kinematics, self.order, self._unit_load_response[: 3 * known], below)
             self._compliance[3 * known : 3 * now, : 3 * known] = below
         self._known = now
 
-    def _corrected(self, force: FloatArray, changed: IntArray) -> FloatArray | None:
+    def _solve_woodbury(self, force: FloatArray, changed: IntArray) -> FloatArray | None:
         """Solve with some joints other than they were factorised; None if that loses too much precision."""
         new = changed[self._slot[changed] < 0]
         if len(new):
-            self._learn(new)
+            self._add_unit_load_responses(new)
         slots = self._slot[changed]
         change = self.wanted[changed] - self.stiffness[changed]
-        rows, matrix = forces_of_change(self._compliance, slots, change)
-        answer = self._sweep(force)
+        rows, matrix = capacitance_matrix(self._compliance, slots, change)
+        answer = self._solve_factorised(force)
         moved = np.empty((3 * len(changed), len(force)))
-        relative_displacements(changed, self.ties, self.order, answer, moved)
+        relative_displacements(changed, self.kinematics, self.order, answer, moved)
         made = np.empty((len(force), len(rows)))
-        made_by_change(rows, change, moved, made)
+        correction_forces(rows, change, moved, made)
         # LAPACK counts along columns: to it, what stands here transposed is the matrix itself
         _, _, forces, singular = lapack.dgesv(matrix.T, made.T, overwrite_a=1, overwrite_b=1)
         if singular:
             return None
         forces = forces.T
-        take_away(forces, rows, slots, self._reach, answer)
-        relative_displacements(changed, self.ties, self.order, answer, moved)
-        return answer if agrees(rows, change, moved, forces, FAITHFUL) else None
+        subtract_correction(forces, rows, slots, self._unit_load_response, answer)
+        relative_displacements(changed, self.kinematics, self.order, answer, moved)
+        return answer if correction_agrees(rows, change, moved, forces, FAITHFUL) else None
 
 
-def price_of_level(size: IntArray) -> FloatArray:
+def factorisation_cost(size: IntArray) -> FloatArray:
     """Return about how long it takes to eliminate levels of so many degrees of freedom (ns; only ratios count)."""
     size = size.astype(np.float64)
     return 60_000.0 + 0.5 * size**3 + 50.0 * size**2
 
 
-def price_of_correction(changed: int, new: int, size: int, squares: float) -> float:
+def correction_cost(changed: int, new: int, size: int, squares: float) -> float:
     """Return about how long a correction takes.
 
     Parameters

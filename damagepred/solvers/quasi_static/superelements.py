@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.kernels.interface.residual import adds_up_to
+from damagepred.kernels.interface.residual import largest_block_resultant
 from damagepred.kernels.zone.forces import hand_on, place_facets, zones_beyond
 from damagepred.kernels.zone.superelement import solid_response, yield_work
 from damagepred.solvers.state.increment import ZonePicture
@@ -170,10 +170,12 @@ class Solids:
         """Give the forces on facets to their gridpoints."""
         hand_on(self.facets, force)
 
-    def adds_up_to(self, force: FloatArray) -> float:
+    def largest_block_resultant(self, force: FloatArray) -> float:
         """Return the largest resultant (N) on a block: a little on each of many gridpoints is much together."""
         mesh = self.mesh
-        return float(adds_up_to(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks))
+        return float(
+            largest_block_resultant(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks)
+        )
 
     def push_back(
         self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
@@ -275,7 +277,7 @@ class Solids:
         if not self.yields.any():
             return []
         self.recover(displacement, load, progress, plastic)
-        self.field.remember(plastic)
+        self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)
         beyond = np.zeros(len(stress), dtype=np.bool_)
         zones_beyond(stress, self._strength, self.mesh.zone_block, beyond)
@@ -319,12 +321,12 @@ class Solids:
 
     def picture(self, displacement: FloatArray, plastic: FloatArray) -> ZonePicture:
         """Return what is reported of the zones at an equilibrium; see ``recover``."""
-        self.field.remember(plastic)
+        self.field.set_plastic_strain(plastic)
         return picture(self.model, displacement, self.field.stresses(displacement), plastic, self.state)
 
     def stored(self, displacement: FloatArray, plastic: FloatArray) -> float:
         """Return the elastic energy of all zones (J); see ``recover``."""
-        self.field.remember(plastic)
+        self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)
         inverse = 1.0 / self.model.block_law.elastic_modulus[self.mesh.zone_block]
         nu = self.model.block_law.poisson_ratio[self.mesh.zone_block]

@@ -12,36 +12,36 @@ from damagepred.kernels.interface.contact import contact_fields
 from damagepred.solvers.state.increment import ContactState
 
 
-class JointMemory(NamedTuple):
+class JointHistory(NamedTuple):
     """What a contact remembers, arrays (m, q).
 
     Attributes
     ----------
-    slip, dilated : array (m, q)
+    slip, dilatant_opening : array (m, q)
         Plastic slip and opening by dilation (m).
     cracked : array of bool (m, q)
         Whether tensile strength was passed, or the bond broken by slip.
-    opened : array (m, q)
+    kappa : array (m, q)
         In joints that soften, the largest opening less dilation (m) that a cracked contact has reached; at least
         the critical one, infinite in the quasi-static solver, where slip has broken the bond. 0 while intact, and in
         joints whose bond breaks at once; of these the quasi-static solver marks by infinity which have parted.
     """
 
     slip: FloatArray
-    dilated: FloatArray
+    dilatant_opening: FloatArray
     cracked: BoolArray
-    opened: FloatArray
+    kappa: FloatArray
 
     @classmethod
-    def fresh(cls, model: Model) -> JointMemory:
+    def fresh(cls, model: Model) -> JointHistory:
         """Return the memory of joints that have seen nothing yet; what has a gap is as if crushed by it, and parted."""
         shape = model.interfaces.contact_area.shape
         gap = np.broadcast_to(model.properties.gap[:, None], shape)
         return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
 
-    def copy(self) -> JointMemory:
+    def copy(self) -> JointHistory:
         """Return a memory of its own."""
-        return JointMemory(self.slip.copy(), self.dilated.copy(), self.cracked.copy(), self.opened.copy())
+        return JointHistory(self.slip.copy(), self.dilatant_opening.copy(), self.cracked.copy(), self.kappa.copy())
 
 
 def without_bond(model: Model) -> BoolArray:
@@ -60,7 +60,7 @@ class ContactFields(NamedTuple):
         Relative displacement normal to the joint and along it (m).
     normal_stress, shear_stress : array (m, q)
         Tension positive (Pa).
-    memory : JointMemory
+    history : JointHistory
         What the joint law makes of the memory there: slip and stress belong together.
     """
 
@@ -68,17 +68,17 @@ class ContactFields(NamedTuple):
     shear: FloatArray
     normal_stress: FloatArray
     shear_stress: FloatArray
-    memory: JointMemory
+    history: JointHistory
 
 
-def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progress: float) -> ContactFields:
+def fields_of(model: Model, history: JointHistory, displacement: FloatArray, progress: float) -> ContactFields:
     """Evaluate all contacts at a displacement of the blocks.
 
     Parameters
     ----------
     model : Model
         The model.
-    memory : JointMemory
+    history : JointHistory
         Left as it is.
     displacement : array (3 (n + 1),)
         Of the blocks and the ground.
@@ -86,19 +86,19 @@ def fields_of(model: Model, memory: JointMemory, displacement: FloatArray, progr
         Share of the full movement.
     """
     opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
-    after = memory.copy()
+    after = history.copy()
     contact_fields(
         model.interfaces, model.properties, model.ground.at(progress), after, displacement, opening, shear, sigma, tau
     )
     return ContactFields(opening, shear, sigma, tau, after)
 
 
-def contact_states(model: Model, memory: JointMemory) -> Int8Array:
+def contact_states(model: Model, history: JointHistory) -> Int8Array:
     """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
     control = (model.interfaces.kind == Kind.CONTROL_JOINT)[:, None]
     states = np.where(
-        memory.cracked,
+        history.cracked,
         ContactState.CRACKED,
-        np.where(memory.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
+        np.where(history.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
     )
     return np.where(control, ContactState.INTACT, states).astype(np.int8)

@@ -60,7 +60,7 @@ class ZoneField:
         plastic[self._yields] = take(self.zones.memory["plastic"], self._memory)
         return plastic
 
-    def remember(self, plastic: FloatArray) -> None:
+    def set_plastic_strain(self, plastic: FloatArray) -> None:
         """Give the zones another plastic strain (z, 4)."""
         put(self.zones.memory["plastic"], self._memory, plastic[self._yields])
 

@@ -20,7 +20,7 @@ from damagepred.kernels.explicit.cycle import run_cycles
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.state.increment import Increment
-from damagepred.solvers.state.joint_history import JointMemory, contact_states, fields_of, without_bond
+from damagepred.solvers.state.joint_history import JointHistory, contact_states, fields_of, without_bond
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import (
@@ -41,13 +41,13 @@ from damagepred.solvers.system.zero_support_load import MOST_TRIES, Vanishing, c
 from damagepred.solvers.time_stepping.collapse_mechanism import goes_on, lasting_bonds
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND, Pump, Pumped
 from damagepred.solvers.time_stepping.tiles import (
-    memory_of,
+    history_of,
     move_ground,
     needs_all_of_the_law,
     needs_softening,
     pack,
     pack_sections,
-    remember,
+    set_history,
     take,
 )
 from damagepred.time_limit import check_time
@@ -87,7 +87,7 @@ class Standing(NamedTuple):
     """A state to come back to: what ``Run.resume`` takes."""
 
     displacement: FloatArray
-    memory: JointMemory
+    history: JointHistory
     load_share: float
     progress: float
     plastic: FloatArray | None
@@ -199,7 +199,7 @@ class Run:
         if displacement is None:
             return False
         law = self.model.properties
-        fields = fields_of(self.model, JointMemory.fresh(self.model), displacement, 0.0)
+        fields = fields_of(self.model, JointHistory.fresh(self.model), displacement, 0.0)
         # a joint that cracks or slips carries less than the elastic one would; one with a gap carries nothing
         whole = (law.gap == 0.0)[:, None]
         if not (
@@ -218,7 +218,7 @@ class Run:
     def resume(
         self,
         displacement: FloatArray,
-        memory: JointMemory,
+        history: JointHistory,
         load_share: float,
         progress: float,
         plastic: FloatArray | None = None,
@@ -231,7 +231,7 @@ class Run:
         ----------
         displacement : array (size,)
             Of all degrees of freedom.
-        memory : JointMemory
+        history : JointHistory
             Of the joints.
         load_share, progress : float
             Share of the dead load and of the full movement.
@@ -244,15 +244,15 @@ class Run:
         """
         self.motion.displacement[:] = displacement
         if self.zones is not None and plastic is not None:
-            self.zones.remember(plastic)
+            self.zones.set_plastic_strain(plastic)
         if self.pump is not None and pumped is not None:
             self.pump.resume(pumped)
         if self.sections is not None and sections is not None:
             for now, then in zip(self.sections.memory, sections, strict=True):
                 now[:] = then
-        remember(self.joints, memory)
+        set_history(self.joints, history)
         self.load_share, self.progress = load_share, progress
-        self.broken_at[~memory.cracked] = np.nan
+        self.broken_at[~history.cracked] = np.nan
         self.halt()
 
     def standing(self) -> Standing:
@@ -262,7 +262,7 @@ class Run:
         sections = None if self.sections is None else self.sections.memory.copy()
         return Standing(
             self.motion.displacement.copy(),
-            memory_of(self.joints),
+            history_of(self.joints),
             self.load_share,
             self.progress,
             plastic,
@@ -392,8 +392,8 @@ class Run:
 
     def _gives_way(self) -> bool:
         """Tell whether any contact has broken or slid: joints that stay elastic ring down by themselves."""
-        memory = memory_of(self.joints)
-        return bool(memory.cracked[self._bonded.ravel()].any() or memory.slip.any())
+        history = history_of(self.joints)
+        return bool(history.cracked[self._bonded.ravel()].any() or history.slip.any())
 
     def falls(self) -> bool:
         """Tell whether a wall that does not settle is on its way down; it is left where that took it."""
@@ -466,9 +466,9 @@ class Run:
     def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
         # blocks have moved once more since the last cycle's joint law
-        fields = fields_of(self.model, memory_of(self.joints), self.motion.displacement, self.progress)
-        memory = fields.memory
-        self.note_broken(memory.cracked)
+        fields = fields_of(self.model, history_of(self.joints), self.motion.displacement, self.progress)
+        history = fields.history
+        self.note_broken(history.cracked)
         if self.sections is not None:
             response = section_response_of(self.model, self.sections.memory, self.motion.displacement)
             as_if_straight(self.model, response, fields.normal_stress, fields.shear_stress)
@@ -478,10 +478,10 @@ class Run:
             progress=self.progress,
             displacement=self.motion.displacement[: 3 * self.model.n_blocks].reshape(-1, 3).copy(),
             opening=fields.opening,
-            slip=memory.slip,
+            slip=history.slip,
             normal_stress=fields.normal_stress,
             shear_stress=fields.shear_stress,
-            state=contact_states(self.model, memory),
+            state=contact_states(self.model, history),
             unbalanced_force_ratio=ratio,
             base_reaction=base_reaction(self.model, self.motion.force),
             cycles=cycles,
@@ -522,7 +522,7 @@ class Run:
         """Return the load (N) at whose end the path ends; see ``damagepred.solvers.system.zero_support_load``."""
         if self.pump is None:
             return np.inf
-        fields = fields_of(self.model, memory_of(self.joints), self.motion.displacement, self.progress)
+        fields = fields_of(self.model, history_of(self.joints), self.motion.displacement, self.progress)
         return carried(self.model, self.pump.load, fields.normal_stress)
 
     def end_where_nothing_is_carried(self, stood: Standing, load: float, number: int, ratio: float) -> float:

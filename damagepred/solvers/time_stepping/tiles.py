@@ -12,8 +12,8 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, ground_type, tile_type
-from damagepred.kernels.joint.law import bond_slope, slip_compliance
-from damagepred.solvers.state.joint_history import JointMemory
+from damagepred.kernels.joint.law import damage_rate, slip_compliance
+from damagepred.solvers.state.joint_history import JointHistory
 
 CACHE_LINE = 64
 """Bytes."""
@@ -121,20 +121,20 @@ def pack(model: Model) -> PackedJoints:
     for name in ("normal_stiffness", "shear_stiffness", "dilation", "brittle_shear", "critical_opening"):
         put(tiles[name], lane, getattr(law, name))
     put(tiles["shear_compliance"], lane, 1.0 / law.shear_stiffness)
-    slope = bond_slope.py_func(law.normal_stiffness, law.tensile_strength, law.critical_opening)
-    put(tiles["bond_slope"], lane, slope)
+    slope = damage_rate.py_func(law.normal_stiffness, law.tensile_strength, law.critical_opening)
+    put(tiles["damage_rate"], lane, slope)
     intact = (law.tensile_strength, law.cohesion, law.friction)
     cracked = (law.residual_tensile_strength, law.residual_cohesion, law.residual_friction)
-    for name, strength in (("strength", intact), ("weakened", cracked)):
+    for name, strength in (("strength", intact), ("residual_strength", cracked)):
         compliance = slip_compliance.py_func(law.normal_stiffness, law.shear_stiffness, strength[2], law.dilation)
         put(tiles[name], lane, np.column_stack((*strength, compliance)))
     strongest = law.compressive_strength
     put(tiles["cap"], lane, np.column_stack((strongest, strongest / law.normal_stiffness, 1.0 / law.cap_shear)))
-    put(tiles["wear"], lane, law.wear)
+    put(tiles["slip_weight"], lane, law.slip_weight)
     packed = PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
     move_ground(packed, model.ground, 0.0, 1.0)
     if law.gap.any():
-        remember(packed, JointMemory.fresh(model))
+        set_history(packed, JointHistory.fresh(model))
     return packed
 
 
@@ -176,15 +176,15 @@ def needs_softening(model: Model) -> bool:
     return bool(model.properties.critical_opening.any())
 
 
-def memory_of(joints: PackedJoints) -> JointMemory:
-    """Return a copy of what the contacts remember."""
-    slip, dilated, cracked, opened = (take(joints.tiles[name], joints.lane) for name in JointMemory._fields)
-    return JointMemory(slip, dilated, cracked != 0.0, opened)
+def history_of(joints: PackedJoints) -> JointHistory:
+    """Return a copy of the history variables of the contacts."""
+    slip, dilatant_opening, cracked, kappa = (take(joints.tiles[name], joints.lane) for name in JointHistory._fields)
+    return JointHistory(slip, dilatant_opening, cracked != 0.0, kappa)
 
 
-def remember(joints: PackedJoints, memory: JointMemory) -> None:
-    """Let the contacts remember something else."""
-    for name, values in zip(JointMemory._fields, memory, strict=True):
+def set_history(joints: PackedJoints, history: JointHistory) -> None:
+    """Set the history variables of the contacts."""
+    for name, values in zip(JointHistory._fields, history, strict=True):
         put(joints.tiles[name], joints.lane, values)
 
 

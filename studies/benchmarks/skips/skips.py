@@ -77,33 +77,33 @@ def without_strength(scene: Scene) -> Scene:
 @contextmanager
 def always_factorise() -> Iterator[None]:
     """Let every change of stiffness be factorised, whatever it costs."""
-    from damagepred.solvers.quasi_static.linear_system import LevelEquations
+    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
-    with patch.object(LevelEquations, "_dearer", lambda self, changed, new: len(changed) > 0):
+    with patch.object(BlockTridiagonalSystem, "_refactorisation_pays", lambda self, changed, new: len(changed) > 0):
         yield
 
 
 @contextmanager
 def factorise_all_levels() -> Iterator[None]:
     """Let every factorisation begin at the farthest level in play."""
-    from damagepred.solvers.quasi_static.linear_system import LevelEquations
+    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
-    known = LevelEquations._factorise
+    known = BlockTridiagonalSystem._factorise
 
     def whole(self: Any, changed: Any) -> None:
-        self._stale = self.in_play - 1
+        self._stale = self.active_levels - 1
         known(self, changed)
 
-    with patch.object(LevelEquations, "_factorise", whole):
+    with patch.object(BlockTridiagonalSystem, "_factorise", whole):
         yield
 
 
 @contextmanager
 def learn_again() -> Iterator[None]:
     """Let the answers to unit forces in changed joints be forgotten after each solution."""
-    from damagepred.solvers.quasi_static.linear_system import LevelEquations
+    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
-    known = LevelEquations.solve
+    known = BlockTridiagonalSystem.solve
 
     def forgetful(self: Any, force: Any) -> Any:
         answer = known(self, force)
@@ -111,7 +111,7 @@ def learn_again() -> Iterator[None]:
         self._known = 0
         return answer
 
-    with patch.object(LevelEquations, "solve", forgetful):
+    with patch.object(BlockTridiagonalSystem, "solve", forgetful):
         yield
 
 
@@ -130,9 +130,9 @@ def frozen_first() -> Iterator[None]:
         state.displacement[supports.prescribed] = supports.displacement(state.progress)
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.progress, state.jack)
-        return float(self._by_frozen_limits(state, near=False))
+        return float(self._coulomb_fixed_point(state, near=False))
 
-    with patch.object(Equilibrium, "_find_in_play", find):
+    with patch.object(Equilibrium, "_find_active", find):
         yield
 
 
