@@ -528,16 +528,24 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
     surface : xarray.Dataset
         As ``fit_surface`` returns it.
     """
+    from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED
+
     what = (
         f"category {surface.attrs['category']} against the {surface.attrs['intensity_measure'].replace('_', ' ')} and "
     )
     what += str(surface.attrs["second_variable"])
-    if (status := str(surface["fit_status"].values)) != "fitted":
+    if (status := str(surface["fit_status"].values)) not in DRAWN:
         return [f"{what}: no surface, {status}"]
     slope, dispersion = _with_band(surface, "slope", 1.0, ".3g"), _with_band(surface, "dispersion", 1.0, ".2f")
     power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"
     better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
+    said = []
+    if status == EXTRAPOLATED:
+        said.append("the medians lie beyond the largest movement of the walls: lower bounds, the surface ends there")
+    if "share_at_start" in surface and (start := float(surface["share_at_start"])) > 0:
+        said.append(f"{start:.2g} of the walls reached it before any movement; medians are of the others")
     return [
+        *said,
         f"{what}: the median goes with {power} {slope}; dispersion {dispersion}, without it "
         f"{float(surface['dispersion_alone']):.2f}",
         f"Akaike's criterion: {surface.attrs['aic_with']:.1f} with it, {surface.attrs['aic_without']:.1f} without; it "

@@ -4,6 +4,9 @@ Each table has two walls and two fields (all that varies from joint to joint) in
 wall i with field j. Tables are independent. Differences within a table show what changing the field alone does, the
 wall alone, and what both do together beyond that (interaction): analysis of variance with random effects. The three
 parts are unbiased and add up to the variance; inputs in a group may depend on each other in any way.
+
+Intervals come from a bootstrap of tables: Student's for the shares, and for the interaction, a mean of squares,
+bootstrap-t of its logarithm (Efron and Tibshirani 1993, ch. 12).
 """
 
 from __future__ import annotations
@@ -66,19 +69,18 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
     parts = _parts(y)
     best = _shares(parts.mean(axis=0))
-    error = np.full_like(best, np.nan)
+    error, limits = np.full_like(best, np.nan), (np.nan, np.nan)
     if resamples > 1:
         random = generator(seed, Stream.BOOTSTRAP, 0)
         drawn = random.multinomial(len(y), np.full(len(y), 1 / len(y)), size=resamples) / len(y)
-        again = np.array([_shares(row) for row in drawn @ parts])
-        error = np.nanstd(again, axis=0, ddof=1)
+        error = np.nanstd([_shares(row) for row in drawn @ parts], axis=0, ddof=1)
+        if len(y) >= FEWEST_TOGETHER:
+            limits = _interaction_limits(parts, drawn, confidence)
     reach = student_factor(confidence, len(y) - 1) * error
     if len(y) < FEWEST:
         reach = np.full_like(reach, np.nan)
     low, high = best - reach, best + reach
-    # the interaction is a mean of squares: its interval is even in the logarithm
-    ratio = np.exp(np.minimum(reach[4] / best[4], 700.0)) if best[4] > 0 else np.nan
-    low[4], high[4] = (best[4] / ratio, min(best[4] * ratio, 1.0)) if len(y) >= FEWEST_TOGETHER else (np.nan, np.nan)
+    low[4], high[4] = limits
     columns: dict[str, tuple[str | tuple[()], FloatArray, dict[str, str]]] = {}
     for end, value in (("", best), ("_error", error), ("_lower", low), ("_upper", high)):
         columns[f"first_order{end}"] = ("group", value[:2], {"units": "1"})
@@ -94,6 +96,39 @@ def _parts(y: FloatArray) -> FloatArray:
     joints = 0.25 * ((y[:, :, 0] - y[:, :, 1]) ** 2).sum(axis=1)
     both = 0.25 * (y[:, 0, 0] - y[:, 0, 1] - y[:, 1, 0] + y[:, 1, 1]) ** 2
     return np.column_stack((wall, joints, both))
+
+
+def _interaction_limits(parts: FloatArray, drawn: FloatArray, confidence: float) -> tuple[float, float]:
+    """Return the interval of the interaction's share by bootstrap-t of its logarithm.
+
+    Parameters
+    ----------
+    parts : array (tables, 3)
+        As ``_parts`` returns them.
+    drawn : array (resamples, tables)
+        Share of each table in each resample.
+    confidence : float
+        Level of the interval.
+    """
+    one, error = (value[0] for value in _log_interaction(parts, np.full((1, len(parts)), 1.0 / len(parts))))
+    again, errors = _log_interaction(parts, drawn)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (again - one) / errors
+    if not np.isfinite(one) or not np.isfinite(t).any():
+        return np.nan, np.nan
+    low, high = np.quantile(t[np.isfinite(t)], [0.5 * (1 - confidence), 0.5 * (1 + confidence)])
+    return float(np.exp(one - high * error)), min(float(np.exp(one - low * error)), 1.0)
+
+
+def _log_interaction(parts: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the logarithm of the interaction's share and its standard error (delta method), arrays (resamples,)."""
+    both, total = parts[:, 2], parts[:, 0] + parts[:, 1] - parts[:, 2]
+    mean, variance = drawn @ both, drawn @ total
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = (
+            drawn @ both**2 / mean**2 + drawn @ total**2 / variance**2 - 2 * drawn @ (both * total) / (mean * variance)
+        )
+        return np.log(mean / variance), np.sqrt(np.maximum(square, 0.0) / len(parts))
 
 
 def _shares(parts: FloatArray) -> FloatArray:

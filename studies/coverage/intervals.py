@@ -362,7 +362,7 @@ def cases() -> dict[tuple[str, str], Case]:
     for n in (4, 12, 40):
         found["curve, one movement a wall", f"5 stripes of {n}"] = partial(counted, each=n)
         found["curve, one movement a wall, common", f"5 stripes of {n}"] = partial(counted, each=n, model="common")
-    for n in (5, 8, 20, 60):
+    for n in (8, 20, 30, 60):
         found["curve, common dispersion", f"{n} walls"] = partial(common, walls=n)
     for n in (20, 60):
         found["curve, empirical", f"{n} walls"] = partial(empirical, walls=n)

@@ -1,6 +1,6 @@
 """How often an interval of 90 % holds the truth, for every interval that the toolkit prints.
 
-Run: python studies/coverage/run.py [--repetitions 400] [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
+Run: python studies/coverage/run.py [--repetitions 400] [--seconds 40] [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
 """
 
 from __future__ import annotations
@@ -27,14 +27,23 @@ BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 LEAST = 0.85
 """Coverage below which an interval does not keep what it says."""
 
+FEWEST = 100
+"""Repetitions of a slow case."""
+
 KEYS = ["interval", "samples", "quantity"]
 
 
-def measure(interval: str, samples: str, case: Case, repetitions: int, seed: int) -> list[dict[str, object]]:
-    """Repeat a case; return a row for each of its quantities."""
+def measure(
+    interval: str, samples: str, case: Case, repetitions: int, seed: int, seconds: float = np.inf
+) -> list[dict[str, object]]:
+    """Repeat a case, after ``FEWEST`` repetitions no longer than some seconds; return a row for each quantity."""
     ends: dict[str, list[tuple[float, float, float]]] = {}
     number = zlib.crc32(f"{interval}, {samples}".encode())
+    began = time.monotonic()
     for repetition in range(repetitions):
+        if repetition >= FEWEST and time.monotonic() - began > seconds:
+            repetitions = repetition
+            break
         random = np.random.default_rng([seed, number, repetition])
         try:
             found = case(random)
@@ -71,12 +80,12 @@ def chosen(only: Sequence[str]) -> dict[tuple[str, str], Case]:
     return {key: case for key, case in cases().items() if not only or any(key[0].startswith(word) for word in only)}
 
 
-def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = ()) -> pd.DataFrame:
+def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = (), seconds: float = np.inf) -> pd.DataFrame:
     """Measure all cases, and write the table after each."""
     rows: list[dict[str, object]] = []
     began, wanted = time.monotonic(), chosen(only)
     for number, ((interval, samples), case) in enumerate(wanted.items(), 1):
-        rows += measure(interval, samples, case, repetitions, seed)
+        rows += measure(interval, samples, case, repetitions, seed, seconds)
         table = pd.DataFrame(rows)
         write_whole(folder / "coverage.csv", lambda path, t=table: t.to_csv(path, index=False, float_format="%.4g"))
         worst = min(
@@ -116,6 +125,7 @@ def main() -> None:
     """Read the command line, measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repetitions", type=int, default=400)
+    parser.add_argument("--seconds", type=float, default=np.inf, help=f"of a case, after {FEWEST} repetitions")
     parser.add_argument("--quick", action="store_true", help="30 repetitions")
     parser.add_argument("--only", nargs="*", default=[], help="words that intervals begin with")
     parser.add_argument("--seed", type=int, default=1)
@@ -124,7 +134,7 @@ def main() -> None:
     asked = parser.parse_args()
     asked.output.mkdir(parents=True, exist_ok=True)
     if not asked.page:
-        run(asked.output, 30 if asked.quick else asked.repetitions, asked.seed, asked.only)
+        run(asked.output, 30 if asked.quick else asked.repetitions, asked.seed, asked.only, asked.seconds)
     if asked.output == HERE and not asked.only:
         put_in(HERE / "README.md", table(HERE))
 

@@ -257,3 +257,12 @@ def test_a_category_that_lacks_scatter_borrows_it_from_another() -> None:
     assert (curves["fit_status"] == "fitted").all()
     alone = fit_fragility(study(capacity, end=40.0, increments=40), categories=[1, 2], bootstrap=0)
     assert alone["fit_status"].values.tolist() == ["all walls within one increment: refine the increments", "fitted"]
+
+
+def test_few_walls_have_no_band_however_many_of_them_tell() -> None:
+    """A bound on the walls that reached a category alone would give bands to the unusual studies of 20 walls."""
+    for count, given in ((20, False), (30, True)):
+        capacity = lognormal(np.random.default_rng(3), 8.0, 0.4, count)[:, None] * np.array([1.0, 1.2])
+        found = fit_fragility(study(capacity, end=30.0, increments=60), model="common", bootstrap=100)
+        assert np.isfinite(found["median_lower"][:2]).all() == given
+        assert ("no band: of so few walls" in str(found["fit_note"].values[0])) != given

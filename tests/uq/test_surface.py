@@ -7,6 +7,7 @@ from scipy import optimize, special
 
 from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility_surface
+from damagepred.screen import surface_lines
 from damagepred.uq.fragility import capacities, fit_fragility, fit_surface
 from tests.uq.test_fragility import fail, study
 
@@ -39,7 +40,8 @@ def test_it_is_the_maximum_of_the_likelihood() -> None:
     assert float(found["slope"]) == pytest.approx(best[1], rel=1e-5)
     assert float(found["dispersion"]) == pytest.approx(np.exp(best[2]), rel=1e-5)
     expected = np.exp(best[0] + best[1] * (np.log(found["second"].values) - 13.8))
-    np.testing.assert_allclose(found["median"], expected, rtol=1e-5)
+    np.testing.assert_allclose(found["median_extrapolated"].fillna(found["median"]), expected, rtol=1e-5)
+    np.testing.assert_allclose(found["median"], np.minimum(expected, 9.0), rtol=1e-5)
 
 
 def test_bands_hold_the_truth_about_nine_times_in_ten() -> None:
@@ -90,6 +92,39 @@ def test_a_linear_scale_for_what_may_be_negative() -> None:
     assert float(found["slope"]) == pytest.approx(float(log["slope"]), rel=1e-6)
     with pytest.raises(InputError, match="not positive"):
         fit_surface(moved, 1, "shift", scale="log")
+
+
+def test_a_median_beyond_the_movement_is_a_lower_bound() -> None:
+    found = fit_surface(walls(11, 200, end=5.0), 1, "joint.tensile_strength", bootstrap=40)
+    beyond = np.isfinite(found["median_extrapolated"].values)
+    assert 0 < beyond.sum() < beyond.size
+    assert (found["median"].values[beyond] == 5.0).all()
+    assert (found["median_extrapolated"].values[beyond] > 5.0).all()
+    assert np.isinf(found["median_upper"].values[beyond]).all()
+    assert (found["median_lower"] <= found["median"]).all()
+    assert str(found["fit_status"].values) == "fitted"
+    idle = np.random.default_rng(4).uniform(4.0, 8.0, 200)
+    short = fit_surface(walls(11, 200, end=4.0).assign({"wall.length": ("sample", idle)}), 1, "wall.length")
+    assert str(short["fit_status"].values) == "extrapolated"
+    assert (short["median"] == 4.0).all()
+    assert "lower bounds" in surface_lines(short)[0]
+    assert "power" in draw_fragility_surface(short).get_title(loc="left")
+
+
+def test_walls_damaged_before_any_movement_leave_the_others_their_surface() -> None:
+    ds = walls(12, 300)
+    some = ds.copy(deep=True)
+    some["damage_category"][:12] = 1
+    found = fit_surface(some, 1, "joint.tensile_strength", bootstrap=40)
+    rest = fit_surface(ds.isel(sample=slice(12, None)), 1, "joint.tensile_strength", bootstrap=0)
+    assert str(found["fit_status"].values) == "fitted"
+    assert float(found["share_at_start"]) == pytest.approx(0.04)
+    assert 0 < float(found["share_at_start_lower"]) < 0.04 < float(found["share_at_start_upper"]) < 0.08
+    assert float(found["slope"]) == pytest.approx(float(rest["slope"]), rel=1e-6)
+    assert (found["probability"][:, 0] == found["share_at_start"]).all()
+    assert int(found["reached"]) == int(rest["reached"]) + 12
+    assert (found["probability_lower"] <= found["probability"]).all()
+    assert "0.04 of the walls" in surface_lines(found)[0]
 
 
 def test_failed_walls_count_as_far_as_they_were_followed() -> None:

@@ -31,7 +31,7 @@ from damagepred.uq.fragility.capacities import (
 )
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import Composite, Estimator, estimators
-from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED, FITTED, Fit, reasons
+from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons
 from damagepred.uq.fragility.intensity import chosen_intensity
 from damagepred.uq.fragility.models import fit_cells, require_ascending
 from damagepred.uq.fragility.posterior import draw_posterior, known_walls
@@ -56,6 +56,9 @@ MOST_FITTED = 0.95
 
 FEWEST_COMMON = 15
 """Walls that must tell of each category for bands of curves with a common dispersion; see studies/coverage."""
+
+FEWEST_COMMON_WALLS = 30
+"""Walls that such a study must have in all: a bound on those that tell alone would pick the unusual studies."""
 
 FEW = 10
 """Fewer walls than that which reached a category are worth a word."""
@@ -236,30 +239,23 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
 
 def _put_start(columns: dict[str, NDArray[Any]], before: BoolArray, weight: FloatArray, confidence: float) -> None:
     """Add the share of walls that reached a category before any movement: probability p0 + (1 - p0) Phi(...)."""
-    kish, count = effective_samples(weight), before.sum(axis=1)
-    share = before @ weight / weight.sum()
-    limits = [wilson(p, kish, normal_factor(confidence)) if n else (0.0, 0.0) for p, n in zip(share, count)]
-    columns["share_at_start"] = share
-    columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(limits).reshape(-1, 2).T
-    for end in ("", "_lower", "_upper"):
-        p0 = columns[f"share_at_start{end}"][:, None]
-        columns[f"probability{end}"] = p0 + (1.0 - p0) * columns[f"probability{end}"]
-    for bound in (name for name in columns if name.startswith("probability_failed")):
-        columns[bound] = share[:, None] + (1.0 - share[:, None]) * columns[bound]
+    start = [StartShare.of(row, weight, confidence) for row in before]
+    columns["share_at_start"], columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(start).T
+    for name in [name for name in columns if name.startswith("probability")]:
+        columns[name] = np.array([p0.mixed(name, curve) for p0, curve in zip(start, columns[name])])
     said = [
-        f"{n} walls reached it before any movement; median and dispersion are of the others" if n else "" for n in count
+        f"{n} walls reached it before any movement; median and dispersion are of the others" if n else ""
+        for n in before.sum(axis=1)
     ]
     columns["fit_note"] = np.array(["; ".join(filter(None, both)) for both in zip(said, columns["fit_note"])])
 
 
 def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
     """Give a median beyond the largest movement of the walls as what is known of it: a lower bound."""
-    beyond = (columns["fit_status"] == FITTED) & (columns["median"] > largest * (1 + 1e-9))
+    found = BoundedMedian.of(columns["median"], columns["median_lower"], columns["median_upper"], largest)
+    beyond = (columns["fit_status"] == FITTED) & np.isfinite(found.extrapolated)
     columns["fit_status"] = np.where(beyond, EXTRAPOLATED, columns["fit_status"])
-    columns["median_extrapolated"] = np.where(beyond, columns["median"], np.nan)
-    columns["median"] = np.where(beyond, largest, columns["median"])
-    columns["median_lower"] = np.where(beyond, np.minimum(columns["median_lower"], largest), columns["median_lower"])
-    columns["median_upper"] = np.where(beyond & np.isfinite(columns["median_lower"]), np.inf, columns["median_upper"])
+    columns["median"], columns["median_lower"], columns["median_upper"], columns["median_extrapolated"] = found
     for end in ("undamaged", "damaged"):
         failed = columns[f"median_failed_{end}"]
         columns[f"median_failed_{end}"] = np.where(failed > largest * (1 + 1e-9), np.inf, failed)
@@ -291,7 +287,7 @@ def _with_bands(
         return fits, none, nothing
     best, count = estimator.best(), known_walls(estimator)
     possible = asked.band != "profile" or bands.has_profile(estimator)
-    if possible and count < _fewest(asked.band, asked.model == "common"):
+    if possible and _too_few(estimator.cells, count, asked):
         return fits, none, nothing
     if asked.band == "profile":
         return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], nothing
@@ -313,9 +309,15 @@ def _with_bands(
     return fits, limits, share
 
 
-def _fewest(band: str, common: bool) -> int:
-    """Return how many walls must tell of a category for its band to hold what it says."""
-    return bands.FEWEST_WALLS if band != "bca" else FEWEST_COMMON if common else 0
+def _too_few(cells: Cells, known: float, asked: _Asked) -> bool:
+    """Whether a band would hold the truth less often than it says, of so many walls that tell of a category."""
+    if asked.band != "bca":
+        return known < bands.FEWEST_WALLS
+    return asked.model == "common" and (known < FEWEST_COMMON or _effective(cells) < FEWEST_COMMON_WALLS)
+
+
+def _effective(cells: Cells) -> float:
+    return effective_samples(np.repeat(cells.weight, cells.number))
 
 
 def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
@@ -377,7 +379,7 @@ def _shares_between(best: FloatArray, curves: FloatArray, cells: Cells, asked: _
     Where resamples do not scatter, all walls that tell stand for as many (none of them damaged, or all).
     """
     scatter = curves.std(axis=0, ddof=1)
-    every = effective_samples(np.repeat(cells.weight, cells.number))
+    every = _effective(cells)
     told = np.minimum(best * (1 - best) / np.maximum(scatter, 1e-12) ** 2, every)
     count = np.where((scatter > 0) & (told > 0), told, every)
     factor = normal_factor(asked.confidence)
@@ -454,7 +456,7 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, aske
     said = []
     if count < FEW:
         said.append(f"rests on {count} walls that reached it")
-    if asked.bootstrap and known_walls(Composite([0], cells)) < _fewest(asked.band, common):
+    if asked.bootstrap and _too_few(cells, known_walls(Composite([0], cells)), asked):
         instead = "separate curves" if asked.band == "bca" else "bca"
         said.append(f"no band: of so few walls it would be too narrow; take {instead}")
     if fit.median > walls.largest:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import BoolArray, FloatArray
+from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 from damagepred.uq.fragility.capacities import Cells
 
 FEWEST = 3
@@ -59,6 +60,82 @@ class CommonFit(NamedTuple):
     median: FloatArray
     dispersion: float
     status: tuple[str, ...]
+
+
+class StartShare(NamedTuple):
+    """Share p0 of the walls that reached a category before any movement, with its Wilson interval."""
+
+    share: float
+    lower: float
+    upper: float
+
+    @classmethod
+    def of(cls, before: BoolArray, weight: FloatArray, confidence: float) -> StartShare:
+        """Estimate the share; the interval is empty where no wall is damaged at the start.
+
+        Parameters
+        ----------
+        before : array of bool (walls,)
+            Walls that reached the category before any movement.
+        weight : array (walls,)
+            Weight of each.
+        confidence : float
+            Level of the interval.
+        """
+        if not before.any():
+            return cls(0.0, 0.0, 0.0)
+        share = float(before @ weight / weight.sum())
+        return cls(share, *wilson(share, effective_samples(weight), normal_factor(confidence)))
+
+    def mixed(self, name: str, curve: FloatArray) -> FloatArray:
+        """Return p0 + (1 - p0) F for the curve F of the other walls, with the end of p0 that the name ends in.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``probability``, ``probability_lower`` or ``probability_failed_damaged``.
+        curve : array
+            Probabilities F.
+        """
+        p0 = {"lower": self.lower, "upper": self.upper}.get(name.rpartition("_")[2], self.share)
+        return p0 + (1.0 - p0) * curve
+
+
+class BoundedMedian(NamedTuple):
+    """Median with its interval, arrays; beyond the followed movements the median is a lower bound.
+
+    Attributes
+    ----------
+    median, lower, upper : array
+        Infinite upper ends where the median lies beyond.
+    extrapolated : array
+        The fitted median where it lies beyond, NaN elsewhere.
+    """
+
+    median: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    extrapolated: FloatArray
+
+    @classmethod
+    def of(cls, median: FloatArray, lower: FloatArray, upper: FloatArray, largest: float) -> BoundedMedian:
+        """Bound medians by the largest movement to which a wall was followed.
+
+        Parameters
+        ----------
+        median, lower, upper : array
+            As fitted; NaN where there is none.
+        largest : float
+            That movement.
+        """
+        beyond = median > largest * (1 + 1e-9)
+        low = np.where(beyond, np.minimum(lower, largest), lower)
+        return cls(
+            np.where(beyond, largest, median),
+            low,
+            np.where(beyond & np.isfinite(low), np.inf, upper),
+            np.where(beyond, median, np.nan),
+        )
 
 
 def reasons(cells: Cells, common: bool = False) -> list[str]:

@@ -2,7 +2,8 @@
 
 The median of the capacity is exp(a + b x), x the second variable or its logarithm, and the dispersion the same
 everywhere: a regression of censored capacities. With the logarithm, b is an exponent: twice the strength, 2^b times the
-capacity. Any variable of the study with one number a wall can be the second one.
+capacity. Any variable of the study with one number a wall can be the second one. Walls that reach the category before
+any movement are a share p0, the same for every value of the second variable; the regression is of the others.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.bands import FEW_WALLS, expanded
-from damagepred.uq.fragility.capacities import Cells, read_capacities, require_categories, tally
+from damagepred.uq.fragility.capacities import Cells, others_alone, read_capacities, require_categories, tally
 from damagepred.uq.fragility.estimators import Composite, Shared
-from damagepred.uq.fragility.fit import FITTED, Fit, reasons
+from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons
 from damagepred.uq.fragility.intensity import attributes, chosen_intensity
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
@@ -76,8 +77,10 @@ def fit_surface(
     xarray.Dataset
         ``probability`` with ``_lower`` and ``_upper`` on (second, intensity); ``median`` with both on (second,);
         ``slope`` (b), ``dispersion``, each with both, ``dispersion_alone`` (without the second variable), ``reached``,
-        ``not_reached``, ``failed``, ``fit_status``; as attributes Akaike's criterion with the second variable and
-        without, ``aic_with`` and ``aic_without``.
+        ``not_reached``, ``failed``, ``fit_status``, ``share_at_start`` with both; as attributes Akaike's criterion with
+        the second variable and without, ``aic_with`` and ``aic_without``. Where the median lies beyond the largest
+        movement to which a wall was followed, ``median`` is that movement, a lower bound, and ``median_extrapolated``
+        the number fitted; the status is "extrapolated" where it does so for every value of the second variable.
 
     Raises
     ------
@@ -94,7 +97,8 @@ def fit_surface(
     logarithmic = bool((z[known] > 0).all()) if scale is None else scale == "log"
     if logarithmic and (z[known] <= 0).any():
         raise InputError(f"second = '{second}': has values that are not positive; take scale = 'linear'.")
-    found = walls.capacities
+    before = walls.capacities.upper[0] <= 0
+    found = others_alone(walls.capacities)
     cells = tally(
         np.vstack((found.lower[:, known], z[known])), np.vstack((found.upper[:, known], z[known])), walls.weight[known]
     )
@@ -106,13 +110,15 @@ def fit_surface(
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic)
     columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
+    _bound_by_walls(columns, StartShare.of(before[known], walls.weight[known], confidence), walls.largest)
+    reached = np.isfinite(walls.capacities.upper)
     columns |= {
-        "reached": ((), int(np.isfinite(found.upper).sum())),
-        "not_reached": ((), int((np.isinf(found.upper) & ~found.failed).sum())),
+        "reached": ((), int(reached.sum())),
+        "not_reached": ((), int((~reached & ~found.failed).sum())),
         "failed": ((), int(found.failed.sum())),
     }
     measured = attributes(ds, name)
-    for end in ("", "_lower", "_upper"):
+    for end in ("", "_lower", "_upper", "_extrapolated"):
         columns[f"median{end}"][2]["units"] = measured["units"]
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     stated = {key: str(ds[second].attrs.get(key, other)) for key, other in (("long_name", second), ("units", "1"))}
@@ -135,6 +141,22 @@ def fit_surface(
             **attrs,
         },
     )
+
+
+def _bound_by_walls(columns: dict[str, Any], start: StartShare, largest: float) -> None:
+    """Add the share of walls damaged at the start, and end the medians at the largest movement of the walls."""
+    for name in ("probability", "probability_lower", "probability_upper"):
+        dims, value, attrs = columns[name]
+        columns[name] = (dims, start.mixed(name, value), attrs)
+    for end, value in zip(("", "_lower", "_upper"), start):
+        words = {"units": "1", "long_name": "share of walls in the category or worse before any movement"}
+        columns[f"share_at_start{end}"] = ((), value, words)
+    names = ("median", "median_lower", "median_upper", "median_extrapolated")
+    found = BoundedMedian.of(*(columns[name][1] for name in names[:3]), largest)
+    for name, value in zip(names, found):
+        columns[name] = ("second", value, dict(columns.get(name, columns["median"])[2]))
+    if columns["fit_status"][1] == FITTED and np.isfinite(found.extrapolated).all():
+        columns["fit_status"] = ((), EXTRAPOLATED)
 
 
 def _second(ds: xr.Dataset, name: str) -> FloatArray:
