@@ -1,6 +1,7 @@
 """How often an interval of 90 % holds the truth, for every interval that the toolkit prints.
 
-Run: python studies/coverage/run.py [--repetitions 400] [--seconds 40] [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
+Run: python studies/coverage/run.py [--repetitions 400] [--seconds 40]
+    [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
 """
 
 from __future__ import annotations

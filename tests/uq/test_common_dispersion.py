@@ -261,8 +261,8 @@ def test_a_category_that_lacks_scatter_borrows_it_from_another() -> None:
 
 def test_few_walls_have_no_band_however_many_of_them_tell() -> None:
     """A bound on the walls that reached a category alone would give bands to the unusual studies of 20 walls."""
-    for count, given in ((20, False), (30, True)):
+    for count, has_band in ((20, False), (30, True)):
         capacity = lognormal(np.random.default_rng(3), 8.0, 0.4, count)[:, None] * np.array([1.0, 1.2])
         found = fit_fragility(study(capacity, end=30.0, increments=60), model="common", bootstrap=100)
-        assert np.isfinite(found["median_lower"][:2]).all() == given
-        assert ("no band: of so few walls" in str(found["fit_note"].values[0])) != given
+        assert np.isfinite(found["median_lower"][:2]).all() == has_band
+        assert ("no band: of so few walls" in str(found["fit_note"].values[0])) != has_band
