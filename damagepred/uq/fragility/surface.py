@@ -152,7 +152,7 @@ def _bound_by_walls(columns: dict[str, Any], start: StartShare, largest: float) 
         words = {"units": "1", "long_name": "share of walls in the category or worse before any movement"}
         columns[f"share_at_start{end}"] = ((), value, words)
     names = ("median", "median_lower", "median_upper", "median_extrapolated")
-    found = BoundedMedian.of(*(columns[name][1] for name in names[:3]), largest)
+    found = BoundedMedian.of(columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest)
     for name, value in zip(names, found):
         columns[name] = ("second", value, dict(columns.get(name, columns["median"])[2]))
     if columns["fit_status"][1] == FITTED and np.isfinite(found.extrapolated).all():
