@@ -53,6 +53,10 @@ QUALITY = (
 """What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
 
 
+WORK = ("newton_iterations", "cycles", "events", "factorisations")
+"""Counts of the work that the solver spent on an increment."""
+
+
 IN_TIME = ("time", "kinetic_energy", "boundary_work", "damping_work", "searches")
 """What an increment of a dynamic run tells besides."""
 
@@ -352,9 +356,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         "central_deflection": deflection,
         "deflection_ratio": deflection / model.span,
         "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
-        "cycles": np.array([s.increment.cycles for s in steps], dtype=np.int64),
-        "events": np.array([s.increment.events for s in steps], dtype=np.int64),
-        "factorisations": np.array([s.increment.factorisations for s in steps], dtype=np.int64),
+        **{name: np.array([getattr(s.increment, name) for s in steps], dtype=np.int64) for name in WORK},
         "base_reaction": np.array([s.increment.base_reaction for s in steps]),
         **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
         **frames.distortion(moved)._asdict(),

@@ -429,13 +429,12 @@ def wall_quality(ds: xr.Dataset) -> list[str]:
     """Say what a wall cost and how good its path is."""
     balance = f"unbalanced force at most {float(ds['unbalanced_force_ratio'].max()):.1e} block weights"
     reaction = f"reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN"
-    work = int(ds["cycles"].sum())
     if ds.attrs["solver_method"] == "explicit":
-        return [f"{balance}; {work} cycles; {reaction}"]
+        return [f"{balance}; {int(ds['cycles'].sum())} cycles; {reaction}"]
     if ds.attrs["solver_method"] == "dynamic":
         return _run_in_time(ds)
     law = f"joint law exceeded by at most {float(ds['joint_law_violation'].max()):.1e} Pa"
-    factorised, events = int(ds["factorisations"].sum()), int(ds["events"].sum())
+    iterations, factorised, events = (int(ds[name].sum()) for name in ("newton_iterations", "factorisations", "events"))
     energy = {
         name: float(ds[name][-1])
         for name in (
@@ -449,7 +448,7 @@ def wall_quality(ds: xr.Dataset) -> list[str]:
     }
     return [
         f"{balance}; {law}; {reaction}",
-        f"{work} Newton steps, {factorised} factorisations; bonds broke {events} times",
+        f"{iterations} Newton iterations, {factorised} factorisations; bonds broke {events} times",
         f"work of load and movement {energy['external_work']:.4g} J: {energy['elastic_energy']:.4g} J stored, "
         f"{energy['friction_work']:.4g} J friction, {energy['fracture_work']:.4g} J fracture, "
         f"{energy['released_energy']:.4g} J released; errors add up to {energy['energy_error']:.2g} J",

@@ -34,7 +34,7 @@ import xarray as xr
 from damagepred.archive.checks import check_attributes
 from damagepred.archive.digest import read_signed_json, signed, signed_json, study_hash, verified
 from damagepred.archive.files import read_dataset, write_dataset, write_whole
-from damagepred.archive.parts import Column, Columns, read_part
+from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
 from damagepred.arguments import checked
@@ -437,7 +437,7 @@ class StudyFolder:
         if derived and os.path.lexists(self.results_file):
             try:
                 whole = read_dataset(self.results_file, self.study_hash)
-                known = pieces.put(_columns(whole, wanted), self.results_file)
+                known = pieces.put(columns_of(whole, wanted and {"sample", *wanted}), self.results_file)
             except InputError as error:
                 left_out[self.results_file] = str(error)
         for file, numbers in sorted(self.part_files().items()):
@@ -479,14 +479,6 @@ def _names(folder: Path) -> Iterator[str]:
         return
     except NotADirectoryError:
         raise DamagedError(f"{folder}: is no folder; move it away, and the study goes on.") from None
-
-
-def _columns(ds: xr.Dataset, wanted: set[str] | None) -> Columns:
-    return {
-        str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
-        for name, v in ds.variables.items()
-        if wanted is None or name == "sample" or name in wanted
-    }
 
 
 class _Pieces:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.archive.checks import check_values
@@ -45,6 +46,23 @@ class Column(NamedTuple):
 
 
 Columns = dict[str, Column]
+
+
+def columns_of(ds: xr.Dataset, names: set[str] | None = None) -> Columns:
+    """Return the variables of a dataset as those of a part.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a study, or some samples of one.
+    names : set of str, optional
+        Variables to return; the others are left out.
+    """
+    return {
+        str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
+        for name, v in ds.variables.items()
+        if names is None or name in names
+    }
 
 
 def study_dims(name: str) -> tuple[str, ...]:
@@ -152,12 +170,7 @@ def read_part(path: Path, names: Iterable[str] | None = None, study: str | None 
     wanted = None if names is None else {"sample", *names}
     content, found = verified(read_bytes(path, LARGEST_TABLE), path)
     if content[:3] != CLASSIC:  # the first version wrote netCDF-4
-        ds = read_dataset(path, study)
-        return {
-            str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
-            for name, v in ds.variables.items()
-            if wanted is None or name in wanted
-        }
+        return columns_of(read_dataset(path, study), wanted)
     try:
         version, columns = _from_classic(content, str(path), wanted)
     except (InputError, MemoryError):
@@ -177,6 +190,7 @@ def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> tuple
     with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
         version = int(file.schema_version)
         brought_up_to_date(version, source)
+        asked, wanted = wanted, wanted if version == SCHEMA_VERSION else None  # an older one may hold it elsewhere
         for name, variable in file.variables.items():
             if wanted is not None and name not in wanted:
                 continue
@@ -190,6 +204,9 @@ def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> tuple
                 at = tuple(dims.split(","))
                 shape = tuple(file.dimensions.get(dim) or 0 for dim in at)
                 found[name] = Column(at, np.empty(shape), VARIABLES[name].attributes())
+    if version < SCHEMA_VERSION:
+        ds = xr.Dataset({name: tuple(column) for name, column in found.items()})
+        found = columns_of(brought_up_to_date(version, source, ds), asked)
     return version, found
 
 

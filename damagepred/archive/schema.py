@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
@@ -84,8 +84,9 @@ VARIABLES: dict[str, Variable] = {
     ),
     "jack_load": Variable(_STEP, "N", "load of each jack under the footing, upwards positive"),
     "unbalanced_force_ratio": Variable(_STEP, "1", "largest unbalanced force over the mean weight of a block"),
+    "newton_iterations": Variable(_STEP, "1", "Newton iterations of the quasi-static solver spent on the increment"),
     "cycles": Variable(
-        _STEP, "1", "Newton steps of the quasi-static, cycles of the explicit solver spent on the increment"
+        _STEP, "1", "cycles of the explicit solver, or time steps of a dynamic run, spent on the increment"
     ),
     "events": Variable(_STEP, "1", "times at which bonds broke in the increment, counted by the quasi-static solver"),
     "factorisations": Variable(_STEP, "1", "changes of the stiffness that the quasi-static solver factorised"),

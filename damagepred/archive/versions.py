@@ -5,15 +5,17 @@ Version 2: parts are in netCDF's classic format, and one may hold a run of sampl
 Version 3: what other damage tables ask for is kept besides: ``crack_group_width``, slopes, distortion of openings.
 Older archives simply lack it; ``damagepred.judge_again`` says what it then does without.
 Version 4: each file of a study ends with a digest of its content and the hash of the study.
+Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of the others; both were ``cycles`` before.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import SCHEMA_VERSION
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES
 from damagepred.errors import InputError, NewerError
 
 Migration = Callable[[xr.Dataset], xr.Dataset]
@@ -23,7 +25,31 @@ def _unchanged(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
-MIGRATIONS: dict[int, Migration] = {1: _unchanged, 2: _unchanged, 3: _unchanged}
+def _split_cycles(ds: xr.Dataset) -> xr.Dataset:
+    """Return ``cycles`` of the quasi-static solver as ``newton_iterations``; -1, unknown, stays so in both."""
+    if "cycles" not in ds:
+        return ds
+    if "solver_method" in ds.attrs:
+        quasi_static = xr.DataArray(ds.attrs["solver_method"] == "quasi_static")
+    elif "joint_law_violation" in ds:  # of a study; the other solvers do not know it
+        quasi_static = ds["joint_law_violation"].notnull().any("increment")
+    else:
+        quasi_static = xr.DataArray("events" in ds)
+    spent = ds["cycles"]
+    unknown_or_0 = np.minimum(spent, 0)
+    split = {
+        "newton_iterations": xr.where(quasi_static, spent, unknown_or_0),
+        "cycles": xr.where(quasi_static, unknown_or_0, spent),
+    }
+    return ds.assign(
+        {
+            name: (spent.dims, values.transpose(*spent.dims).values, {**spent.attrs, **VARIABLES[name].attributes()})
+            for name, values in split.items()
+        }
+    )
+
+
+MIGRATIONS: dict[int, Migration] = {1: _unchanged, 2: _unchanged, 3: _unchanged, 4: _split_cycles}
 """What makes a dataset of one version one of the next."""
 
 

@@ -27,6 +27,7 @@ _WORK = (
     ("released_energy", "set free where bonds broke"),
     ("energy_error", "not balanced"),
 )
+_SPENT = (("newton_iterations", "Newton iterations spent"), ("cycles", "cycles spent"))
 
 
 def wall_quality(ds: xr.Dataset) -> list[Part]:
@@ -44,7 +45,7 @@ def wall_quality(ds: xr.Dataset) -> list[Part]:
         rows.append(["energy that does not balance, of all work done", number(100 * float(share[-1]), 2), "%"])
     rows += [
         ["times at which bonds broke", _sum(ds, "events"), ""],
-        [f"{_steps(ds)} spent", _sum(ds, "cycles"), ""],
+        *([what, _sum(ds, name), ""] for name, what in _SPENT if name in ds and (ds[name].values > 0).any()),
     ]
     parts: list[Part] = [
         Table("How well the path is solved: the worst of all increments", ["", "value", "unit"], rows, words=(0, 2))
@@ -196,10 +197,6 @@ def common_movement(ds: xr.Dataset) -> float:
     if movement.ndim != 2 or not run.any():
         return float("nan")
     return float(np.nanmax(movement[run], axis=1).min())
-
-
-def _steps(ds: xr.Dataset) -> str:
-    return "Newton steps" if ds.attrs.get("solver_method") == "quasi_static" else "cycles"
 
 
 def _known(ds: xr.Dataset, name: str) -> bool:

@@ -117,7 +117,7 @@ def cost_rows(walls: dict[str, Scene]) -> Iterable[list[str]]:
         for parts in (1, 2, 4, 8):
             ds, seconds = timed(replace(scene, solver=replace(scene.solver, no_tension_subdivisions=parts)))
             widths = (f"{1e3 * float(ds[n][-1]):.3f} mm" for n in ("dpc_opening_max", "crack_band_width_max"))
-            yield [name, str(parts), f"{seconds:.2f} s", str(int(ds["cycles"].sum())), *widths]
+            yield [name, str(parts), f"{seconds:.2f} s", str(int(ds["newton_iterations"].sum())), *widths]
 
 
 def step_rows(walls: dict[str, Scene]) -> Iterable[list[str]]:

@@ -52,7 +52,7 @@ def path_of(case: Case, solver: Solver) -> Result:
                     verdict.damage_category,
                     (inc.state == 1).sum(),
                     inc.unbalanced_force_ratio,
-                    inc.cycles,
+                    inc.newton_iterations + inc.cycles,
                     verdict.crack_band_width_max,
                     verdict.damage_category_band,
                 )
@@ -71,7 +71,7 @@ def path_of(case: Case, solver: Solver) -> Result:
         "category",
         "cracked",
         "unbalanced",
-        "cycles",
+        "iterations",
         "crack_band",
         "category_band",
     )

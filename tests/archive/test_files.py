@@ -35,9 +35,9 @@ SIZES = {
     "group_count": 4,
 }
 COUNTS = (
-    "increment cycles crack_count block_course vertex_block contact_interface contact_joint sample apex_limited "
-    "snap_back_limited zone_mesh zone_gridpoint zone_block gridpoint_block zones_in_shear zones_in_tension "
-    "zones_yielded_before group_count"
+    "increment newton_iterations cycles crack_count block_course vertex_block contact_interface contact_joint sample "
+    "apex_limited snap_back_limited zone_mesh zone_gridpoint zone_block gridpoint_block zones_in_shear "
+    "zones_in_tension zones_yielded_before group_count"
 )
 
 

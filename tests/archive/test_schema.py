@@ -95,7 +95,7 @@ DIMENSION_BY_NAME = [
         r"(width|thickness|width_max|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|movement|opening_max|closing_max)$",
         "m",
     ),
-    (r"(ratio|friction|count|cycles|tilt_max|slope_max|distortion)$", "1"),
+    (r"(ratio|friction|count|cycles|iterations|tilt_max|slope_max|distortion)$", "1"),
     (r"reaction$", "N"),
     (r"rotation$", "rad"),
     (r"time$", "s"),

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.archive.parts import read_part
 from damagepred.archive.schema import SCHEMA_VERSION
-from damagepred.archive.versions import MIGRATIONS
+from damagepred.archive.versions import MIGRATIONS, brought_up_to_date
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study
 from damagepred.study.campaign.status import standing
@@ -35,6 +37,33 @@ def test_an_old_study_is_read(old: Path) -> None:
     assert np.isfinite(ds["crack_width_max"].values[:2]).all()
     assert ds.attrs["schema_version"] == SCHEMA_VERSION
     assert ds["opening_width_change"].shape == (3, 7, 0)
+    assert ds["newton_iterations"].values[:2, 1].tolist() == [183, 269]
+    assert ds["cycles"].values.tolist() == [[0] * 7, [0] * 7, [-1] * 7]
+    part = read_part(old / "parts" / "sample-00000000.nc", ["newton_iterations"])
+    assert set(part) == {"sample", "newton_iterations"}
+
+
+@pytest.mark.parametrize(
+    ("attrs", "violation", "newton", "cycles"),
+    [
+        ({"solver_method": "quasi_static"}, None, [[2, 9], [3, -1]], [[0, 0], [0, -1]]),
+        ({"solver_method": "explicit"}, None, [[0, 0], [0, -1]], [[2, 9], [3, -1]]),
+        ({"solver_method": "dynamic"}, None, [[0, 0], [0, -1]], [[2, 9], [3, -1]]),
+        ({}, [[0.0, 0.0], [np.nan, np.nan]], [[2, 9], [0, -1]], [[0, 0], [3, -1]]),
+    ],
+)
+def test_cycles_of_version_4_are_split_by_the_solver(
+    attrs: dict[str, str], violation: list[list[float]] | None, newton: list[list[int]], cycles: list[list[int]]
+) -> None:
+    both = ("sample", "increment")
+    ds = xr.Dataset({"cycles": (both, np.array([[2, 9], [3, -1]]))}, attrs=attrs)
+    if violation is not None:
+        ds["joint_law_violation"] = both, violation
+    now = brought_up_to_date(4, "old.nc", ds)
+    assert now["newton_iterations"].values.tolist() == newton
+    assert now["cycles"].values.tolist() == cycles
+    assert "Newton" in now["newton_iterations"].attrs["long_name"]
+    assert "Newton" not in now["cycles"].attrs["long_name"]
 
 
 def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:

@@ -80,7 +80,7 @@ def test_solve_writes_every_variable_of_the_contract(command: Run, tmp_path: Pat
 @pytest.mark.parametrize(
     ("method", "said", "unsaid"),
     [
-        ("quasi_static", ["Newton steps", "factorisations", "joint law exceeded", "J friction"], ["cycles"]),
+        ("quasi_static", ["Newton iterations", "factorisations", "joint law exceeded", "J friction"], ["cycles"]),
         ("explicit", ["cycles"], ["Newton", "joint law", "nan"]),
     ],
 )

@@ -230,7 +230,7 @@ def check_wall(ds: xr.Dataset, root: Element) -> None:
                 "stress by which a joint exceeds its law, at most": ds["joint_law_violation"].max(),
                 "energy that does not balance, of all work done": last["energy_error"] / max(work),
                 "times at which bonds broke": ds["events"].sum(),
-                "Newton steps spent": ds["cycles"].sum(),
+                "Newton iterations spent": ds["newton_iterations"].sum(),
             }
             assert list(expected) == [row[0] for row in rows]
             for what, value, unit in rows:

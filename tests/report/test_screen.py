@@ -119,7 +119,7 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
             "reaction {}": float(ds["base_reaction"][-1]),
         },
     )
-    compare(counts, "", [float(ds[name].sum()) for name in ("cycles", "factorisations", "events")], "counts")
+    compare(counts, "", [float(ds[name].sum()) for name in ("newton_iterations", "factorisations", "events")], "counts")
     compare_line(work, last(ds, WORDS_OF_WORK))
 
 

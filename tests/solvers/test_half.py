@@ -366,7 +366,7 @@ def test_energies_of_the_half_are_doubled() -> None:
     for name in ("external_work", "elastic_energy", "friction_work", "released_energy", "base_reaction"):
         assert getattr(unfolded, name) == 2 * getattr(of_half, name)
         assert getattr(unfolded, name) == pytest.approx(getattr(whole, name), rel=1e-4, abs=1e-3)
-    assert (unfolded.number, unfolded.cycles) == (of_half.number, of_half.cycles)
+    assert (unfolded.number, unfolded.newton_iterations) == (of_half.number, of_half.newton_iterations)
 
 
 @pytest.mark.parametrize("length", [EVEN, ODD])

@@ -160,7 +160,7 @@ def test_replay_is_bit_for_bit_whatever_the_solver_and_the_fields(tmp_path: Path
         assert file is not None
         part = read_part(file)
         row = part["sample"].values.tolist().index(sample)
-        for name in ("crack_width_max", "external_work", "cycles", "unbalanced_force_ratio"):
+        for name in ("crack_width_max", "external_work", "newton_iterations", "unbalanced_force_ratio"):
             np.testing.assert_array_equal(ds[name].values, part[name].values[row][: ds.sizes["increment"]])
 
 

@@ -41,7 +41,7 @@ def test_exponents_of_made_up_times_are_found(room: dict[str, ModuleType]) -> No
             "zones": 0,
             "increments": 20,
             "seconds": seconds,
-            "cycles": blocks**0.5,
+            "iterations": blocks**0.5,
             "memory_before": 100.0,
             "memory": 100.0 + 1e-3 * blocks**1.5,
             "end": "complete",
@@ -76,7 +76,7 @@ def test_paths_are_measured_with_their_work(room: dict[str, ModuleType]) -> None
     explicit = [measured(room, "blocks", "explicit, own weight", blocks) for blocks in (30, 480)]
     assert all(row["end"] == "complete" for row in explicit)
     # a wave has four times as many courses to go
-    assert explicit[1]["cycles"] > 1.5 * explicit[0]["cycles"]
+    assert explicit[1]["iterations"] > 1.5 * explicit[0]["iterations"]
     found = measured(room, "blocks", "quasi-static, dpc", 60)
     assert found["end"] == "complete"
     assert found["reached"] == 20

@@ -587,7 +587,7 @@ class Path:
             state=contact_states(model, state.history._replace(cracked=state.history.cracked & ~self.never_opened)),
             unbalanced_force_ratio=worst,
             base_reaction=base_reaction(model, force),
-            cycles=now.newton - before.newton,
+            newton_iterations=now.newton - before.newton,
             events=now.events - before.events,
             factorisations=now.factorisations - before.factorisations,
             collapsed=collapsed,

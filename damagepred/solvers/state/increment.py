@@ -70,8 +70,10 @@ class Increment:
         not above 1e-3, where on the way there was no equilibrium and the wall trembled about a place.
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
+    newton_iterations : int
+        Of the quasi-static solver, spent on this increment; 0 of the others.
     cycles : int
-        Work done for this increment: Newton steps of the quasi-static, cycles of the explicit solver.
+        Of the explicit solver, or time steps of a dynamic run, spent on this increment; 0 of the quasi-static solver.
     events, factorisations : int
         Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
     external_work, elastic_energy, friction_work, fracture_work, crushing_work, plastic_work : float
@@ -121,7 +123,8 @@ class Increment:
     state: Int8Array
     unbalanced_force_ratio: float
     base_reaction: float
-    cycles: int
+    newton_iterations: int = 0
+    cycles: int = 0
     collapsed: bool = False
     events: int = 0
     factorisations: int = 0

@@ -80,10 +80,11 @@ def path_of(model: Model, scene: Scene, curve: Curve, increments: int) -> Iterat
 
 def follow(path: Iterator[Increment], row: dict[str, Any], say: Say | None = None) -> None:
     """Follow a path without keeping it; count the work in ``row``."""
-    row.update(cycles=0, events=0, factorisations=0, reached=-1, end="complete")
+    row.update(iterations=0, events=0, factorisations=0, reached=-1, end="complete")
     try:
         for step in path:
-            for name in ("cycles", "events", "factorisations"):
+            row["iterations"] += step.newton_iterations + step.cycles
+            for name in ("events", "factorisations"):
                 row[name] += getattr(step, name)
             row["reached"] = step.number
             row["cracked"] = int((step.state == ContactState.CRACKED).sum())

@@ -41,7 +41,7 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
     numbers = [c for c in fine.columns if c not in (*keys, "end", "message", "round", "limit")]
     found = fine.groupby(keys, sort=False)[numbers].median(numeric_only=True).reset_index()
     found["wall_memory"] = found["memory"] - found["memory_before"]
-    found["a_step"] = found["seconds"] / found["cycles"]
+    found["a_step"] = found["seconds"] / found["iterations"]
     found["ns"] = 1e9 * found["a_step"] / np.where(found["zones"] > 0, found["zones"], found["contacts"])
     found["choleskys"] = found["seconds"] / found["cholesky"]
     found["at"] = [row[AXIS[row["grows"]]] for _, row in found.iterrows()]
@@ -55,7 +55,7 @@ def _columns(rows: pd.DataFrame) -> list[str]:
     wanted = (
         "memory",
         "memory_before",
-        "cycles",
+        "iterations",
         "zones",
         "blocks",
         "contacts",
@@ -98,7 +98,7 @@ def exponents(found: pd.DataFrame) -> pd.DataFrame:
     for (what, curve), own in found.groupby(["grows", "curve"], sort=False):
         powers = {
             name: power(own, name, NOT_MORE if name == "wall_memory" else 0.0)
-            for name in ("seconds", "cycles", "a_step", "wall_memory")
+            for name in ("seconds", "iterations", "a_step", "wall_memory")
         }
         largest, fitted = own.loc[own["at"].idxmax()], powers["seconds"]
         lines.append(
@@ -106,7 +106,7 @@ def exponents(found: pd.DataFrame) -> pd.DataFrame:
                 "grows": what,
                 "walls and solver": curve,
                 "time": _two(powers["seconds"]),
-                "steps": _two(powers["cycles"]),
+                "steps": _two(powers["iterations"]),
                 "time of a step": _two(powers["a_step"]),
                 "memory": _two(powers["wall_memory"]),
                 "fitted over": "" if fitted is None else f"{fitted.low:.7g} to {fitted.high:.7g}",
@@ -149,7 +149,7 @@ def points(found: pd.DataFrame, what: str) -> pd.DataFrame:
             "increments": _whole(own["increments"]),
             "time, s": own["seconds"],
             "memory, MB": own["wall_memory"],
-            "Newton steps or cycles": _whole(own["cycles"]),
+            "Newton iterations or cycles": _whole(own["iterations"]),
             "events": _whole(own["events"].where(~explicit)),
             "factorisations": _whole(own["factorisations"].where(~explicit)),
             "contacts cracked": _whole(own["cracked"]),
@@ -260,11 +260,11 @@ def draw_blocks(found: pd.DataFrame, file: Path) -> None:
     time.loglog(own["at"], own["cholesky"], color="0.5", lw=1, label="one banded Cholesky, to compare")
     time.legend(fontsize=6.5, title="exponents", title_fontsize=7, loc="upper left")
     lines(memory, found, "blocks", "wall_memory", least=NOT_MORE)
-    lines(newton, found, "blocks", "cycles")
+    lines(newton, found, "blocks", "iterations")
     lines(cycles, found, "blocks", "ns", only="explicit")
     set_title(time, "Processor time of a path (s)")
     set_title(memory, "Peak memory, less that before the wall (MB)")
-    set_title(newton, "Newton steps (quasi-static) or cycles (explicit) of a path")
+    set_title(newton, "Newton iterations (quasi-static) or cycles (explicit) of a path")
     set_title(cycles, "Explicit: time of a cycle over contacts, or over zones (ns)")
     time.set_ylabel("s")
     memory.set_ylabel("MB")

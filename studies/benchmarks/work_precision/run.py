@@ -33,7 +33,7 @@ from damagepred.study.campaign.warm_up import warm_up
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "data.csv"
-COLUMNS = ["scene", "axis", "value", "status", "seconds", "build_seconds", "blocks", "contacts", "zones", "cycles"]
+COLUMNS = ["scene", "axis", "value", "status", "seconds", "build_seconds", "blocks", "contacts", "zones", "iterations"]
 COLUMNS += [f"{name}@{share:g}" for name in QUANTITIES for share in SHARES]
 QUICK = ["default", "same model", "increments", "explicit"]
 REPEATS, SHORT = 5, 1.0
@@ -57,7 +57,7 @@ def measured(scene: Scene) -> dict[str, Any]:
         "blocks": model.n_blocks,
         "contacts": model.n_contacts,
         "zones": 0 if model.mesh is None else len(model.mesh.zones),
-        "cycles": int(ds["cycles"].sum()),
+        "iterations": int(ds["newton_iterations"].sum() + ds["cycles"].sum()),
     }
     for name, values in read(ds, model).items():
         row |= {f"{name}@{share:g}": value for share, value in zip(SHARES, values)}

@@ -62,7 +62,12 @@ def solve(wall: Scene) -> xr.Dataset:
 
     def tell(step: Step) -> None:
         i, seconds = step.increment, time.perf_counter() - began
-        print(f"  increment {i.number}: {i.cycles} steps, {seconds:.0f} s so far", file=sys.stderr, flush=True)
+        spent = i.newton_iterations + i.cycles
+        print(
+            f"  increment {i.number}: {spent} steps, {seconds:.0f} s so far",
+            file=sys.stderr,
+            flush=True,
+        )
 
     return damagepred.solve(wall, on_step=tell, on_failure="return")
 
@@ -124,12 +129,12 @@ def main() -> None:
     file = options.output / ("footing.nc" if options.footing else "wall.nc")
     write_dataset(ds, file)
     draw(ds, options.figures, "_footing" if options.footing else "")
-    cycles = int(ds["cycles"].sum())
+    what, name = ("cycles", "cycles") if options.explicit else ("Newton iterations", "newton_iterations")
     print("\n".join(table(ds)))
     print(f"\nmean stress of the bricks from joints and from zones: they differ by {100 * two_ways(ds):.2g} % (rms)")
     print(
         f"\n{ds.sizes['zone']} zones, {ds.sizes['gridpoint']} gridpoints, {ds.sizes['contact']} contacts; "
-        f"{cycles} {'cycles' if options.explicit else 'Newton steps'} in {seconds:.0f} s of the processor, "
+        f"{int(ds[name].sum())} {what} in {seconds:.0f} s of the processor, "
         f"{elapsed:.0f} s by the clock\n"
         f"memory {before:.0f} MB before, {peak():.0f} MB at most; archive {file.stat().st_size / 1e6:.1f} MB\n"
         f"dpc open by {1e3 * float(ds['dpc_opening_max'][EARLY]):.2f} mm at {EARLY} mm and by "
