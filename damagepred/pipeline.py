@@ -279,9 +279,7 @@ def _solve(
         attributes = {"title": "assembly of blocks"}
     run: DynamicRun | None = None
     if dynamics is not None:
-        from damagepred.solvers.dynamics import DynamicRun
-
-        run, count = DynamicRun(model, settings, dynamics), dynamics.outputs
+        run, count = dynamic_run(model, settings, dynamics), dynamics.outputs
         attributes |= run.attributes()
     steps: list[Step] = []
     status, message = "complete", None
@@ -316,6 +314,30 @@ def _solve(
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
     return ds
+
+
+def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRun:
+    """Prepare a run in physical time from the static equilibrium under dead load, unless that is not wanted.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Settings of the quasi-static solver.
+    dynamics : Dynamics
+        Time, damping, base motion, start.
+
+    Raises
+    ------
+    InputError
+        If the model cannot be run in time.
+    """
+    from damagepred.solvers.dynamics import DynamicRun, require_supported
+    from damagepred.solvers.quasi_static.static_equilibrium import static_equilibrium
+
+    require_supported(model, settings, dynamics)
+    return DynamicRun(model, dynamics, static_equilibrium(model, settings) if dynamics.start == "equilibrium" else None)
 
 
 def _whole_interfaces(settings: Solver) -> Solver:

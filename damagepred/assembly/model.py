@@ -438,6 +438,12 @@ class Model:
         """Mass of each block (kg)."""
         return self.density * self.blocks.area * self.block_law.thickness
 
+    def describe_block(self, block: int) -> str:
+        """Describe a block by number, place and course, for a message."""
+        course = int(self.blocks.course[block])
+        where = f"x = {self.blocks.x[block]:.3g} m, y = {self.blocks.y[block]:.3g} m"
+        return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
+
     @cached_property
     def moves(self) -> BoolArray:
         """Whether each block (n,) can move by itself in any direction, being not held or moved altogether."""

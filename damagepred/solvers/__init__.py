@@ -64,6 +64,6 @@ def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment
         from damagepred.solvers.quasi_static import quasi_static_path
 
         return quasi_static_path(model, settings, increments)
-    from damagepred.solvers.time_stepping.scheme import explicit_path
+    from damagepred.solvers.explicit import explicit_path
 
     return explicit_path(model, settings, increments)

@@ -27,7 +27,6 @@ from damagepred.assembly.model import BlockLaw, Blocks, Ground, Interfaces, Jack
 from damagepred.assembly.section import Sections
 from damagepred.errors import SolverError
 from damagepred.solvers.state.increment import Increment
-from damagepred.solvers.time_stepping.scheme import describe_block
 
 ROUNDING = 1e-9
 """Places (over the size of the wall), stiffnesses, loads and movements (over the largest) that differ by less agree."""
@@ -185,7 +184,7 @@ class Half:
         if not 0 <= error.block < len(self.fold.kept):
             return error
         block = int(self.fold.kept[error.block])
-        here, there = describe_block(self.model, error.block), describe_block(self.whole, block)
+        here, there = self.model.describe_block(error.block), self.whole.describe_block(block)
         return type(error)(str(error).replace(here, there), increment=error.increment, block=block)
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import time
 
 from damagepred.assembly import wall_model
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Scene, Solver
-from damagepred.solvers.dynamics import DynamicRun
 
 OUTPUTS, INTERVAL = 100, 2e-3
 """Stretches, and their length (s)."""
@@ -47,9 +47,9 @@ def zones() -> None:
         scene, outputs = of_zones(material, 6), 6
         assert scene.dynamics is not None
         model = wall_model(scene)
-        DynamicRun(model, scene.solver, scene.dynamics).advance()  # compiles
+        dynamic_run(model, scene.solver, scene.dynamics).advance()  # compiles
         start = time.process_time()
-        run = DynamicRun(model, scene.solver, scene.dynamics)
+        run = dynamic_run(model, scene.solver, scene.dynamics)
         prepared = time.process_time() - start
         assert run.grid is not None
         times = []
@@ -69,7 +69,7 @@ def main() -> None:
     print("wall        points  steps  searches  us a step  ns a point and step (fastest, all)")
     for name, scene in (("at rest", at_rest()), ("shaken", falling())):
         assert scene.dynamics is not None
-        run = DynamicRun(wall_model(scene), scene.solver, scene.dynamics)
+        run = dynamic_run(wall_model(scene), scene.solver, scene.dynamics)
         run.advance()
         times = []
         for _ in range(OUTPUTS - 1):

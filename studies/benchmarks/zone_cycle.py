@@ -21,7 +21,7 @@ from damagepred.kernels.jit import rule
 from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers.state.increment import ZoneState
-from damagepred.solvers.time_stepping import scheme as explicit
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 CYCLES, REPEATS = 20, 41
 DISHING = Movement(kind="dishing", central_deflection=1e-3)
@@ -42,18 +42,18 @@ def facets_alone(facets, displacement, force, cycles):
         hand_on(facets, force)
 
 
-def wall(block: BlockMaterial, blocks: str = "deformable", size: Wall | None = None) -> explicit.Run:
+def wall(block: BlockMaterial, blocks: str = "deformable", size: Wall | None = None) -> DampedTimeStepping:
     """Return the wall at rest under dead load, if it bears it elastically."""
     solver = Solver(method="explicit", blocks=blocks)  # type: ignore[arg-type]
     scene = Scene(
         wall=size or Wall(), block=block, dpc=Dpc(), loads=Loads(roof=6000.0), movement=DISHING, solver=solver
     )
-    run = explicit.Run(wall_model(scene), solver)
-    run.start_elastic()
+    run = DampedTimeStepping(wall_model(scene), solver)
+    run.start_from_elastic_solution()
     return run
 
 
-def bent(block: BlockMaterial, size: Wall | None = None) -> explicit.Run:
+def bent(block: BlockMaterial, size: Wall | None = None) -> DampedTimeStepping:
     """Return the wall still moving while it dishes by 1 mm."""
     run = wall(block, size=size)
     run.advance(1500, progress_to=1.0, load_to=1.0)
@@ -70,12 +70,12 @@ def nanoseconds(work: Callable[[int], object], cycles: int = CYCLES, repeats: in
     return statistics.median(times), min(times)
 
 
-def whole(run: explicit.Run) -> Callable[[int], object]:
+def whole(run: DampedTimeStepping) -> Callable[[int], object]:
     """Return what runs cycles of the solver."""
     return lambda cycles: run._cycle(cycles, run.load_share, run.progress, 0.0)
 
 
-def alone(run: explicit.Run) -> tuple[Callable[[int], object], Callable[[int], object]]:
+def alone(run: DampedTimeStepping) -> tuple[Callable[[int], object], Callable[[int], object]]:
     """Return what runs zones alone and facets alone, at a standing displacement."""
     assert run.zones is not None
     facets, zones = run.zones.packed

@@ -13,8 +13,7 @@ from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers import ContactState, Increment, solve_path
 from damagepred.solvers.state.joint_history import JointHistory, fields_of
-from damagepred.solvers.time_stepping.scheme import Run
-from damagepred.solvers.time_stepping.tiles import history_of
+from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 INCREMENTS, CYCLES = 400, 1000
 """Steps of the movement, small enough to tell breaks apart; cycles in which the wall comes to rest."""
@@ -58,15 +57,15 @@ def meanwhile(model: Model, start: Increment, to_break: BoolArray, damping: floa
     history = JointHistory.fresh(model)
     history.slip[:] = start.slip
     history.cracked[:] = (start.state == ContactState.CRACKED) | to_break
-    run = Run(lasting, Solver(method="explicit", damping=damping))
-    run.resume(np.append(start.displacement.ravel(), np.zeros(3)), history, 1.0, start.progress)
+    run = DampedTimeStepping(lasting, Solver(method="explicit", damping=damping))
+    run.restore(Checkpoint(np.append(start.displacement.ravel(), np.zeros(3)), history, 1.0, start.progress))
     watched = (strength > 0) & ~history.cracked
     before = np.where(watched, start.normal_stress / np.where(strength > 0, strength, 1.0), 0.0)
     peak, at = before.copy(), np.zeros(before.shape, dtype=np.int64)
     load: FloatArray = before
     for cycle in range(1, CYCLES + 1):
         run.cycle(1)
-        stress = fields_of(lasting, history_of(run.joints), run.motion.displacement, start.progress).normal_stress
+        stress = fields_of(lasting, run.joint_history(), run.motion.displacement, start.progress).normal_stress
         load = np.where(watched, stress / np.where(strength > 0, strength, 1.0), 0.0)
         at[load > peak] = cycle
         peak = np.maximum(peak, load)

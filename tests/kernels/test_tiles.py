@@ -131,7 +131,7 @@ def test_leaving_out_what_no_joint_needs_changes_no_bit(joint):
     model = brick_wall(joint)
     paths = []
     for every in (False, True):
-        run = explicit.Run(model, Solver(method="explicit"))
+        run = explicit.DampedTimeStepping(model, Solver(method="explicit"))
         if every:
             run.special = run.softening = True
         run.advance(500, 1.0, 1.0)

@@ -18,9 +18,8 @@ from damagepred.archive.folder import FAILED, StudyFolder
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
 from damagepred.kernels.interface.equilibrium import commit_joint_history
-from damagepred.pipeline import follow
+from damagepred.pipeline import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
-from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.quasi_static.continuation import Path as EquilibriumPath
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.system.elastic_stiffness import held_dofs
@@ -96,7 +95,7 @@ def dynamic_step(folder: Path) -> Ready:
     """Steps of a run in time: the wall at rest with its mortar, as every stretch is then the same."""
     scene = step_script.at_rest()
     model = wall_model(replace(scene, wall=PIECE))
-    run = DynamicRun(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
+    run = dynamic_run(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
     return Ready(run.advance, run.steps_each * len(run.scene.points) * 1e-9)
 
 

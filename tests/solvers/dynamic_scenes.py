@@ -7,6 +7,7 @@ import damagepred
 from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers.dynamics import DynamicRun
 
@@ -71,7 +72,7 @@ def run(
 
 
 def started(model: Model, duration: float, outputs: int = 1, **settings: object) -> DynamicRun:
-    return DynamicRun(model, STIFF, Dynamics(duration=duration, outputs=outputs, **settings))  # type: ignore[arg-type]
+    return dynamic_run(model, STIFF, Dynamics(duration=duration, outputs=outputs, **settings))  # type: ignore[arg-type]
 
 
 def momentum(course: DynamicRun) -> np.ndarray:

@@ -9,9 +9,8 @@ from damagepred.assembly import Assembly, Kind, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers import ContactState
+from damagepred.solvers.explicit.load_path import ExplicitPath, explicit_path
 from damagepred.solvers.state.joint_history import fields_of
-from damagepred.solvers.time_stepping.scheme import Run, explicit_path
-from damagepred.solvers.time_stepping.tiles import history_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 
@@ -74,11 +73,12 @@ def test_slip_and_stress_of_a_state_belong_to_the_same_cycle():
     brick = pair.add_block(rectangle(0.0, 0.075, 0.24, 0.15))
     pair.support(base)
     pair.load(brick, x=1.0)
-    run = Run(pair.build(), Solver(method="explicit"))
-    run.advance(500, 0.0, 1.0)
-    picture, stiffness = run.report(0, 1.0, 500, collapsed=False), run.model.properties.shear_stiffness[0]
+    model = pair.build()
+    path = ExplicitPath(model, Solver(method="explicit"))
+    path.scheme.advance(500, 0.0, 1.0)
+    picture, stiffness = path.report(0, 1.0, 500, collapsed=False), model.properties.shear_stiffness[0]
     moved = picture.displacement[brick] - picture.displacement[base]
-    slid = moved[0] * run.model.interfaces.normal_y[0] * (1.0 if run.model.interfaces.block_a[0] == base else -1.0)
+    slid = moved[0] * model.interfaces.normal_y[0] * (1.0 if model.interfaces.block_a[0] == base else -1.0)
     assert abs(slid) > 1e-6
     elastic = stiffness * (slid - picture.slip)
     np.testing.assert_allclose(picture.shear_stress, elastic, atol=1e-9 * stiffness * abs(slid))
@@ -124,13 +124,14 @@ def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
     movement = Movement(kind="doming", central_deflection=4e-3, increments=4)
     scene = dataclasses.replace(small_scene(0.48, movement), joint=joint)
     model, law = wall_model(scene), wall_model(scene).properties
-    run, kappa = Run(model, scene.solver), 0.0
+    path, kappa = ExplicitPath(model, scene.solver), 0.0
     strength, critical = law.tensile_strength[:, None], law.critical_opening[:, None]
     elastic = strength / law.normal_stiffness[:, None]
     for number in range(5):
-        run.ramp(number / 4)
-        assert not run.settle(number)[1]
-        history = history_of(run.joints)
+        path.apply(number / 4)
+        assert not path.equilibrate(number)[1]
+        run = path.scheme
+        history = run.joint_history()
         field = fields_of(model, history, run.motion.displacement, run.progress)
         bond = np.where(
             history.cracked & (critical > 0),

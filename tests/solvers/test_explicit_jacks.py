@@ -10,16 +10,17 @@ from scipy.sparse.linalg import eigsh
 from damagepred.assembly import Kind, Model, wall_model
 from damagepred.assembly.section import SectionMemory
 from damagepred.errors import InputError
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.explicit.load_path import ExplicitPath
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
 from damagepred.solvers.system.loading_stages import pushing_supports
 from damagepred.solvers.system.zero_support_load import Vanishing
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND, Pump
-from damagepred.solvers.time_stepping.scheme import Run, scaled_mass
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping, scaled_mass
 
 DATA = Path(__file__).parents[2] / "data"
 WHOLE = Solver(method="explicit", symmetric_half=False)
@@ -95,8 +96,8 @@ def test_level_state_of_an_intact_wall_is_found_at_once() -> None:
 def test_level_state_is_found_too_where_joints_give_way() -> None:
     scene = on_jacks(increments=1, rig=Rig(stop_at_zero=False))
     model, settings = wall_model(scene), scene.solver
-    run = Run(model, settings)
-    assert not run.start_elastic()
+    run = DampedTimeStepping(model, settings)
+    assert not run.start_from_elastic_solution()
     level = next(solve_path(model, settings, 1))
     exact = next(solve_path(model, replace(settings, method="quasi_static"), 1))
     assert abs(level.deflection) <= DEFLECTION_FOUND
@@ -141,7 +142,7 @@ def test_the_pump_runs_ahead_at_the_pace_of_the_last_step() -> None:
     pump.begin_level()
     for progress, volume, pace in ((0.2, 1e-3, 5e-3), (0.5, 6e-4, 2e-3), (0.9, -8e-4, -2e-3)):
         pump.deliver(volume)
-        pump.look_ahead(progress)
+        pump.extrapolate_volume(progress)
         assert pump.line.volume_step == pytest.approx(pace, rel=1e-9)
 
 
@@ -164,16 +165,16 @@ def test_masses_bound_the_swings_of_wall_and_line() -> None:
 def test_line_and_control_do_not_stir_up_a_swing(damping: float) -> None:
     """Blocks that are kicked away from the level state come back to it, even with little damping."""
     scene = replace(on_jacks(), dpc=None, joint=Joint(tensile_strength=1e9, cohesion=1e9))
-    run = Run(wall_model(scene), replace(WHOLE, damping=damping))
-    assert run.start_elastic()
+    run = DampedTimeStepping(wall_model(scene), replace(WHOLE, damping=damping))
+    assert run.start_from_elastic_solution()
     assert run.pump is not None
     level, load = run.motion.displacement.copy(), run.pump.load
     # the control goes five times as fast as it will: a margin for walls that are not intact any more
     run.pump.line = run.pump.line._replace(gain=5.0 * run.pump.line.gain)
     run.motion.velocity[1:-3:3] = 1e-6 * np.random.default_rng(1).standard_normal(run.model.n_blocks)
-    energy = run.energy()
+    energy = run.kinetic_energy()
     run.cycle(10000)
-    assert run.energy() < 1e-6 * energy
+    assert run.kinetic_energy() < 1e-6 * energy
     assert run.pump.load == pytest.approx(load, rel=1e-3)
     # upwards: nothing but a loose guide holds the footing along the wall
     assert np.abs(run.motion.displacement - level)[1::3].max() < 1e-3 * np.abs(level).max()
@@ -267,19 +268,20 @@ def test_a_section_opens_shears_and_turns_as_the_segments_it_joins() -> None:
 
 def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None:
     model = wall_model(cracking())
-    run = Run(model, WHOLE)
-    run.ramp(0.0)
-    run.settle(0)
+    path = ExplicitPath(model, WHOLE)
+    run = path.scheme
+    path.apply(0.0)
+    path.equilibrate(0)
     assert run.sections is not None
-    before = run.standing()
-    run.ramp(1.0)
-    run.settle(1)
+    before = run.checkpoint()
+    path.apply(1.0)
+    path.equilibrate(1)
     cracked = run.sections.memory.cracked.copy()
     assert cracked.max() > 0.3
-    run.ramp(0.0)  # level again: the cracks stay
-    run.settle(2)
+    path.apply(0.0)  # level again: the cracks stay
+    path.equilibrate(2)
     assert (run.sections.memory.cracked >= cracked).all()
-    run.resume(*before)
+    run.restore(before)
     assert before.sections is not None
     assert np.array_equal(run.sections.memory.cracked, before.sections.cracked)
     assert run.sections.memory.cracked.max() < cracked.max()
@@ -308,7 +310,7 @@ def test_run_in_time_follows_the_mound_and_comes_to_rest_on_it() -> None:
     scene = on_mound()
     model = wall_model(scene)
     dynamics = Dynamics(duration=0.5, outputs=2, movement_time=0.4, damping="local", new_contacts=False)
-    at_rest = list(DynamicRun(model, scene.solver, dynamics))[-1]
+    at_rest = list(dynamic_run(model, scene.solver, dynamics))[-1]
     static = list(solve_path(model, Solver(), 2))[-1]
     assert at_rest.deflection == pytest.approx(static.deflection, rel=0.01)
     assert dpc_opening(model, at_rest) == pytest.approx(dpc_opening(model, static), rel=0.02)
@@ -317,7 +319,7 @@ def test_run_in_time_follows_the_mound_and_comes_to_rest_on_it() -> None:
 def test_run_in_time_refuses_a_footing_that_cracks() -> None:
     scene = replace(on_mound(), footing=cracking().footing)
     with pytest.raises(InputError, match=r"footing\.concrete"):
-        DynamicRun(wall_model(scene), scene.solver, Dynamics())
+        dynamic_run(wall_model(scene), scene.solver, Dynamics())
 
 
 @pytest.mark.slow

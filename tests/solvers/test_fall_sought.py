@@ -16,7 +16,7 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static.continuation import CONTROL, FALL_FOUND, HALVINGS, Path
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
 
@@ -80,12 +80,12 @@ def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch:
     """Ten slender courses stick and slide by turns as they come down."""
     cycles = []
 
-    class Counted(Run):
+    class Counted(DampedTimeStepping):
         def cycle(self, count: int) -> None:
             cycles.append(count)
             super().cycle(count)
 
-    monkeypatch.setattr(relaxation, "Run", Counted)
+    monkeypatch.setattr(relaxation, "DampedTimeStepping", Counted)
     path = Path(pushed(2, 10, 1.5), Solver())
     path.advance(1.0, 0.0)
     path.advance(1.0, 0.1)

@@ -10,9 +10,9 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
+from damagepred.solvers.explicit.load_path import ExplicitPath
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.time_stepping.collapse_mechanism import CYCLES, FASTER, goes_on
-from damagepred.solvers.time_stepping.scheme import Run
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 
@@ -64,10 +64,11 @@ def test_a_pushed_wall_that_creeps_beyond_its_limit_has_fallen(method: str) -> N
 def test_a_wall_that_falls_is_left_where_the_fall_took_it(lean: float, falls: bool) -> None:
     """One percent beyond sliding the block has hardly set off; what is said to fall is shown fallen."""
     model = on_plate(0.4, 0.1, 0.3, 0.3 * lean).build()
-    run = Run(model, Solver(method="explicit"))
+    path = ExplicitPath(model, Solver(method="explicit"))
+    run = path.scheme
     run.advance(500, 0.0, 1.0)
     assert not come_loose(model, run.motion.displacement, 0.0).any()
-    assert run.falls() == falls
+    assert path.collapses() == falls
     assert come_loose(model, run.motion.displacement, 0.0).any() == falls
 
 
@@ -95,7 +96,7 @@ class Gliding:
     def cycle(self, count: int) -> None:
         self.motion.displacement[self.along] += self.ways.pop(0)
 
-    def unbalanced(self) -> np.ndarray:
+    def unbalanced_force_ratio(self) -> np.ndarray:
         return np.zeros(1)
 
 

@@ -11,9 +11,9 @@ import pytest
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.wall import wall_model
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Joint, Mound, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.dynamics import DynamicRun
 
 WALL = Wall(length=3.6, height=0.9, block_length=0.24, block_height=0.09)
 CONSTANT: Mapping[str, Mound] = {
@@ -142,7 +142,7 @@ def test_a_run_in_time_moves_the_ground_through_the_same_states() -> None:
     )
     model = wall_model(scene)
     dynamics = Dynamics(duration=1.5, movement_time=1.0, outputs=6, damping="local", new_contacts=False)
-    *_, last = DynamicRun(model, scene.solver, dynamics)
+    *_, last = dynamic_run(model, scene.solver, dynamics)
     static = states(scene, 4)[-1]
     moved = np.abs(static.displacement).max()
     np.testing.assert_allclose(last.displacement, static.displacement, rtol=0, atol=1e-3 * moved)

@@ -13,10 +13,10 @@ from damagepred.assembly import Assembly, Kind, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import ContactState, Increment, quasi_static, solve_path
+from damagepred.solvers import ContactState, Increment, explicit, quasi_static, solve_path
 from damagepred.solvers import symmetry as half
+from damagepred.solvers.explicit import explicit_path
 from damagepred.solvers.symmetry import Half, symmetric_half
-from damagepred.solvers.time_stepping import scheme as explicit
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
 
@@ -544,7 +544,7 @@ def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
     settings = Solver(method="explicit", maximum_cycles=50, ramp_cycles=50)
     part = halved(model).model
     with pytest.raises(ConvergenceError) as of_half:
-        list(explicit.explicit_path(part, settings, 1))
+        list(explicit_path(part, settings, 1))
     with pytest.raises(ConvergenceError) as caught:
         list(solve_path(model, settings, 1))
     there, here = caught.value.block, of_half.value.block

@@ -17,10 +17,11 @@ from damagepred.kernels.interface.equilibrium import (
     softened_bond_load,
     update_tresca_bounds,
 )
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.dynamics.body_arrays import _spread
+from damagepred.solvers.explicit import load_path
 from damagepred.solvers.quasi_static.continuation import EnergyControl
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
@@ -30,8 +31,8 @@ from damagepred.solvers.state.zone_history import picture
 from damagepred.solvers.system.detached_blocks import elastic_reach
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
 from damagepred.solvers.system.footing_forces import section_response_of
-from damagepred.solvers.time_stepping import scheme as explicit
 from damagepred.solvers.time_stepping.jack_servo import PACE, STIFFER, Pump
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.solvers.dynamic_scenes import STIFF, stack, started
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 
@@ -98,19 +99,19 @@ def test_pump_and_line_by_static_solutions() -> None:
     mass = np.linspace(3.0, 5.0, model.size)
     bent = by_weight - by_push * (line * (push @ by_weight) / (1.0 + line * gives))
     squares = [(gives + line * gives**2) / (mass @ by_push**2), (weights @ bent) / (mass @ bent**2)]
-    pump.set_pace(mass, 0.7)
-    assert pump.slowness == pytest.approx(1.0 / (PACE * 0.7 * np.sqrt(min(squares))), rel=1e-6)
-    slowness = pump.slowness
-    pump.slow_down()
-    assert pump.slowness == pytest.approx(2.0 * slowness)
+    pump.set_gain(mass, 0.7)
+    assert pump.time_constant == pytest.approx(1.0 / (PACE * 0.7 * np.sqrt(min(squares))), rel=1e-6)
+    slowness = pump.time_constant
+    pump.halve_gain()
+    assert pump.time_constant == pytest.approx(2.0 * slowness)
 
     for share in (0.25, 0.5):
-        pump.with_dead_load(share)
+        pump.add_dead_load(share)
     assert pump.line.state[VOLUME] == pytest.approx(0.75 * pump.level_volume)
     pump.begin_level()
     for progress, more, over in ((0.25, 3e-4, 0.25), (0.75, -5e-4, 0.5)):
         pump.deliver(more)
-        pump.look_ahead(progress)
+        pump.extrapolate_volume(progress)
         assert pump.line.volume_step == pytest.approx(more / over)
 
 
@@ -207,7 +208,7 @@ def test_a_block_that_is_thrown_flies_the_parabola(zones: float | None) -> None:
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1), zone_size=zones)
     wall.set_velocity(0, x=0.4, y=2.0)
     model = wall.build(STIFF)
-    run = DynamicRun(model, STIFF, Dynamics(duration=0.1, outputs=4, damping="none", start="unstressed"))
+    run = dynamic_run(model, STIFF, Dynamics(duration=0.1, outputs=4, damping="none", start="unstressed"))
     for step in list(run)[1:]:
         t = step.time
         np.testing.assert_allclose(step.displacement[0, :2], [0.4 * t, 2.0 * t - 0.5 * GRAVITY * t**2], rtol=1e-9)
@@ -222,7 +223,7 @@ def test_energies_of_a_block_that_local_damping_slows() -> None:
     wall.set_velocity(0, y=2.0)
     model = wall.build(STIFF)
     damped = Dynamics(duration=0.1, outputs=4, damping="local", local_damping=0.35, start="unstressed")
-    run = DynamicRun(model, STIFF, damped)
+    run = dynamic_run(model, STIFF, damped)
     path, dt = list(run), run.time_step
     for step in path[1:]:
         before = 2.0 + 0.5 * GRAVITY * dt - 1.35 * GRAVITY * step.time
@@ -254,15 +255,15 @@ def bridge() -> Model:
 
 
 def test_cycles_of_increments_add_up_to_those_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    runs: list[explicit.Run] = []
+    runs: list[DampedTimeStepping] = []
 
-    class Noted(explicit.Run):
+    class Noted(DampedTimeStepping):
         def __init__(self, *given: object, **more: object) -> None:
             super().__init__(*given, **more)  # type: ignore[arg-type]
             runs.append(self)
 
-    monkeypatch.setattr(explicit, "Run", Noted)
-    path = list(explicit.explicit_path(bridge(), EXPLICIT, 4))
+    monkeypatch.setattr(load_path, "DampedTimeStepping", Noted)
+    path = list(load_path.explicit_path(bridge(), EXPLICIT, 4))
     assert path[-1].collapsed
     assert path[0].cycles > 0
     assert sum(step.cycles for step in path) == runs[0].cycles
@@ -274,7 +275,7 @@ def test_bound_of_the_work_of_loads_by_hand() -> None:
     wall.rest_on_ground([0])
     wall.load(0, x=-7.0, moment=3.0)
     wall.push(0, x=5.0, y=-11.0)
-    run = explicit.Run(wall.build(EXPLICIT), EXPLICIT)
+    run = DampedTimeStepping(wall.build(EXPLICIT), EXPLICIT)
     run.motion.displacement[:3], run.progress = [-2e-3, 1e-3, -4e-3], 0.5
     weight = 2000.0 * GRAVITY * 0.3 * 0.1 * 0.11
     assert run.work_of_loads() == pytest.approx(2e-3 * (7.0 + 2.5) + 1e-3 * (weight + 5.5) + 4e-3 * 3.0)
@@ -302,7 +303,7 @@ def test_slip_of_a_block_that_flies_over_ground_that_drifts() -> None:
     wall.set_velocity(0, x=0.1, y=1.0)
     model = wall.build(STIFF)
     model = replace(model, ground=model.ground.map(lambda state: state._replace(shear=0.5 * state.normal)))
-    last = list(DynamicRun(model, STIFF, Dynamics(duration=0.05, outputs=2, movement_time=0.05, damping="none")))[-1]
+    last = list(dynamic_run(model, STIFF, Dynamics(duration=0.05, outputs=2, movement_time=0.05, damping="none")))[-1]
     (x, y, turn), away = last.displacement[0], model.interfaces.contact_offset[0]
     assert y > 0.02
     np.testing.assert_allclose(last.slip[0], x - 1e-3, atol=1e-6)

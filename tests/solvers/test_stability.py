@@ -9,9 +9,10 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.scene import Solver
+from damagepred.solvers.explicit.load_path import ExplicitPath, explicit_path
 from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
-from damagepred.solvers.time_stepping import scheme as explicit
-from damagepred.solvers.time_stepping.scheme import explicit_path, scaled_mass
+from damagepred.solvers.time_stepping import scheme
+from damagepred.solvers.time_stepping.scheme import scaled_mass
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 
@@ -39,19 +40,21 @@ def vibrating(safety: float, cycles: int, damping: float = 0.8) -> np.ndarray:
     model = small_wall()
     model.properties.tensile_strength[:] = 1e30
     model.properties.cohesion[:] = 1e30
-    run = explicit.Run(model, Solver(method="explicit", time_step_safety=min(safety, 1.0), damping=damping))
+    run = scheme.DampedTimeStepping(
+        model, Solver(method="explicit", time_step_safety=min(safety, 1.0), damping=damping)
+    )
     if safety > 1.0:
         run.motion.inverse_mass[:] *= safety**2
     run.motion.load[:] = 0.0
     rng = np.random.default_rng(0)
     run.motion.velocity[run.free] = 1e-6 * rng.normal(size=run.free.size) / run.arm[run.free]
     stiffness = elastic_stiffness(model)
-    energy = [run.energy()]
+    energy = [run.kinetic_energy()]
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(cycles // 100):
             run._cycle(100, 0.0, 0.0, 0.0)
             u = run.motion.displacement
-            energy.append(run.energy() + 0.5 * float(u @ (stiffness @ u)))
+            energy.append(run.kinetic_energy() + 0.5 * float(u @ (stiffness @ u)))
     return np.array(energy)
 
 
@@ -74,7 +77,7 @@ def test_a_longer_time_step_is_not_stable():
 @pytest.mark.parametrize("elastic_start", [True, False])
 def test_divergence_is_told_from_collapse_and_names_increment_and_block(monkeypatch, elastic_start):
     model = small_wall()
-    monkeypatch.setattr(explicit, "scaled_mass", lambda *a: scaled_mass(*a) / 2.0**2)
+    monkeypatch.setattr(scheme, "scaled_mass", lambda *a: scaled_mass(*a) / 2.0**2)
     with pytest.raises(DivergenceError, match=r"increment \d+ after .*block \d+ \(x = .*time_step_safety") as caught:
         list(explicit_path(model, small_scene().solver, 4, elastic_start=elastic_start))
     assert caught.value.increment in (0, 1)
@@ -82,10 +85,10 @@ def test_divergence_is_told_from_collapse_and_names_increment_and_block(monkeypa
 
 
 def test_a_displacement_that_is_no_number_is_seen():
-    run = explicit.Run(small_wall(), Solver(method="explicit"))
-    run.motion.velocity[3 * 17] = np.nan
+    path = ExplicitPath(small_wall(), Solver(method="explicit"))
+    path.scheme.motion.velocity[3 * 17] = np.nan
     with pytest.raises(DivergenceError, match="no longer a number") as caught:
-        run.settle(3)
+        path.equilibrate(3)
     assert caught.value.increment == 3
     assert caught.value.block >= 0
 
@@ -139,6 +142,6 @@ def test_a_wall_shaken_apart_by_the_time_step_is_not_said_to_fall(monkeypatch, b
     """What diverges while the dead load comes on breaks joints as well; it must be told from a fall."""
     settings = Solver(method="explicit", time_step_safety=1.0)
     model = stack(4, settings)
-    monkeypatch.setattr(explicit, "scaled_mass", lambda *a: scaled_mass(*a) / beyond**2)
+    monkeypatch.setattr(scheme, "scaled_mass", lambda *a: scaled_mass(*a) / beyond**2)
     with pytest.raises((DivergenceError, ConvergenceError), match="time_step_safety"):
         list(explicit_path(model, settings, 1, elastic_start=False))

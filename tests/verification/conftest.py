@@ -9,7 +9,7 @@ import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Solver
-from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.manual import Manual, Verify
 
 MANUAL = pytest.StashKey[Manual]()
@@ -73,5 +73,5 @@ def verify(request: pytest.FixtureRequest, compiled: None) -> Verify:
 @pytest.fixture(params=SOLVERS)
 def solver(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Solver:
     """Each solver in turn; the explicit one without its elastic start, which would spare it all time stepping."""
-    monkeypatch.setattr(Run, "start_elastic", lambda self: False)
+    monkeypatch.setattr(DampedTimeStepping, "start_from_elastic_solution", lambda self: False)
     return SOLVERS[request.param]

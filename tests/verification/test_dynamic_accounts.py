@@ -7,9 +7,9 @@ import pytest
 
 from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.scene.dynamics import BaseMotion
-from damagepred.solvers.dynamics import DynamicRun
 from tests.verification.test_energy_accounts import ONE_STEP, elastic_energy, softening_work
 
 SOFT = Joint(normal_stiffness=4e8, shear_stiffness=1.5e8, tensile_strength=1e9, cohesion=1e9)
@@ -50,7 +50,7 @@ def test_works_in_time_balance_at_every_output(damping: str, zones: float | None
         new_contacts=False,
         **DAMPED[damping],  # type: ignore[arg-type]
     )
-    path = list(DynamicRun(model, Solver(lump_block_elasticity=False), dynamics))
+    path = list(dynamic_run(model, Solver(lump_block_elasticity=False), dynamics))
     kinetic = max(step.kinetic_energy for step in path)
     polar = model.density[2] * model.blocks.polar[2] * 0.11
     begun = 0.5 * (model.mass[1] * (0.03**2 + 0.02**2) + model.mass[2] * (0.02**2 + 0.04**2) + polar * 0.3**2)
@@ -83,7 +83,7 @@ def test_a_bond_that_softens_in_time_holds_and_has_taken_what_its_secant_says() 
     model = wall.build(ONE_STEP)
     # all is held or moved: a step is as long as the time between two outputs
     dynamics = Dynamics(duration=0.05, outputs=400, movement_time=0.05, start="unstressed", new_contacts=False)
-    path = list(DynamicRun(model, ONE_STEP, dynamics))
+    path = list(dynamic_run(model, ONE_STEP, dynamics))
     assert (path[-1].state == 1).any()
     assert (path[-1].normal_stress < 0).any()
     for k in range(1, len(path), 41):

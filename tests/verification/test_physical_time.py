@@ -13,9 +13,9 @@ from scipy import special
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.scene.dynamics import Dynamics
-from damagepred.solvers.dynamics import DynamicRun
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_vibration import CHAIN, CHAPTER, DECREMENT, DROP, SLIDE, chain
@@ -127,7 +127,7 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
         solver="dynamic",
         quantity="dt",
         unit="s",
-        computed=DynamicRun(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
+        computed=dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
         exact=settings.step_share(dry=False) * limit,
         tolerance=1e-5,
     )

@@ -9,10 +9,10 @@ import pytest
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.dynamics import DynamicRun
-from damagepred.solvers.time_stepping.scheme import CALM_CHECKS, CHECK_EVERY
+from damagepred.solvers.explicit.load_path import CALM_CHECKS, CHECK_EVERY
 from tests.validation.test_quasi_static_balance import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 
@@ -56,7 +56,7 @@ def path_of(model: Model, method: str, half: bool) -> list[Increment]:
             local_damping=0.3,
             new_contacts=False,
         )
-        return list(DynamicRun(model, QUASI_STATIC, settings))
+        return list(dynamic_run(model, QUASI_STATIC, settings))
     solver = {"quasi_static": QUASI_STATIC, "explicit": EXPLICIT}[method]
     return list(solve_path(model, replace(solver, symmetric_half=half), 4))
 
@@ -183,7 +183,7 @@ def test_residual_of_a_run_in_time_counts_turning_by_the_radius_of_gyration(up: 
     wall.load(block, y=up, moment=moment)
     wall.support(wall.add_block(rectangle(1.0, 0.0, 2.0, 0.1)))
     model = wall.build(QUASI_STATIC)
-    first = next(iter(DynamicRun(model, QUASI_STATIC, Dynamics(duration=0.01, outputs=1, start="unstressed"))))
+    first = next(iter(dynamic_run(model, QUASI_STATIC, Dynamics(duration=0.01, outputs=1, start="unstressed"))))
     force = up - 2000.0 * 9.81 * 0.3 * 0.1 * 0.11
     gyration = np.sqrt((0.3**2 + 0.1**2) / 12)
     assert first.unbalanced_force_ratio == pytest.approx(max(abs(force), moment / gyration) / abs(force))

@@ -14,7 +14,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
-from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
 
@@ -86,16 +86,16 @@ def glued(unit: Unit, count: int, **material: float) -> Model:
     return stack(unit, count, joint, made_of).build(solver)
 
 
-def physical(model: Model, dt: float, damping: float = 0.0) -> Run:
+def physical(model: Model, dt: float, damping: float = 0.0) -> DampedTimeStepping:
     """Return the explicit solver with physical masses, at rest and without load."""
-    run = Run(model, Solver(method="explicit", damping=damping))
+    run = DampedTimeStepping(model, Solver(method="explicit", damping=damping))
     mass = np.column_stack((model.mass, model.mass, model.density * model.thickness * model.blocks.polar))
     run.motion.inverse_mass[:-3] = dt**2 / mass.ravel()
     run.motion.load[:] = 0.0
     return run
 
 
-def follow(run: Run, cycles: int, share: float, look: Callable[[FloatArray], float]) -> FloatArray:
+def follow(run: DampedTimeStepping, cycles: int, share: float, look: Callable[[FloatArray], float]) -> FloatArray:
     """Return what a look at the displacements tells after every cycle, at a share of the dead load."""
     seen = np.empty(cycles)
     for i in range(cycles):

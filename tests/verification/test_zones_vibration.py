@@ -9,11 +9,11 @@ from damagepred import Assembly
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Solver
-from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
-from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order, zones_of
 
@@ -200,7 +200,7 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     travelled = 4.0
     steps = int(np.ceil(travelled / speed / (1.0 / highest)))
     dt = travelled / speed / steps
-    run = Run(model, Solver(method="explicit", damping=0.0))
+    run = DampedTimeStepping(model, Solver(method="explicit", damping=0.0))
     run.motion.inverse_mass[free] = dt**2 / mass[free]
     u = run.motion.displacement
     u[mesh.dof_x] = 1e-4 * np.exp(-0.5 * ((mesh.x - start) / width) ** 2)
@@ -272,7 +272,7 @@ def test_a_bar_runs_against_a_wall(verify: Verify, material: BlockMaterial, cell
     mesh = model.mesh
     assert mesh is not None
     dynamics = Dynamics(duration=2 * length / speed, outputs=10, start="unstressed", new_contacts=False)
-    path = list(DynamicRun(model, Solver(), dynamics))
+    path = list(dynamic_run(model, Solver(), dynamics))
     time = np.array([i.time for i in path])[:, None]
     exact = velocity * np.minimum(np.minimum(time, 2 * length / speed - time), mesh.x / speed)
     found = np.array([zones_of(i).displacement[:, 0] for i in path])

@@ -10,7 +10,6 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.solvers.dynamics.facets import sides_of
-from damagepred.solvers.time_stepping.scheme import describe_block
 
 
 class Motion(NamedTuple):
@@ -87,7 +86,7 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:
         raise InputError(
-            f"{describe_block(model, int(bare[0]))} has no mass, so it cannot move in time: give its material a "
+            f"{model.describe_block(int(bare[0]))} has no mass, so it cannot move in time: give its material a "
             f"density greater than 0, or hold it."
         )
     place = np.zeros((n + 1, 2))

@@ -16,7 +16,6 @@ from damagepred.solvers.dynamics.facets import sides_of
 from damagepred.solvers.state.increment import ZonePicture, ZoneState
 from damagepred.solvers.system.deformable_blocks import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
-from damagepred.solvers.time_stepping.scheme import describe_block
 
 
 class Grid(NamedTuple):
@@ -115,7 +114,7 @@ def grid_of(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
     bare = np.flatnonzero(free & (mass.ravel() == 0))
     if bare.size:
         raise InputError(
-            f"{describe_block(model, int(mesh.gridpoint_block[bare[0] // 2]))} has no mass, so it cannot move in "
+            f"{model.describe_block(int(mesh.gridpoint_block[bare[0] // 2]))} has no mass, so it cannot move in "
             f"time: give its material a density greater than 0, or hold it."
         )
     nothing = np.zeros((count, 2))

@@ -22,9 +22,9 @@ from damagepred.solvers.dynamics.body_motion import Motion, motion_of, put_bodie
 from damagepred.solvers.dynamics.contact_search import Near, find_near, nothing_near, places
 from damagepred.solvers.dynamics.energy_balance import Audit, Counts
 from damagepred.solvers.dynamics.gridpoints import Grid, Wholes, by_point, grid_of, put_sides, set_off, zone_picture
-from damagepred.solvers.dynamics.initial_state import static_equilibrium
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import ContactState, Increment
+from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import (
@@ -34,7 +34,6 @@ from damagepred.solvers.system.elastic_stiffness import (
     residual_scale,
     support_force,
 )
-from damagepred.solvers.time_stepping.scheme import describe_block
 from damagepred.solvers.time_stepping.tiles import needs_all_of_the_law, needs_softening
 from damagepred.time_limit import check_time
 
@@ -67,10 +66,10 @@ class DynamicRun:
     ----------
     model : Model
         The wall.
-    settings : Solver
-        Of the static solution from which the run begins.
     dynamics : Dynamics
         Time, damping, base motion.
+    initial : InitialState, optional
+        Static equilibrium from which the run begins; by default all is unstressed.
 
     Attributes
     ----------
@@ -84,12 +83,11 @@ class DynamicRun:
     Raises
     ------
     InputError
-        If the model cannot be run in time.
+        If a block has no mass.
     """
 
     @one_blas_thread()
-    def __init__(self, model: Model, settings: Solver, dynamics: Dynamics) -> None:
-        _refuse(model, settings, dynamics)
+    def __init__(self, model: Model, dynamics: Dynamics, initial: InitialState | None = None) -> None:
         self.model, self.dynamics = model, dynamics
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
         self.motion = motion_of(model, self.origin)
@@ -118,7 +116,7 @@ class DynamicRun:
         self.seen = np.zeros_like(self.motion.displacement)
         self.steps = self.searches = self.output = 0
         self.counts = Counts(np.zeros(TALLIES), np.zeros(WORKS))
-        self._begin(settings)
+        self._begin(initial)
         self.audit = Audit(model, self.scene, self.motion, self.grid, self.damping, self.time_step, self.counts)
         self.wholes = None if self.grid is None else Wholes(model, self.grid)
 
@@ -126,25 +124,24 @@ class DynamicRun:
     def _moving(self) -> tuple[Motion | Grid, ...]:
         return (self.motion,) if self.grid is None else (self.motion, self.grid)
 
-    def _begin(self, settings: Solver) -> None:
+    def _begin(self, initial: InitialState | None) -> None:
         motion, points = self.motion, self.scene.points
-        found = static_equilibrium(self.model, settings) if self.dynamics.start == "equilibrium" else None
-        self.begins_in_equilibrium = found is not None
-        if found is not None:
-            motion.displacement[:] = found.displacement[: motion.displacement.size].reshape(-1, 3)
+        self.begins_in_equilibrium = initial is not None
+        if initial is not None:
+            motion.displacement[:] = initial.displacement[: motion.displacement.size].reshape(-1, 3)
             m, q = self.model.interfaces.contact_area.shape
             for name in JointHistory._fields:
-                remembered = getattr(found.history, name)[:, None, :]
+                remembered = getattr(initial.history, name)[:, None, :]
                 points[name][: 2 * m * q] = np.repeat(remembered, 2, axis=1).ravel()
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
         put_bodies(motion)
         grid = self.grid
         if grid is not None:
-            if found is not None:
+            if initial is not None:
                 motion.displacement[self.deformable] = 0.0
-                grid.displacement[:] = by_point(self.model, found.displacement)
-                if found.plastic is not None:
-                    grid.plastic[:] = found.plastic[grid.zones["memory"] >= 0]
+                grid.displacement[:] = by_point(self.model, initial.displacement)
+                if initial.plastic is not None:
+                    grid.plastic[:] = initial.plastic[grid.zones["memory"] >= 0]
             grid.held_start[:] = grid.displacement.ravel()[grid.held]
             put_sides(grid, motion)
         self._look_around()
@@ -286,7 +283,7 @@ class DynamicRun:
         block = int(np.where(np.isfinite(speed), speed, np.inf).argmax())
         raise DivergenceError(
             f"diverged at {time:.4g} s (step {self.steps}): blocks move with more energy than was put in; fastest is "
-            f"{describe_block(self.model, block)}. Lower dynamics.time_step_safety.",
+            f"{self.model.describe_block(block)}. Lower dynamics.time_step_safety.",
             increment=self.output,
             block=block,
         )
@@ -423,7 +420,23 @@ def _imposed(model: Model) -> Imposed:
     return Imposed((2 * first * q + np.arange(len(normal)))[moves], normal[moves], shear[moves])
 
 
-def _refuse(model: Model, settings: Solver, dynamics: Dynamics) -> None:
+def require_supported(model: Model, settings: Solver, dynamics: Dynamics) -> None:
+    """Refuse what a run in physical time does not support.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Its quadrature.
+    dynamics : Dynamics
+        Whether new contacts are sought.
+
+    Raises
+    ------
+    InputError
+        For a footing that cracks, and corners without contacts.
+    """
     if model.sections is not None:
         raise InputError(
             "footing.concrete: in a run in time the footing stays elastic and does not crack; leave out "

@@ -35,7 +35,6 @@ from damagepred.solvers.system.footing_forces import as_if_straight, section_res
 from damagepred.solvers.system.loading_stages import held_after_load, level, pushing_supports, while_loading
 from damagepred.solvers.system.zero_support_load import MOST_TRIES, Vanishing, carried
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
-from damagepred.solvers.time_stepping.scheme import describe_block
 from damagepred.time_limit import check_time
 
 Point = tuple[float, float]
@@ -758,7 +757,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
             block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))
             raise ConvergenceError(
                 f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
-                f"{describe_block(model, block)}, allowed is {path.tolerance:g}." + path.stood(),
+                f"{model.describe_block(block)}, allowed is {path.tolerance:g}." + path.stood(),
                 increment=number,
                 block=block,
             )

@@ -20,8 +20,7 @@ from damagepred.solvers.state.joint_history import fields_of
 from damagepred.solvers.system.detached_blocks import Leeway, come_loose
 from damagepred.solvers.system.loading_stages import pushing_supports
 from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, goes_on, lasting_bonds
-from damagepred.solvers.time_stepping.scheme import Run
-from damagepred.solvers.time_stepping.tiles import history_of
+from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
 """After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
@@ -110,7 +109,7 @@ def come_to_rest(
     run = _at(model, replace(start, progress=left), volume_per_deflection)
     if start.progress != left:
         run.advance(ALONG, start.progress, run.load_share)
-        run.halt()
+        run.stop()
     correction = None if volume_per_deflection is None else VolumeCorrection(volume_per_deflection)
     cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
     supports, floating_looks = pushing_supports(model), 0
@@ -123,14 +122,14 @@ def come_to_rest(
             if correction.settles(deflection, missing):
                 if floating_looks >= FLOATING_LOOKS:  # the jacks carry all of the weight, and lift it freely
                     before[1 : 3 * model.n_blocks : 3] += 2.0 * Leeway.of(model).at(1.0)
-                    yield replace(start, displacement=before, history=history_of(run.joints), jack=run.pump.load)
+                    yield replace(start, displacement=before, history=run.joint_history(), jack=run.pump.load)
                     return
                 if not floating_looks:
                     run.pump.deliver(correction.next(deflection, missing))
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(LONGER * cycles)
-        history = history_of(run.joints)
+        history = run.joint_history()
         opening = fields_of(run.model, history, run.motion.displacement, start.progress).opening
         floating_looks = floating_looks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
         stress = law.normal_stiffness[:, None] * (opening - history.dilatant_opening)
@@ -162,7 +161,7 @@ def pushed_on(model: Model, state: State, nearly_at_rest: bool) -> State | None:
     if not goes_on(run, FEW if nearly_at_rest else ROUNDS):
         return None
     plastic = state.plastic if run.zones is None else run.zones.plastic()
-    return replace(state, displacement=run.motion.displacement, history=history_of(run.joints), plastic=plastic)
+    return replace(state, displacement=run.motion.displacement, history=run.joint_history(), plastic=plastic)
 
 
 def unbalanced_on_its_way(model: Model, state: State) -> float:
@@ -177,21 +176,23 @@ def unbalanced_on_its_way(model: Model, state: State) -> float:
     """
     run = _at(model, state)
     run.cycle(1)
-    return float(run.unbalanced().max())
+    return float(run.unbalanced_force_ratio().max())
 
 
-def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> Run:
+def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> DampedTimeStepping:
     """Return the explicit scheme with lasting bonds in a state, at rest; jacks without a pump carry their own load."""
     lasting, jacks = lasting_bonds(model), model.jacks
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
-    run, load = Run(pumped, Solver(), settle_every=0), state.load
+    run, load = DampedTimeStepping(pumped, Solver(), settle_every=0), state.load
     if jacks is not None and run.pump is None:
         # what is given grows with the movement from that of the level state
         growth = (jacks.load - state.jack) / (1.0 - state.progress) if jacks.by_load and state.progress < 1.0 else 0.0
         run.motion.load[:] = load * run.motion.load + (state.jack - state.progress * growth) * jacks.push
         run.motion.live_load[:] += growth * jacks.push
         load = 1.0
-    run.resume(state.displacement, state.history, load, state.progress, state.plastic, sections=state.sections)
+    run.restore(
+        Checkpoint(state.displacement, state.history, load, state.progress, state.plastic, sections=state.sections)
+    )
     if run.pump is not None and volume_per_deflection is not None:
         run.pump.begin_at(state.displacement, state.jack, volume_per_deflection)
     return run

@@ -11,9 +11,9 @@ from scipy import sparse
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh
+from damagepred.kernels.explicit.tiles import aligned_zeros
 from damagepred.kernels.zone.forces import memory_type, moduli_type, shape_type, work_type
 from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
-from damagepred.solvers.time_stepping.tiles import aligned
 
 
 class Facets(NamedTuple):
@@ -103,12 +103,12 @@ def pack_zones(model: Model) -> PackedZones:
     first_shape, shapes = _shapes(model, cells_of)
     yields = np.bincount(mesh.batch, can_yield(model)[mesh.block], len(mesh.batch_pattern)) > 0
     in_memory = np.where(yields, cells_of[mesh.batch_pattern], 0)
-    moduli = aligned(len(mesh.batch_pattern), moduli_type())
+    moduli = aligned_zeros(len(mesh.batch_pattern), moduli_type())
     # empty lanes do not yield
     moduli["strength"][:] = np.array([NO_LIMIT, 1.0, 1.0, NO_LIMIT, NO_LIMIT, 0.0, 1.0])[:, None]
     for name, values in zip(("elasticity", "strength"), block_moduli(model)):
         moduli[name][mesh.batch, :, mesh.lane] = values[mesh.block]
-    work = aligned(1, work_type())
+    work = aligned_zeros(1, work_type())
     work["lanes"] = SIDE_BY_SIDE
     return PackedZones(
         first_dof=mesh.batch_dof.astype(np.uint64),
@@ -118,7 +118,7 @@ def pack_zones(model: Model) -> PackedZones:
         first_shape=first_shape,
         shapes=shapes,
         first_memory=np.where(yields, np.cumsum(in_memory) - in_memory, -1),
-        memory=aligned(int(in_memory.sum()), memory_type()),
+        memory=aligned_zeros(int(in_memory.sum()), memory_type()),
         moduli=moduli,
         work=work,
     )
@@ -136,7 +136,7 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
     order = np.lexsort((mesh.lane, mesh.batch))  # within a batch, blocks of one shape stand first
     ends = np.searchsorted(mesh.batch[order], np.arange(len(mesh.batch_pattern) + 1))
     for batch, pattern in enumerate(mesh.batch_pattern):
-        cells = aligned(int(cells_of[pattern]), shape_type())
+        cells = aligned_zeros(int(cells_of[pattern]), shape_type())
         members = order[ends[batch] : ends[batch + 1]]
         zones = [slice(mesh.first_zone[d], mesh.first_zone[d + 1]) for d in members]
         for lane in range(SIDE_BY_SIDE):
@@ -154,7 +154,7 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
             known[key] = sum(len(c) for c in sets)
             sets.append(cells)
         first.append(known[key])
-    shapes = aligned(sum(len(c) for c in sets), shape_type())
+    shapes = aligned_zeros(sum(len(c) for c in sets), shape_type())
     shapes[:] = np.concatenate(sets)
     return np.array(first), shapes
 

@@ -18,7 +18,7 @@ from damagepred.assembly import Model
 from damagepred.solvers.system.detached_blocks import come_loose
 
 if TYPE_CHECKING:
-    from damagepred.solvers.time_stepping.scheme import Run
+    from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 CYCLES = 250
 """In each half of a round: what goes on by itself is farther in the second half."""
@@ -45,12 +45,12 @@ def lasting_bonds(model: Model) -> Model:
     return replace(model, properties=lasting)
 
 
-def goes_on(run: Run, rounds: int = ROUNDS) -> bool:
+def goes_on(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
     """Tell whether what moves comes loose when it is pushed on.
 
     Parameters
     ----------
-    run : Run
+    run : DampedTimeStepping
         A wall on its way, with lasting bonds; it is left where it was pushed to.
     rounds : int
         Times it is pushed at most.
@@ -71,6 +71,6 @@ def goes_on(run: Run, rounds: int = ROUNDS) -> bool:
         gains = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
         # the mean speed: what only swings to and fro makes local damping brake like a friction that is not there
         run.motion.velocity[run.free] = (FASTER if gains else 1.0) / CYCLES * second
-        if run.unbalanced().max() < run.settings.tolerance_used:
+        if run.unbalanced_force_ratio().max() < run.settings.tolerance_used:
             return False
     return False

@@ -63,8 +63,8 @@ class Line(NamedTuple):
     load_step: float
 
 
-Pumped = tuple[Line, FloatArray, tuple[float, float]]
-"""A state of the pump to come back to: what ``Pump.resume`` takes."""
+PumpState = tuple[Line, FloatArray, tuple[float, float]]
+"""A state of the pump to come back to: what ``Pump.restore`` takes."""
 
 
 class Pump:
@@ -99,7 +99,7 @@ class Pump:
         self._by_volume = by_push / (gives + 1.0 / self.stiffness)
         """Displacements for a unit of volume."""
         self._bent = by_weight - float(push @ by_weight) * self._by_volume
-        """Displacements for a unit force where the deflection is measured, at a standing volume."""
+        """Displacements for a unit force where the deflection is measured, at a constant volume."""
         self.volume_per_deflection = 1.0 / float(self.weights @ self._by_volume)
         self.level_volume = float(push @ self.level) + self.level_load / self.stiffness
         here = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
@@ -130,7 +130,7 @@ class Pump:
         push = np.abs(self.jacks.push) / scale
         return self.stiffness * push * push.sum()
 
-    def set_pace(self, mass: FloatArray, damping: float) -> None:
+    def set_gain(self, mass: FloatArray, damping: float) -> None:
         """Let the control be slower than the wall swings under the jacks.
 
         Parameters
@@ -150,11 +150,11 @@ class Pump:
         self.line = self.line._replace(gain=PACE * damping * frequency * self.volume_per_deflection)
 
     @property
-    def slowness(self) -> float:
+    def time_constant(self) -> float:
         """Cycles in which the control closes all but 1/e of a deflection that is missing; endless without control."""
         return self.volume_per_deflection / self.line.gain if self.controlled else np.inf
 
-    def slow_down(self) -> None:
+    def halve_gain(self) -> None:
         """Control at half the pace."""
         self.line = self.line._replace(gain=0.5 * self.line.gain)
 
@@ -196,11 +196,11 @@ class Pump:
         """Deliver some more volume (m)."""
         self.line.state[VOLUME] += volume
 
-    def with_dead_load(self, share: float) -> None:
+    def add_dead_load(self, share: float) -> None:
         """Deliver what a further share of the dead load presses out of the jacks of an intact, level wall."""
         self.line.state[VOLUME] += share * self.level_volume
 
-    def look_ahead(self, progress: float) -> None:
+    def extrapolate_volume(self, progress: float) -> None:
         """Let the volume run ahead of the deflection as it had to since the last call, at rest then and now."""
         before, volume = self._from[0], float(self.line.state[VOLUME])
         if self.controlled and progress > before:
@@ -214,12 +214,12 @@ class Pump:
                 stiffness=0.0, gain=0.0, goal=0.0, load=self.load, load_step=self.jacks.load - self.load
             )
 
-    def standing(self) -> Pumped:
-        """Return what ``resume`` takes to come back to the present state."""
+    def checkpoint(self) -> PumpState:
+        """Return what ``restore`` takes to come back to the present state."""
         return self.line, self.line.state.copy(), self._from
 
-    def resume(self, standing: Pumped) -> None:
+    def restore(self, state: PumpState) -> None:
         """Come back to an earlier state."""
-        line, state, self._from = standing
+        line, volume_and_load, self._from = state
         self.line = line._replace(state=self.line.state)
-        self.line.state[:] = state
+        self.line.state[:] = volume_and_load

@@ -11,12 +11,9 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
-from damagepred.kernels.explicit.tiles import LANES, ground_type, tile_type
+from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
 from damagepred.kernels.joint.law import damage_rate, slip_compliance
 from damagepred.solvers.state.joint_history import JointHistory
-
-CACHE_LINE = 64
-"""Bytes."""
 
 
 class PackedJoints(NamedTuple):
@@ -98,8 +95,8 @@ def pack(model: Model) -> PackedJoints:
     inner_tiles, ground_tiles = -(-(count - on_ground) // LANES), -(-on_ground // LANES)
     lane = np.arange(count)
     lane[count - on_ground :] += inner_tiles * LANES - (count - on_ground)
-    tiles = aligned(inner_tiles + ground_tiles, tile_type(points))
-    ground = aligned(ground_tiles, ground_type(points))
+    tiles = aligned_zeros(inner_tiles + ground_tiles, tile_type(points))
+    ground = aligned_zeros(ground_tiles, ground_type(points))
 
     tiles["dof_a"] = tiles["dof_b"] = 3 * model.n_blocks
     put(tiles["dof_a"], lane, 3 * face.body_a)
@@ -186,13 +183,6 @@ def set_history(joints: PackedJoints, history: JointHistory) -> None:
     """Set the history variables of the contacts."""
     for name, values in zip(JointHistory._fields, history, strict=True):
         put(joints.tiles[name], joints.lane, values)
-
-
-def aligned(count: int, record: np.dtype[Any]) -> NDArray[Any]:
-    """Return zeroed records that begin where a line of the processor's cache does: a tenth of the cycle's time."""
-    memory = np.zeros(count * record.itemsize + CACHE_LINE, dtype=np.uint8)
-    start = -memory.ctypes.data % CACHE_LINE
-    return memory[start : start + count * record.itemsize].view(record)
 
 
 def put(field: NDArray[Any], lane: IntArray, values: NDArray[Any]) -> None:

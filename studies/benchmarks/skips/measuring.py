@@ -12,10 +12,9 @@ from skips import Skip
 from damagepred.assembly import Model
 from damagepred.damage import judge
 from damagepred.errors import SolverError
-from damagepred.pipeline import joint_map, model_of
+from damagepred.pipeline import dynamic_run, joint_map, model_of
 from damagepred.scene import Scene
 from damagepred.solvers import ContactState, Increment, solve_path
-from damagepred.solvers.dynamics import DynamicRun
 
 REPEATS, ENOUGH = 5, 2.0
 """Pairs of runs are repeated, to 5 at most, until they took 2 s; the fastest of each way counts: work of others on the
@@ -51,7 +50,7 @@ def _solve(scene: Scene, known: Known, steps: list[Increment]) -> Ran:
     end = "complete"
     try:
         if scene.dynamics is not None:
-            steps.extend(DynamicRun(model, scene.solver, scene.dynamics))
+            steps.extend(dynamic_run(model, scene.solver, scene.dynamics))
         else:
             steps.extend(solve_path(model, scene.solver, scene.movement.increments))
         if steps[-1].collapsed:

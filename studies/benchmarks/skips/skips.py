@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 from damagepred.scene import BlockMaterial, Scene
-from damagepred.solvers.time_stepping.scheme import CALM_CHECKS, CHECK_EVERY
+from damagepred.solvers.explicit.load_path import CALM_CHECKS, CHECK_EVERY
 
 QUASI_STATIC = ("dishing", "doming", "window", "no dpc", "random joints", "deformable")
 RIGID = QUASI_STATIC[:5]
@@ -183,7 +183,7 @@ def all_open() -> Iterator[None]:
 def whole_law() -> Iterator[None]:
     """Let plain joints be asked for dilation, caps, gaps, wear and softening that they do not have."""
     with ExitStack() as stack:
-        for where in ("explicit", "dynamic.run"):
+        for where in ("time_stepping.scheme", "dynamics.run"):
             for name in ("needs_all_of_the_law", "needs_softening"):
                 stack.enter_context(patch(f"damagepred.solvers.{where}.{name}", lambda model: True))
         yield
@@ -191,15 +191,17 @@ def whole_law() -> Iterator[None]:
 
 def cycled_start() -> AbstractContextManager[Any]:
     """Let the explicit solver bring on dead load by cycles."""
-    return patch("damagepred.solvers.time_stepping.scheme.Run.start_elastic", lambda self: False)
+    return patch(
+        "damagepred.solvers.time_stepping.scheme.DampedTimeStepping.start_from_elastic_solution", lambda self: False
+    )
 
 
 @contextmanager
 def look_always() -> Iterator[None]:
     """Let the explicit solver look at the unbalanced force after every cycle, and be as calm for as long."""
     with (
-        patch("damagepred.solvers.time_stepping.scheme.CHECK_EVERY", 1),
-        patch("damagepred.solvers.time_stepping.scheme.CALM_CHECKS", CHECK_EVERY * (CALM_CHECKS - 1) + 1),
+        patch("damagepred.solvers.explicit.load_path.CHECK_EVERY", 1),
+        patch("damagepred.solvers.explicit.load_path.CALM_CHECKS", CHECK_EVERY * (CALM_CHECKS - 1) + 1),
     ):
         yield
 

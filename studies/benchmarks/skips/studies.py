@@ -18,7 +18,7 @@ from damagepred.assembly import wall, wall_model
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.forces import gather, give_way, scatter, yielding_cell, zone_forces
 from damagepred.pipeline import Step, follow
-from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
 
@@ -145,8 +145,8 @@ def forces_as_they_are(zones, displacement, force, cycles):
 def returned(number: int, quick: bool) -> Row:
     """Time the forces of elastic zones that have a strength, sent to the return where they need it, or all."""
     scene = explicit_deformable().scene
-    run = Run(wall_model(scene), scene.solver)
-    assert run.start_elastic()
+    run = DampedTimeStepping(wall_model(scene), scene.solver)
+    assert run.start_from_elastic_solution()
     assert run.zones is not None
     zones, moved, cycles = run.zones.packed[1], run.motion.displacement, 4 if quick else CYCLES
     row: Row = {}

@@ -10,13 +10,13 @@ import numpy as np
 from scipy import linalg
 
 from damagepred.assembly import Assembly, Model
-from damagepred.pipeline import assembled, model_of
+from damagepred.pipeline import assembled, dynamic_run, model_of
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.explicit import explicit_path
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
-from damagepred.solvers.time_stepping.scheme import explicit_path
 
 STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", "explicit, deformable")
 IN_TIME = ("in time, rigid", "in time, deformable")
@@ -138,7 +138,7 @@ def found(case: Case, way: str) -> Found:
     if way in STATIC:
         return Found(model, list(solve_path(model, solver, case.increments)))
     dynamics = to_rest(model) if case.dynamics is None else case.dynamics(model)
-    run = DynamicRun(model, solver, dynamics)
+    run = dynamic_run(model, solver, dynamics)
     steps = run.steps_each * dynamics.outputs
     if steps * (1 + model.size / 100) > case.most_steps:
         raise NotTriedError(f"would take {steps:.1g} steps")

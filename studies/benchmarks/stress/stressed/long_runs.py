@@ -11,10 +11,10 @@ import numpy as np
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver
-from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.dynamics.time_step import highest_frequency, time_step
-from damagepred.solvers.time_stepping.scheme import Run
+from damagepred.solvers.explicit.load_path import ExplicitPath
 from stressed.case import Case, Check, Found
 
 STEPS = 1_000_000
@@ -27,7 +27,7 @@ def steps_of(steps: int, **more: Any) -> Callable[[Model], Dynamics]:
 
     def dynamics(model: Model) -> Dynamics:
         once = Dynamics(duration=1.0, outputs=1, **more)
-        run = DynamicRun(model, Solver(), replace(once, duration=1e-6))
+        run = dynamic_run(model, Solver(), replace(once, duration=1e-6))
         highest = highest_frequency(model, run.scene, run.motion.inverse_mass, run.grid)
         frequency = highest.touched if once.new_contacts else highest.intact
         dry = bool((model.properties.tensile_strength <= 0.0).any())
@@ -109,16 +109,16 @@ def dry_wall(deformable: bool) -> Assembly:
 
 def goes_on(model: Model, solver: Solver) -> Found:
     """Let the explicit solver settle, and then cycle a million times more."""
-    run = Run(model, solver)
-    found = []
+    path = ExplicitPath(model, solver)
+    found, scheme = [], path.scheme
     for number, progress in enumerate((0.0, 1.0)):
-        run.ramp(progress)
-        ratio, fell = run.settle(number)
-        found.append(run.report(number, ratio, run.cycles, fell))
-    cycles = run.cycles
-    run.cycle(STEPS)
-    ratio = float(run.unbalanced().max())
-    return Found(model, [*found, run.report(2, ratio, run.cycles - cycles, False)])
+        path.apply(progress)
+        ratio, fell = path.equilibrate(number)
+        found.append(path.report(number, ratio, scheme.cycles, fell))
+    cycles = scheme.cycles
+    scheme.cycle(STEPS)
+    ratio = float(scheme.unbalanced_force_ratio().max())
+    return Found(model, [*found, path.report(2, ratio, scheme.cycles - cycles, False)])
 
 
 def chattering(deformable: bool) -> Assembly:

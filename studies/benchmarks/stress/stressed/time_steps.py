@@ -17,12 +17,12 @@ import numpy as np
 
 from damagepred.assembly import Model
 from damagepred.errors import DamagepredError
+from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import ContactState, solve_path
-from damagepred.solvers.dynamics import DynamicRun
-from damagepred.solvers.dynamics import run as dynamic_run
+from damagepred.solvers.dynamics import run as in_time
+from damagepred.solvers.explicit import explicit_path
 from damagepred.solvers.time_stepping import scheme as explicit
-from damagepred.solvers.time_stepping.scheme import explicit_path
 from stressed.case import PERIODS, slowest
 from stressed.proportion import cracking_wall, reference, stack
 
@@ -59,7 +59,7 @@ def longer_steps(share: float) -> dict[str, Outcome]:
     """Solve with time steps of a share of the limit; beyond it, behind the back of what would refuse them."""
     forced = max(share, 1.0)
     found: dict[str, Outcome] = {}
-    scaled, stepped = explicit.scaled_mass, dynamic_run.time_step
+    scaled, stepped = explicit.scaled_mass, in_time.time_step
     for way, deformable in (("explicit, rigid", False), ("explicit, deformable", True)):
         own = Solver(method="explicit", lump_block_elasticity=False, time_step_safety=min(share, 1.0))
         model = stack(deformable).build(own)
@@ -83,9 +83,9 @@ def longer_steps(share: float) -> dict[str, Outcome]:
             time_step_safety=min(share, 1.0),
             new_contacts=new_contacts,
         )
-        with mock.patch.object(dynamic_run, "time_step", lambda *a: forced * stepped(*a)), np.errstate(all="ignore"):
+        with mock.patch.object(in_time, "time_step", lambda *a: forced * stepped(*a)), np.errstate(all="ignore"):
             found[way] = outcome(
-                lambda m=model, o=own, d=dynamics: list(DynamicRun(m, o, d))[-1].displacement, reference(model)
+                lambda m=model, o=own, d=dynamics: list(dynamic_run(m, o, d))[-1].displacement, reference(model)
             )  # type: ignore[misc]
     return found
 

@@ -1,0 +1,55 @@
+"""Find the static equilibrium under dead load, the initial state of a run in physical time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from damagepred.assembly import Model
+from damagepred.errors import SolverError, TimeLimitError
+from damagepred.one_thread import one_blas_thread
+from damagepred.scene import Solver
+from damagepred.solvers.quasi_static.continuation import Path
+from damagepred.solvers.state.initial_state import InitialState
+from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.elastic_stiffness import dead_load, follow_up
+from damagepred.solvers.system.loading_stages import while_loading
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
+
+
+@one_blas_thread()
+def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
+    """Find the static equilibrium under dead load; None if nothing supports the wall, or it does not stand.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    settings : Solver
+        Settings of the quasi-static solver, which is called where a joint or a zone yields.
+    """
+    supported = len(model.interfaces.kind) > 0 or (model.supports.prescribed >= 3 * (model.n_blocks + 1)).any()
+    if not supported or not dead_load(model).any():
+        return None
+    model = while_loading(model)
+    scheme = DampedTimeStepping(model, settings)
+    if scheme.start_from_elastic_solution():
+        return InitialState(scheme.motion.displacement.copy(), JointHistory.fresh(model), None)
+    try:
+        path = Path(model, replace(settings, method="quasi_static", tolerance=None))
+        worst = path.advance(1.0, 0.0)
+    except TimeLimitError:
+        raise
+    except SolverError:
+        return None
+    state = path.state
+    if worst >= path.tolerance or come_loose(model, state.displacement, 0.0).any():
+        return None
+    history = state.history.copy()
+    softens = (model.properties.critical_opening > 0)[:, None]
+    kappa = np.where(softens, np.minimum(history.kappa, 1e9), 0.0)
+    history = history._replace(cracked=history.cracked & ~path.never_opened, kappa=kappa)
+    plastic = None if model.mesh is None else state.plastic
+    return InitialState(follow_up(model, state.displacement), history, plastic)
