@@ -19,62 +19,71 @@ from typing import TYPE_CHECKING, Any
 from damagepred.version import __version__
 
 if TYPE_CHECKING:
+    from damagepred import assembly, damage, exports, plotting, report, scene, study, uq
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
-    from damagepred.damage.simple import simple_methods
+    from damagepred.damage import construction_limits, simple_categories, simple_methods
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
+    from damagepred.exports import curves_frame, walls_frame
     from damagepred.pipeline import solve
     from damagepred.rejudge import judge_again
-    from damagepred.scene import Scene
-    from damagepred.study import Study, open_study
-    from damagepred.uq.fragility import fit_fragility
+    from damagepred.scene import (
+        BaseMotion,
+        BlockMaterial,
+        ControlJoint,
+        Damage,
+        Dpc,
+        Dynamics,
+        Footing,
+        Joint,
+        Loads,
+        Mound,
+        Movement,
+        Opening,
+        ReinforcedConcrete,
+        Rig,
+        Scene,
+        Soil,
+        Solver,
+        Wall,
+    )
+    from damagepred.study import Study, StudyFunction, open_study
+    from damagepred.study.analyses.variance_shares import study_sensitivity
+    from damagepred.uq.exceedance import exceedance
+    from damagepred.uq.fragility import fit_fragility, fit_surface
     from damagepred.uq.subset import subset_simulation
-    from damagepred.wall_cracks import crack_profile, cracks
+    from damagepred.wall_cracks import crack_frame, crack_profile, cracks
+
+_MODULES = ("assembly", "damage", "exports", "plotting", "report", "scene", "study", "uq")
 
 _HOMES = {
-    "Assembly": "assembly",
-    "DamagepredError": "errors",
-    "InputError": "errors",
-    "Limits": "assembly",
-    "NO_LIMITS": "assembly",
-    "Scene": "scene",
-    "SolverError": "errors",
-    "Study": "study",
-    "StudyError": "errors",
-    "crack_profile": "wall_cracks",
-    "cracks": "wall_cracks",
-    "fit_fragility": "uq.fragility",
-    "judge_again": "rejudge",
-    "open_study": "study",
-    "simple_methods": "damage.simple",
-    "solve": "pipeline",
-    "subset_simulation": "uq.subset",
+    name: module
+    for module, names in {
+        "assembly": "NO_LIMITS Assembly Limits",
+        "damage": "construction_limits simple_categories simple_methods",
+        "errors": "DamagepredError InputError SolverError StudyError",
+        "exports": "curves_frame walls_frame",
+        "pipeline": "solve",
+        "rejudge": "judge_again",
+        "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing Joint Loads Mound Movement Opening "
+        "ReinforcedConcrete Rig Scene Soil Solver Wall",
+        "study": "Study StudyFunction open_study",
+        "study.analyses.variance_shares": "study_sensitivity",
+        "uq.exceedance": "exceedance",
+        "uq.fragility": "fit_fragility fit_surface",
+        "uq.subset": "subset_simulation",
+        "wall_cracks": "crack_frame crack_profile cracks",
+    }.items()
+    for name in names.split()
 }
 
-__all__ = [
-    "NO_LIMITS",
-    "Assembly",
-    "DamagepredError",
-    "InputError",
-    "Limits",
-    "Scene",
-    "SolverError",
-    "Study",
-    "StudyError",
-    "__version__",
-    "crack_profile",
-    "cracks",
-    "fit_fragility",
-    "judge_again",
-    "open_study",
-    "simple_methods",
-    "solve",
-    "subset_simulation",
-]
+__all__ = [*_HOMES, *_MODULES, "__version__"]
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return getattr(import_module(f"damagepred.{_HOMES[name]}"), name)
+    if name in _MODULES:
+        return import_module(f"damagepred.{name}")
     raise AttributeError(f"module 'damagepred' has no attribute '{name}'")
 
 

@@ -1,13 +1,14 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
 from damagepred.plotting.convergence import draw_convergence
+from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import (
+    draw_footing,
     draw_footing_curvature,
     draw_footing_form,
     draw_footing_moment,
     draw_jack_load,
-    footing_sheet,
 )
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
@@ -24,7 +25,9 @@ __all__ = [
     "draw_category_shares",
     "draw_convergence",
     "draw_crack_widths",
+    "draw_cracks",
     "draw_dpc_opening",
+    "draw_footing",
     "draw_footing_curvature",
     "draw_footing_form",
     "draw_footing_moment",
@@ -38,7 +41,6 @@ __all__ = [
     "draw_stress",
     "draw_wall",
     "draw_zone_states",
-    "footing_sheet",
     "save_fragility_picture",
     "save_study_pictures",
     "save_wall_pictures",

@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
 from damagepred.plotting.categories import table_of
@@ -40,6 +41,7 @@ _THICKNESS = (1.0, 1.6, 2.4, 3.4, 4.6, 5.8)
 """Of the line of a piece by its category (points)."""
 
 
+@checked
 def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, known: WallCracks | None = None) -> Axes:
     """Draw the cracks of a wall where they run, coloured and as thick as the category of their width is high.
 

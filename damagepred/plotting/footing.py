@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
@@ -22,10 +21,10 @@ from damagepred.plotting.sheet import (
     axes_or_new,
     figure_of,
     legend_below,
-    new_figure,
     plain_number,
     require,
     set_title,
+    several_or_new,
     spread_evenly,
     title_of,
 )
@@ -197,23 +196,34 @@ def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 @checked
-def footing_sheet(ds: xr.Dataset) -> Figure:
+def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Draw form, moment and curvature of a footing one under the other.
 
     Parameters
     ----------
     ds : xarray.Dataset
         Of one wall whose footing finds its own form.
+    axes : sequence of 3 Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    list of Axes
+        Of form, moment and curvature.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of such a wall.
     """
-    figure = new_figure(9.0, 9.5)
-    axes = figure.subplots(3, 1, sharex=True)
+    axes = several_or_new(axes, 3, 1, 9.0, 9.5, sharex=True)
     for ax, draw in zip(axes, (draw_footing_form, draw_footing_moment, draw_footing_curvature)):
         draw(ds, ax)
         ax.set_title("", loc="left")
     for ax in axes[:-1]:
         ax.set_xlabel("")
     set_title(axes[0], title_of(ds, "wall"), "form, moment and curvature of the footing")
-    return figure
+    return axes
 
 
 def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tuple[FloatArray, FloatArray]]) -> Axes:

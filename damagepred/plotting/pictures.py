@@ -16,7 +16,7 @@ from damagepred.errors import InputError, StudyError
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
-from damagepred.plotting.footing import draw_jack_load, footing_sheet, has_footing
+from damagepred.plotting.footing import draw_footing, draw_jack_load, has_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history
@@ -70,7 +70,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
         sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
     if has_footing(ds):
-        sheets["footing.png"] = footing_sheet(ds)
+        sheets["footing.png"] = figure_of(draw_footing(ds)[0])
     if "jack_load" in ds.variables:
         sheets["jack_load.png"] = figure_of(draw_jack_load(ds))
     return _save_all(sheets | stress_sheets(ds), folder)
@@ -190,7 +190,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     if file.suffix.lstrip(".").lower() not in FORMATS:
         raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
     if "spearman" in curves:
-        return _save_all({file.name: draw_sensitivity(curves)}, file.parent)[0]
+        return _save_all({file.name: figure_of(draw_sensitivity(curves)[0])}, file.parent)[0]
     draw = draw_fragility_surface if "second" in curves.dims else draw_fragility
     return _save_all({file.name: figure_of(draw(curves))}, file.parent)[0]
 

@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from damagepred.arguments import checked
 from damagepred.plotting.colours import RANK_COLOURS, SHARE_COLOURS
-from damagepred.plotting.sheet import new_figure, require, title_of
+from damagepred.plotting.sheet import figure_of, require, set_title, several_or_new, title_of
 
 GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom joint to joint"}
 """Names of the groups of a crossed study."""
 
 
 @checked
-def draw_sensitivity(found: xr.Dataset) -> Figure:
+def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Draw on the left how capacity goes with each input, on the right the shares of variance.
 
     Parameters
     ----------
     found : xarray.Dataset
         As ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
+    axes : sequence of 2 Axes, optional
+        Where to draw; by default side by side on a new figure.
 
     Returns
     -------
-    Figure
-        Points with their intervals, one line an input, the strongest on top; below them the groups of a crossed study.
+    list of Axes
+        Of rank correlations and of shares of variance: points with their intervals, one line an input, the strongest
+        on top; below them the groups of a crossed study.
 
     Raises
     ------
@@ -39,8 +43,7 @@ def draw_sensitivity(found: xr.Dataset) -> Figure:
     some = found.isel(variable=order)
     names = [str(n).replace(".", ", ").replace("_", " ") for n in some["variable"].values]
     groups = list(found["group"].values) if "group" in found.dims else []
-    figure = new_figure(11.0, 2.2 + 0.5 * (len(names) + len(groups)))
-    left, right = figure.subplots(1, 2)
+    left, right = several_or_new(axes, 1, 2, 11.0, 2.2 + 0.5 * (len(names) + len(groups)))
     at = np.arange(len(names), dtype=np.float64)
     _points(left, some, "spearman", at + 0.12, RANK_COLOURS[0], "rank correlation")
     _points(left, some, "partial", at - 0.12, RANK_COLOURS[1], "partial, without what others explain")
@@ -74,15 +77,17 @@ def draw_sensitivity(found: xr.Dataset) -> Figure:
         )
     title = title_of(found, "sensitivity")
     censored = float(found.attrs.get("share_censored", 0.0))
-    figure.suptitle(
-        f"{title[:1].upper() + title[1:]}\n{found.attrs.get('output', '')}; {int(found.attrs['walls'])} walls"
+    lines = (
+        title[:1].upper() + title[1:],
+        f"{found.attrs.get('output', '')}; {int(found.attrs['walls'])} walls"
         + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
         + f"; bars: {float(found.attrs['confidence']):.0%} intervals",
-        x=0.01,
-        ha="left",
-        fontsize=10,
     )
-    return figure
+    if axes is None:
+        figure_of(left).suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10)
+    else:
+        set_title(left, *lines)
+    return [left, right]
 
 
 def _points(ax: Axes, found: xr.Dataset, name: str, at: np.ndarray, colour: str, label: str) -> None:

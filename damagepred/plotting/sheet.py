@@ -49,6 +49,35 @@ def axes_or_new(ax: Axes | None, width: float = 8.0, height: float = 5.0) -> Axe
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
+def several_or_new(
+    axes: Sequence[Axes] | None, rows: int, columns: int, width: float, height: float, sharex: bool = False
+) -> list[Axes]:
+    """Return the given axes, or those of a new figure.
+
+    Parameters
+    ----------
+    axes : sequence of Axes or None
+        As many as rows times columns.
+    rows, columns : int
+        Of a new figure.
+    width, height : float
+        Size of a new figure (inches).
+    sharex : bool
+        Whether the axes of a new figure share their horizontal axis.
+
+    Raises
+    ------
+    InputError
+        If they are not as many.
+    """
+    if axes is None:
+        return list(new_figure(width, height).subplots(rows, columns, squeeze=False, sharex=sharex).flat)
+    found = list(np.asarray(axes, dtype=object).flat)
+    if len(found) != rows * columns or not all(isinstance(ax, Axes) for ax in found):
+        raise InputError(f"axes = {axes!r}: must be {rows * columns} axes of matplotlib.")
+    return found
+
+
 def figure_of(ax: Axes) -> Figure:
     """Return the whole figure that axes stand on."""
     figure = ax.get_figure(root=True)

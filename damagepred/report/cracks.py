@@ -30,13 +30,12 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
     if frame.empty:
         return [Text([f"No joint has opened or slid by more than {length(HAIRLINE)}."])]
     from damagepred.plotting.cracks import draw_cracks
-    from damagepred.plotting.sheet import figure_of
 
     figure = drawing(
         "cracks",
         "The cracks where they run, on the wall as it was built; numbers are those of the table.",
         f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width",
-        figure_of(draw_cracks(ds, known=known)),
+        draw_cracks(ds, known=known),
     )
     rows = [_row(one, "time" in ds.variables) for one in frame.head(MOST).to_dict("records")]
     note = (

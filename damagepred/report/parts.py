@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -129,16 +129,17 @@ class Page:
     sections: Sequence[Section]
 
 
-def drawing(name: str, caption: str, label: str, figure: Figure) -> Drawing:
-    """Take a figure into a page.
+def drawing(name: str, caption: str, label: str, ax: Axes) -> Drawing:
+    """Make the figure that axes stand on part of a page.
 
     Parameters
     ----------
     name, caption, label : str
         See ``Drawing``.
-    figure : Figure
-        What to show.
+    ax : Axes
+        Any of the figure's.
     """
+    from damagepred.plotting.sheet import figure_of
     from damagepred.plotting.vector import svg_of
 
-    return Drawing(name, caption, label, svg_of(figure, name, label))
+    return Drawing(name, caption, label, svg_of(figure_of(ax), name, label))

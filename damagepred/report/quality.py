@@ -105,7 +105,6 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
         Of the intervals.
     """
     from damagepred.plotting import draw_convergence
-    from damagepred.plotting.sheet import figure_of
 
     measure, telling = named(movement_measure(ds)), telling_movement(ds, moved)
     rows = []
@@ -148,7 +147,7 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
         f"How the probabilities at {length(telling)} settled as walls were added, with {confidence:.0%} intervals of "
         "that many walls.",
         "Estimated probability of each category against the number of walls counted, with confidence bands that narrow",
-        figure_of(draw_convergence(ds, telling, confidence=confidence)),
+        draw_convergence(ds, telling, confidence=confidence),
     )
     return [table, figure]
 

@@ -229,7 +229,6 @@ def _followed(settings: StudySettings) -> str:
 
 def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None) -> list[Part]:
     from damagepred.plotting import draw_category_shares, draw_crack_widths
-    from damagepred.plotting.sheet import figure_of
 
     widths = draw_crack_widths(ds)
     if ds.sizes["sample"] > MOST_LINES:
@@ -240,13 +239,13 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
             "shares",
             "Share of the walls in each category, by the highest reached so far.",
             "Shares of walls by damage category against the movement",
-            figure_of(draw_category_shares(ds)),
+            draw_category_shares(ds),
         ),
         drawing(
             "widths",
             "Widest crack of every wall, with median and quantiles over the walls.",
             "Widest crack of each wall against the movement, with quantiles",
-            figure_of(widths),
+            widths,
         ),
     ]
     parts.append(_measures(ds))
@@ -331,7 +330,6 @@ def _no_paths() -> Text:
 
 def _fragility(curves: xr.Dataset) -> list[Part]:
     from damagepred.plotting import draw_fragility
-    from damagepred.plotting.sheet import figure_of
 
     unit, confidence = str(curves["intensity"].attrs["units"]), float(curves.attrs["confidence"])
     measure = named(str(curves.attrs["intensity_measure"]))
@@ -340,7 +338,7 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         f"Probability of each category or worse against the {measure}: lognormal curves with {confidence:.0%} bands, "
         "and the shares of walls at the increments as steps.",
         f"Fragility curves of the damage categories against the {measure}, with confidence bands",
-        figure_of(draw_fragility(curves)),
+        draw_fragility(curves),
     )
     rows, failed = [], bool(curves.attrs.get("samples_failed", 0))
     for number_, category in enumerate(curves["category"].values):

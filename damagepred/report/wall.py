@@ -159,7 +159,6 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
         Of one wall.
     """
     from damagepred import plotting
-    from damagepred.plotting.sheet import figure_of
 
     parts: list[Part] = [wall_drawing(ds, "wall")]
     parts += crack_parts(ds)
@@ -169,7 +168,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
             "Widest crack and opening of the damp-proof course as the ground moves.",
             "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
             "damage categories",
-            figure_of(plotting.draw_history(ds)),
+            plotting.draw_history(ds),
         )
     )
     if (ds["contact_kind"].values == ds_kind("dpc")).any():
@@ -178,7 +177,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "dpc",
                 "Opening of the damp-proof course along the wall.",
                 "Opening of the damp-proof course along the wall at several movements",
-                figure_of(plotting.draw_dpc_opening(ds)),
+                plotting.draw_dpc_opening(ds),
             )
         )
     if "footing" in shown_gaps(ds):
@@ -187,7 +186,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "footing-gap",
                 "Opening of the bed between first course and footing along the wall.",
                 "Opening of the bed on the footing along the wall at several movements",
-                figure_of(plotting.draw_footing_opening(ds)),
+                plotting.draw_footing_opening(ds),
             )
         )
     if ds.sizes.get("opening", 0):
@@ -196,7 +195,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "openings",
                 "Change of width of the openings; widening is positive.",
                 "Change of width of each opening against the movement",
-                figure_of(plotting.draw_opening_width_change(ds)),
+                plotting.draw_opening_width_change(ds),
             )
         )
     if "section_x" in ds.variables:
@@ -205,7 +204,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "footing",
                 "The footing: its form, moment and curvature along the wall.",
                 "Form, bending moment and curvature of the footing along its length",
-                plotting.footing_sheet(ds),
+                plotting.draw_footing(ds)[0],
             )
         )
     return [*parts, _path_table(ds)]
@@ -224,7 +223,6 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
         What to say before the rest.
     """
     from damagepred.plotting import draw_wall
-    from damagepred.plotting.sheet import figure_of
 
     category, words = _category(ds, -1)
     width = length(float(ds["crack_width_max"].values[-1]))
@@ -234,7 +232,7 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
         name,
         caption,
         f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
-        figure_of(draw_wall(ds)),
+        draw_wall(ds),
     )
 
 

@@ -11,13 +11,13 @@ from damagepred.damage import joints
 from damagepred.damage.joints import SOIL
 from damagepred.errors import InputError
 from damagepred.plotting import (
+    draw_footing,
     draw_footing_curvature,
     draw_footing_form,
     draw_footing_moment,
     draw_jack_load,
     draw_stress,
     draw_wall,
-    footing_sheet,
     save_wall_pictures,
 )
 from damagepred.plotting.footing import first_zero, idle_at
@@ -167,7 +167,7 @@ def test_pictures_of_a_footing_are_written(on_jacks, on_mound, tmp_path):
     always = ["wall.png", "dpc_opening.png", "cracks.png", "history.png", "footing.png"]
     assert [p.name for p in save_wall_pictures(on_jacks, tmp_path / "a")] == [*always, "jack_load.png", "stress_xx.png"]
     assert [p.name for p in save_wall_pictures(on_mound, tmp_path / "b")] == [*always, "stress_xx.png"]
-    axes = footing_sheet(on_mound).axes
+    axes = draw_footing(on_mound)[0].figure.axes
     assert ["little wall" in ax.get_title(loc="left") for ax in axes[:3]] == [True, False, False]
     assert [ax.get_xlabel() for ax in axes[:3]] == ["", "", "along the wall (m)"]
     assert "surface movement (mm)" in [ax.get_ylabel() for ax in axes]

@@ -1,0 +1,51 @@
+"""Drawings compose: each draws on the axes it is given, in a figure of the user's own, and returns them."""
+
+from __future__ import annotations
+
+import inspect
+
+import matplotlib.pyplot as plt
+import pytest
+import xarray as xr
+
+from damagepred import plotting
+from damagepred.errors import InputError
+
+DRAWINGS = [name for name in plotting.__all__ if name.startswith("draw_")]
+OF_WALLS = [
+    "draw_wall",
+    "draw_cracks",
+    "draw_history",
+    "draw_stress",
+    "draw_dpc_opening",
+    "draw_footing_opening",
+    "draw_opening_width_change",
+]
+
+
+@pytest.mark.parametrize("name", DRAWINGS)
+def test_axes_are_an_argument_and_the_result(name: str) -> None:
+    signature = inspect.signature(getattr(plotting, name))
+    (axes,) = (signature.parameters[n] for n in ("ax", "axes") if n in signature.parameters)
+    assert axes.default is None
+    assert signature.return_annotation == {"ax": "Axes", "axes": "list[Axes]"}[axes.name]
+
+
+def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:
+    figure, axes = plt.subplots(2, 4, figsize=(30, 14), layout="constrained")
+    for name, ax in zip(OF_WALLS, axes.flat):
+        assert getattr(plotting, name)(on_dpc, ax) is ax
+    figure.canvas.draw()
+    assert plt.get_fignums() == [figure.number]  # nothing else was opened
+    plt.close(figure)
+
+
+def test_a_subfigure_takes_the_three_drawings_of_a_footing(on_mound: xr.Dataset) -> None:
+    figure = plt.figure(figsize=(10, 8), layout="constrained")
+    left, _ = figure.subfigures(1, 2)
+    axes = left.subplots(3, 1)
+    assert plotting.draw_footing(on_mound, axes) == list(axes)
+    figure.canvas.draw()
+    plt.close(figure)
+    with pytest.raises(InputError, match="must be 3 axes"):
+        plotting.draw_footing(on_mound, axes[:2])
