@@ -30,6 +30,7 @@ from damagepred.errors import InputError, SolverError, require_count, require_on
 from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
 from damagepred.time_limit import time_limit
@@ -176,6 +177,7 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, incre
 @one_blas_thread()
 def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
     """Build a model; with ``blocks = "auto"`` find out first which blocks are to be deformable."""
+    SolverOptions.of(settings)  # refused before anything is solved
     if settings.blocks != "auto":
         return build(settings, None)
     from damagepred.solvers.zone_selection import needs_zones
@@ -589,6 +591,7 @@ def _collect(
         {
             **attributes,
             **provenance(),
+            "solver_options": SolverOptions.of(settings).to_json(),
             "damage_table": table.name,
             "damage_measure": damage.measure,
             "count_footing_gap": damage.count_footing_gap,

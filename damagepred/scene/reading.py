@@ -87,7 +87,7 @@ def _line(kind: type, problem: Any) -> str:
             return f"{place} = {shown(value)}: must be {limits['expected']}.{hint}"
         case "dataclass_type" | "dataclass_exact_type" if location and location[-1].isdigit():
             return f"{place} = {shown(value)}: must be a table that starts with [[{'.'.join(location[:-1])}]]."
-        case "dataclass_type" | "dataclass_exact_type":
+        case "dataclass_type" | "dataclass_exact_type" | "dict_type":
             return f"{place} = {shown(value)}: must be a table, [{'.'.join(location)}] with keys."
         case "tuple_type" if _inner(_follow(kind, location)) is not None:
             return f"{place} = {shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
@@ -12,6 +12,9 @@ from pydantic_core import ArgsKwargs
 from damagepred.scene.accuracy import filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
+
+AdvancedTables = dict[str, dict[str, Any]]
+"""Options of the solvers' algorithms by table and key; ``damagepred.solvers.options`` checks them."""
 
 
 @described
@@ -98,6 +101,9 @@ class Solver:
     symmetric_half : bool
         Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
         movement; False solves it in full.
+    advanced : mapping or None
+        Tables of options of the algorithms, for experts, such as ``[solver.advanced.newton] max_iterations = 30``;
+        keys, meanings and defaults: ``damagepred.solvers.options``.
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
@@ -129,6 +135,7 @@ class Solver:
     displacement_tolerance: Pure = Field(default=0.05, gt=0)
     crack_tolerance: Pure = Field(default=0.05, gt=0)
     symmetric_half: bool = True
+    advanced: AdvancedTables | None = field(default=None, hash=False)
 
     @model_validator(mode="before")
     @classmethod

@@ -8,10 +8,9 @@ from damagepred.assembly import Model
 from damagepred.errors import SolverError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
+from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import ContactState, Increment
 
-SMALL = 200
-"""Blocks up to which dead load alone takes less time than to look whether a wall is symmetric."""
 __all__ = ["ContactState", "Increment", "solve_path"]
 
 
@@ -34,7 +33,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
         First the state under dead load, then one each step; whoever takes them may stop at any.
     """
     half = None
-    if settings.symmetric_half and not (settings.method == "quasi_static" and _soon_done(model)):
+    if settings.symmetric_half and not (settings.method == "quasi_static" and _soon_done(model, settings)):
         from damagepred.solvers.symmetry import symmetric_half
 
         half = symmetric_half(model)
@@ -48,7 +47,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
         raise half.explain(error) from None
 
 
-def _soon_done(model: Model) -> bool:
+def _soon_done(model: Model, settings: Solver) -> bool:
     """Tell whether the quasi-static solver is done with the whole wall before it would have found out about its half.
 
     So it is where dead load is all there is, a load that takes one step or two, and the wall is small.
@@ -56,12 +55,12 @@ def _soon_done(model: Model) -> bool:
     supports = model.supports
     still = model.jacks is None and not model.ground.moves
     still = still and not (supports.prescribed_displacement.any() or supports.live_load.any())
-    return still and model.live_edge_load is None and model.n_blocks <= SMALL
+    return still and model.live_edge_load is None and model.n_blocks <= SolverOptions.of(settings).symmetry.small_wall
 
 
 def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     if settings.method == "quasi_static":
-        from damagepred.solvers.quasi_static import quasi_static_path
+        from damagepred.solvers.quasi_static.continuation import quasi_static_path
 
         return quasi_static_path(model, settings, increments)
     from damagepred.solvers.explicit import explicit_path

@@ -18,6 +18,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.zone.forces import zones_beyond
 from damagepred.scene import Solver
+from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.system.deformable_blocks import (
     block_moduli,
@@ -28,9 +29,6 @@ from damagepred.solvers.system.deformable_blocks import (
     strain_rows,
     zone_stiffness,
 )
-
-NEAR_STRENGTH = 0.8
-"""Share of the strength from which a block is cut whatever its energy."""
 
 Build = Callable[[Solver, frozenset[int] | None], Model]
 """Makes the model for given settings, with given blocks deformable."""
@@ -53,7 +51,7 @@ def needs_zones(build: Build, settings: Solver, increments: int) -> frozenset[in
     rigid = replace(settings, blocks="rigid", above_dpc=None, below_dpc=None, method="quasi_static", tolerance=None)
     whole = build(rigid, None)
     cut = build(replace(settings, method="quasi_static"), frozenset(range(whole.n_blocks)) - _held(whole))
-    loads = BlockLoads(whole, cut)
+    loads = BlockLoads(whole, cut, SolverOptions.of(settings).zone_selection.strength_share)
     error, energy = np.zeros(whole.n_blocks), 0.0
     yielding = np.zeros(whole.n_blocks, dtype=np.bool_)
     for increment in solve_path(whole, rigid, increments):
@@ -92,18 +90,20 @@ class BlockLoads:
     ----------
     whole, cut : Model
         The wall with rigid blocks, and the same with deformable ones.
+    strength_share : float
+        Share of the strength at which a block counts as yielding (1).
     """
 
-    def __init__(self, whole: Model, cut: Model) -> None:
+    def __init__(self, whole: Model, cut: Model, strength_share: float) -> None:
         assert cut.mesh is not None
         self.whole, self.cut, self.mesh = whole, cut, cut.mesh
         self._alike = self._flexibilities(zone_stiffness(cut))
         self._motion = rigid_motion(cut)
         self._rows = strain_rows(cut)
         self._moduli, strength = block_moduli(cut)
-        # stress of NEAR_STRENGTH times the strength counts as yielding: all strengths scale with the stress
+        # the share is applied to the strengths: all of them scale with the stress
         self._strength = strength.copy()
-        self._strength[:, [0, 3, 4]] *= NEAR_STRENGTH
+        self._strength[:, [0, 3, 4]] *= strength_share
         self._yields = can_yield(cut)
         self._sides = [self._gridpoints_at(side) for side in (whole.interfaces.block_a, whole.interfaces.block_b)]
 

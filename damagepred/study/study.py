@@ -27,6 +27,7 @@ from damagepred.damage import damage_table
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
+from damagepred.solvers.options import SolverOptions
 from damagepred.study.campaign.budget import require_affordable, sample_timeout
 from damagepred.study.campaign.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
 from damagepred.study.campaign.sample import joint_places, sampled_wall
@@ -108,6 +109,7 @@ class Study:
     @checked
     def __init__(self, settings: StudySettings, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
         require_affordable(settings, limits)
+        SolverOptions.of(settings.scene.solver)  # refused before anything is solved
         self.settings, self.limits = settings, limits
         self.design = settings.design()
         if self.design.by_distance is not None:  # better refused here than wall by wall
@@ -477,6 +479,7 @@ class Study:
                 "count_footing_gap": settings.scene.damage.count_footing_gap,
                 "highest_category": damage_table(settings.scene.damage).highest,
                 "span": settings.scene.wall.length,
+                "solver_options": SolverOptions.of(settings.scene.solver).to_json(),
                 **provenance(),
             },
             extra=extra,

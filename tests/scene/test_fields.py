@@ -186,6 +186,7 @@ Solver
   displacement_tolerance = 0.05 1 (0 1e+15]
   crack_tolerance = 0.05 1 (0 1e+15]
   symmetric_half = True
+  advanced = None
 Damage
   table = as2870 | as2870 bre251
   plasterboard = False

@@ -9,8 +9,8 @@ import pytest
 from damagepred.assembly import wall_model
 from damagepred.kernels.interface.equilibrium import energy
 from damagepred.scene import Scene, Solver
-from damagepred.solvers.quasi_static import quasi_static_path
 from damagepred.solvers.quasi_static.continuation import Path as PathOfEquilibria
+from damagepred.solvers.quasi_static.continuation import quasi_static_path
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 

@@ -13,11 +13,13 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
-from damagepred.solvers.quasi_static.continuation import CONTROL, FALL_FOUND, HALVINGS, Path
+from damagepred.solvers.quasi_static.continuation import Path
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
+CONTROL = DEFAULTS.continuation
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
 
 
@@ -64,7 +66,7 @@ def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypat
     monkeypatch.setattr(path, "jump", fall_once)
     monkeypatch.setattr(Equilibrium, "find", not_before)
     assert path.advance(1.0, 1.0) == np.inf
-    assert fell[0] - FALL_FOUND <= path.standing <= fell[0]
+    assert fell[0] - CONTROL.collapse_bracket <= path.standing <= fell[0]
     assert path.state.progress == fell[0]
 
 
@@ -124,7 +126,7 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
     path = pulled(1e-5)
     monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
     monkeypatch.setattr(path, "_halvings", CONTROL.least_halvings)  # halving has been in vain before
-    monkeypatch.setattr(path, "jump", within(2 * HALVINGS, path.jump))
+    monkeypatch.setattr(path, "jump", within(2 * CONTROL.max_halvings, path.jump))
     assert path.advance(1.0, 1.0) < path.tolerance
     assert path.state.progress == 1.0
 

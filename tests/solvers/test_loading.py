@@ -13,7 +13,7 @@ from damagepred.assembly.model import Ground, GroundMovement
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.quasi_static.continuation import FALL_FOUND
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.symmetry import symmetric_half
 
 SOLVERS = {
@@ -49,7 +49,7 @@ def test_a_pushed_block_slides_at_the_friction_angle(solver: Solver, increments:
     assert ds.attrs["status"] == "collapsed"
     gap = ds.attrs["collapse_progress_uncertainty"]
     # so near its limit the explicit solver may find that it neither falls nor comes to rest
-    assert 0 < gap <= (5e-3 if solver.method == "explicit" else FALL_FOUND * 1.0001)
+    assert 0 < gap <= (5e-3 if solver.method == "explicit" else DEFAULTS.continuation.collapse_bracket * 1.0001)
     assert ds.attrs["collapse_progress"] - gap < 0.6 < ds.attrs["collapse_progress"] + 2 * gap
     assert ds["progress"].values[-1] == pytest.approx(ds.attrs["collapse_progress"] + gap)
 

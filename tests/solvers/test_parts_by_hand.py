@@ -361,7 +361,7 @@ def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
 
 
 def test_correction_of_the_volume_of_jacks_follows_what_the_last_one_did() -> None:
-    correction = VolumeCorrection(2.0, growth=4.0)
+    correction = VolumeCorrection(2.0)
     assert not correction.settles(1e-4, 1e-4)
     assert not correction.settles(1.2e-4, 1e-4)
     assert correction.settles(1.25e-4, 1e-4)

@@ -13,9 +13,10 @@ from damagepred.errors import ConvergenceError
 from damagepred.pipeline import QUALITY, model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import linear_system as equations
-from damagepred.solvers.quasi_static.continuation import AT_REST, NEAR, OVERLOAD, Path, quasi_static_path
+from damagepred.solvers.quasi_static.continuation import Path, quasi_static_path
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from tests.properties.test_quasi_static_laws import random_wall
@@ -23,6 +24,7 @@ from tests.solvers.test_half import mirrored
 from tests.solvers.walls import small_scene, stack, weak_pair
 from tests.validation.test_quasi_static_balance import unbalanced
 
+CONTROL = DEFAULTS.continuation
 QUASI_STATIC = Solver(method="quasi_static")
 WHOLE = Solver(method="quasi_static", symmetric_half=False)
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
@@ -100,7 +102,7 @@ def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
     assert progress == pytest.approx(0.62, rel=0.01)
     assert progress >= 0.62 * (1 - 1e-4)
     assert int(load.max(axis=1).argmax()) == interface
-    assert 1.0 + OVERLOAD < load.max() <= 1.0 + NEAR
+    assert 1.0 + CONTROL.overload_tolerance < load.max() <= 1.0 + CONTROL.event_tolerance
     assert (np.flatnonzero((last.state == ContactState.CRACKED).any(axis=1)) == [interface]).all()
 
 
@@ -310,15 +312,15 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
         hidden.add(state.progress)
         return found
 
-    monkeypatch.setattr("damagepred.solvers.quasi_static.continuation.IN_VAIN", 0)
     monkeypatch.setattr(Path, "jump", then_shows)
+    at_once = replace(WHOLE, advanced={"continuation": {"stagnation_limit": 0}})
     monkeypatch.setattr(Equilibrium, "find", no_find)
     monkeypatch.setattr(Equilibrium, "directly", not_directly)
-    steps = list(quasi_static_path(model, WHOLE, scene.movement.increments))
+    steps = list(quasi_static_path(model, at_once, scene.movement.increments))
     assert hidden, "nothing to check"
     assert len(steps) == len(without)
     largest = np.array([step.unbalanced_force_ratio for step in steps])
-    assert 1e-6 < largest.max() < AT_REST
+    assert 1e-6 < largest.max() < CONTROL.fallback_residual_tolerance
     assert (largest[[step.progress < min(hidden) for step in steps]] < 1e-6).all()
     assert largest[-1] < 1e-6
     for step, other in zip(steps, without, strict=True):
@@ -343,11 +345,13 @@ def test_a_state_that_is_settled_for_moves_its_condensed_courses_along() -> None
 
 def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, model = random_wall("paper", 1)
-    monkeypatch.setattr(relaxation, "AT_MOST", 5_000)
+    briefly = replace(WHOLE, advanced={"dynamic_relaxation": {"max_cycles": 5_000}})
     monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None, near=False: 1.0)
-    monkeypatch.setattr(Equilibrium, "directly", lambda self, state: (1.01 * AT_REST, state.displacement))
+    monkeypatch.setattr(
+        Equilibrium, "directly", lambda self, state: (1.01 * CONTROL.fallback_residual_tolerance, state.displacement)
+    )
     with pytest.raises(ConvergenceError, match="no equilibrium found"):
-        list(quasi_static_path(model, WHOLE, scene.movement.increments))
+        list(quasi_static_path(model, briefly, scene.movement.increments))
 
 
 # -- collapse and errors ----------------------------------------------------------------------------------------------

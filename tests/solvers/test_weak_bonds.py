@@ -8,6 +8,7 @@ import xarray as xr
 
 from damagepred import solve
 from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Loads, Movement, Opening, Rig, Scene, Solver, Wall
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import continuation as path
 
 JOINT = Joint(
@@ -48,14 +49,17 @@ def test_weak_bonds_cost_little(strength: float, residual: float) -> None:
 
 
 @pytest.mark.parametrize("strength", [0.0, 1.0])
-def test_groups_are_what_bonds_one_by_one_are(strength: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_groups_are_what_bonds_one_by_one_are(strength: float) -> None:
     """The bonds set no work free: the order in which they break within a block's weight makes no difference."""
     scene = replace(WALL, joint=replace(JOINT, tensile_strength=strength, residual_cohesion=0.0))
     grouped = solve(scene)
     explicit = solve(replace(scene, solver=replace(scene.solver, method="explicit")))
-    one_by_one = path.StepControl(weak_bond_overload=path.NEAR, weak_bond_group=1.0 - path.TOGETHER)
-    monkeypatch.setattr(path, "CONTROL", one_by_one)
-    single = solve(scene)
+    control = DEFAULTS.continuation
+    one_by_one = {
+        "weak_bond_overload": control.event_tolerance,
+        "weak_bond_group": 1.0 - control.simultaneous_failures,
+    }
+    single = solve(scene, solver=replace(scene.solver, advanced={"continuation": one_by_one}))
     for other in (single, explicit):
         np.testing.assert_allclose(opened(grouped)[2:], opened(other)[2:], rtol=0.02)
         np.testing.assert_array_equal(grouped["damage_category"], other["damage_category"])

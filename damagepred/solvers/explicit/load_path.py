@@ -12,13 +12,14 @@ from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
+from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
 from damagepred.solvers.system.footing_forces import as_if_straight, section_response_of
 from damagepred.solvers.system.loading_stages import held_after_load, while_loading
-from damagepred.solvers.system.zero_support_load import MOST_TRIES, Vanishing, carried
+from damagepred.solvers.system.zero_support_load import Vanishing, carried
 from damagepred.solvers.time_stepping.collapse_mechanism import goes_on, lasting_bonds
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
 from damagepred.solvers.time_stepping.scheme import ENERGY_MARGIN, Checkpoint, DampedTimeStepping
@@ -286,7 +287,7 @@ class ExplicitPath:
             enough=NOTHING * float(np.abs(self.scheme.model.supports.load).sum()),
             close=CLOSE,
         )
-        for _ in range(MOST_TRIES):
+        for _ in range(SolverOptions.of(self.settings).jacks.max_iterations):
             if search.found:
                 break
             at = search.between()

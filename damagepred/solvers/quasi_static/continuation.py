@@ -17,77 +17,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.concrete_section.forces import settle_sections
 from damagepred.kernels.interface.equilibrium import bond_loads, break_in_shear, commit_joint_history, contact_stresses
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
+from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import come_to_rest, pushed_on, unbalanced_on_its_way
 from damagepred.solvers.quasi_static.energy_balance import Spent, WorkBalance, law_violation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.options import EnergyOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import come_loose
 from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
 from damagepred.solvers.system.footing_forces import as_if_straight, section_response_of
 from damagepred.solvers.system.loading_stages import held_after_load, level, pushing_supports, while_loading
-from damagepred.solvers.system.zero_support_load import MOST_TRIES, Vanishing, carried
-from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
+from damagepred.solvers.system.zero_support_load import Vanishing, carried
 from damagepred.time_limit import check_time
 
 Point = tuple[float, float]
-
-TOGETHER = 1e-4
-"""Bonds loaded within this share of the most loaded one break with it."""
-OVERLOAD = 1e-6
-"""A bond breaks when its stress exceeds its strength by this share."""
-NEAR = 0.01
-"""The movement at which a bond breaks is found to this share of its strength."""
-HALVINGS = 5
-"""Times a step is halved that finds no equilibrium."""
-CUTS = 4
-"""Times a step is cut to where a bond should break by its linear load; after that it is halved."""
-FALL_FOUND = 1e-4
-"""Progress between a wall that stands under a live load and one that falls, at most."""
-LESS_PATIENCE = 0.25
-"""Share of the cycles that a wall is left to come to rest, which is known to fall under a little more load."""
-LESS_DOUBT = 4.0
-"""Where there was an equilibrium farther off than near, one is sought there over a way that is so many times longer."""
-NOTHING, CLOSE = 1e-7, 1e-7
-"""Share of all dead load that counts as no load; progress between two points that count as one."""
-SHORTEST = 1e-5
-"""Share of a step so short that what breaks within it breaks at its end."""
-AT_REST, IN_VAIN = 1e-3, 8
-"""Unbalanced force (block weights) of a wall at rest, as the explicit solver takes it, where joints that slide to and
-fro leave no equilibrium; and times in a row that one is looked for without coming twice as near."""
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """Step control where events and equilibria are many.
-
-    Attributes
-    ----------
-    weak_bond_overload : float
-        Overload at which weak bonds break within a step, over the stress of a block's weight. A bond is weak if its
-        tensile strength is less than that stress: breaking releases next to no energy.
-    weak_bond_group : float
-        Share of the largest overload from which on weak bonds break with the most overloaded one.
-    event_step_growth : float
-        Growth of the shortest step to an event when a bond that breaks in a longer step holds in shorter ones.
-    least_halvings : int
-        Times that a step without equilibrium is halved at least, where halving has been in vain before.
-    """
-
-    weak_bond_overload: float = 1.0
-    weak_bond_group: float = 0.5
-    event_step_growth: float = 4.0
-    least_halvings: int = 1
-
-
-CONTROL = StepControl()
 
 
 @dataclass(frozen=True)
@@ -102,20 +53,12 @@ class EnergyControl:
     ----------
     tolerance : float
         Energy error summed along the path over the largest external work (1).
-    share : float
-        Share of that, with the largest work so far, that one step may contribute (1).
-    safety, shortest_cut, growth : float
-        Factor on the length that the error asks for, least and largest factor from one step to the next (1).
-    refinements : int
-        Halvings of an increment down to its shortest step.
+    options : EnergyOptions
+        How far steps are refined.
     """
 
     tolerance: float
-    share: float = 0.2
-    safety: float = 0.8
-    shortest_cut: float = 0.1
-    growth: float = 4.0
-    refinements: int = 7
+    options: EnergyOptions = DEFAULTS.energy
 
     def next_length(self, before: WorkBalance, after: WorkBalance, step: float) -> float:
         """Return the length of a step whose imbalance would be just allowed: the next, or this one again if shorter.
@@ -128,9 +71,10 @@ class EnergyControl:
             Its length.
         """
         error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
-        allowed = max(self.share * self.tolerance * after.largest_work, after.residual_work)
-        factor = self.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
-        return step * (max(factor, self.shortest_cut) if error > allowed else min(max(factor, 1.0), self.growth))
+        options = self.options
+        allowed = max(options.step_share * self.tolerance * after.largest_work, after.residual_work)
+        factor = options.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
+        return step * (max(factor, options.shortest_cut) if error > allowed else min(max(factor, 1.0), options.growth))
 
 
 @dataclass
@@ -156,20 +100,23 @@ class Path:
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model = model
         self.tolerance = settings.tolerance_used
-        self.equilibrium = Equilibrium(model, self.tolerance)
+        self.options = SolverOptions.of(settings)
+        control = self.options.continuation
+        self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
-        self.events, self._halvings = 0, HALVINGS + 1  # the first that are in vain do not count
+        self.events, self._halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
         self.balance = WorkBalance(residual=self.tolerance / self.equilibrium.per_weight)
-        self.control = EnergyControl(settings.step_energy_tolerance)
+        self.control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
         self._block_stress = model.block_stress
         self._no_strength = self.tolerance * self._block_stress
         weak = ((law.tensile_strength < self._block_stress) & ~law.brittle_shear)[:, None]
         self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)
-        overload = CONTROL.weak_bond_overload
-        self._near, self._ahead = np.where(self._weak, overload, NEAR), np.where(self._weak, overload, OVERLOAD)
+        overload = control.weak_bond_overload
+        self._near = np.where(self._weak, overload, control.event_tolerance)
+        self._ahead = np.where(self._weak, overload, control.overload_tolerance)
         self._load = np.zeros(model.interfaces.contact_area.shape)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
@@ -200,7 +147,7 @@ class Path:
         """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
         before, history = self.equilibrium, self.state.history
         self.model = model
-        self.equilibrium = Equilibrium(model, self.tolerance)
+        self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.equilibrium.newton += before.newton
         self.equilibrium.equations.factorisations += before.equations.factorisations
         if before.solids is not None and self.equilibrium.solids is not None:
@@ -252,14 +199,11 @@ class Path:
 
     # -- bonds and memory -------------------------------------------------------------------------------------------
 
-    def bond_loads(self, state: State, listed: IntArray | None = None) -> tuple[FloatArray, float]:
-        """Return how far each bond (m, q) is loaded, 1 at its strength, 0 where it is broken already; and the most.
-
-        Bonds of interfaces that are not listed keep the loads they had.
-        """
+    def bond_loads(self, state: State) -> tuple[FloatArray, float]:
+        """Return the load of each bond (m, q), 1 at its strength and 0 where it is broken; and the largest."""
         model = self.model
         most = bond_loads(
-            self._everything if listed is None else listed,
+            self._everything,
             model.interfaces,
             model.properties,
             model.ground.at(state.progress),
@@ -277,10 +221,10 @@ class Path:
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it where its shear
         is brittle; where tension and shear reach their limits together, tension comes first.
         """
-        heaviest = load.max()
-        broken = load >= heaviest * (1.0 - TOGETHER)
-        weak = self._weak & ~state.history.cracked & (load > 1.0 + OVERLOAD)
-        broken |= weak & (load >= 1.0 + CONTROL.weak_bond_group * (heaviest - 1.0))
+        heaviest, options = load.max(), self.options.continuation
+        broken = load >= heaviest * (1.0 - options.simultaneous_failures)
+        weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
+        broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
         if self.equilibrium.condensed:
             levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
             self.equilibrium.uncondense_up_to(int(levels.max()))
@@ -289,7 +233,8 @@ class Path:
             _, sigma, _ = self.stresses(state)
             state.history.kappa[broken & self._climbs_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
             model = self.model
-            in_tension = sigma >= load * (1.0 - TOGETHER) * model.properties.tensile_strength[:, None]
+            least = load * (1.0 - options.simultaneous_failures) * model.properties.tensile_strength[:, None]
+            in_tension = sigma >= least
             sheared = broken & self._slip_breaks_at & ~(in_tension & ~state.history.cracked)
             self.balance.softened(break_in_shear(sheared, model.interfaces, model.properties, state.history))
         state.history.kappa[again] = np.inf
@@ -338,23 +283,27 @@ class Path:
 
     def advance(self, load: float, progress: float) -> float:
         """Follow the path to a load and a movement, bond by bond; return the unbalanced ratio there."""
-        state = self.state
+        state, options = self.state, self.options.continuation
         goal = (load, progress)
-        shortest = SHORTEST * distance(state, goal)
+        shortest = options.minimum_event_step * distance(state, goal)
         beyond: Point | None = None  # the nearest point at which a bond is known to be overloaded
         falls: Point | None = None  # the nearest point at which the wall is known to fall
         fallen, fell_by = state, np.inf  # how it does there
         doubted: Point | None = None  # the nearest point at which no equilibrium was found near the last one
         pains = max(
-            FALL_FOUND, distance(state, goal) / 2**HALVINGS
+            options.collapse_bracket, distance(state, goal) / 2**options.max_halvings
         )  # way to it from which on one is sought farther off
-        bracket = FALL_FOUND if self._sharply else pains * (1.0 + 1e-9)  # of the movement at which the wall falls
+        bracket = (
+            options.collapse_bracket if self._sharply else pains * (1.0 + 1e-9)
+        )  # of the movement at which the wall falls
         halvings = cuts = 0
         misses = 0  # times the tangent saw a bond break too soon
         far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
         longest = np.inf  # step that the energy balance allows
-        least_step = distance(state, goal) / 2**self.control.refinements
-        least_half = 1.5 * distance(state, goal) / 2**HALVINGS  # no step shorter than this is halved: it has its jump
+        least_step = distance(state, goal) / 2**self.control.options.refinements
+        least_half = (
+            1.5 * distance(state, goal) / 2**options.max_halvings
+        )  # no step shorter than this is halved: it has its jump
         while True:
             check_time()
             if falls is not None and distance(state, falls) <= bracket:
@@ -377,18 +326,20 @@ class Path:
             if worst >= self.tolerance and only_near:
                 doubted, far = target, None
                 continue
-            may_halve = halvings < min(self._halvings, HALVINGS) and distance(state, target) > least_half
+            may_halve = halvings < min(self._halvings, options.max_halvings) and distance(state, target) > least_half
             if worst >= self.tolerance and may_halve and not near:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
                 far, halvings = between(state, target, 0.5), halvings + 1
                 continue
             if worst < self.tolerance and halvings:
-                self._halvings = min(self._halvings + 1, HALVINGS + 1)
+                self._halvings = min(self._halvings + 1, options.max_halvings + 1)
             if worst >= self.tolerance or self.equilibrium.lost(trial):
-                self._halvings = max(self._halvings - 1, CONTROL.least_halvings)
+                self._halvings = max(self._halvings - 1, options.least_halvings)
                 self._relaxes = self._all_weak
                 astray, jumped = trial, True
-                trial, worst = self.jump(state.at(*target), state.progress, 1.0 if falls is None else LESS_PATIENCE)
+                trial, worst = self.jump(
+                    state.at(*target), state.progress, 1.0 if falls is None else options.collapse_relaxation
+                )
                 if near and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
                     astray = state.at(*target)
                     far_off = self.equilibrium.find(astray, ahead)
@@ -404,13 +355,13 @@ class Path:
                 if distance(state, target) <= bracket or (falls is None and not loose):
                     return worst
                 # whatever the reason: nearer to the last equilibrium there may be another
-                falls, doubted, far, pains = target, None, None, FALL_FOUND
+                falls, doubted, far, pains = target, None, None, options.collapse_bracket
                 continue
             if target == doubted:
-                doubted, pains = None, LESS_DOUBT * pains
+                doubted, pains = None, options.distant_step_growth * pains
             loaded, heaviest = self.bond_loads(trial)
             step = distance(state, target)
-            at_event = heaviest <= 1.0 + NEAR or bool((loaded <= 1.0 + self._near).all())
+            at_event = heaviest <= 1.0 + options.event_tolerance or bool((loaded <= 1.0 + self._near).all())
             if at_event or step <= shortest:
                 noted = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
                 balance = noted[1]
@@ -420,13 +371,13 @@ class Path:
                     (self.never_opened, self.balance, self.broken_at), longest, far = noted, length, None
                     continue
                 longest = length if longest < np.inf else np.inf
-            if heaviest <= 1.0 + OVERLOAD:
+            if heaviest <= 1.0 + options.overload_tolerance:
                 state, far, halvings, misses = trial, None, max(halvings - 1, 0), misses + 1
                 if self._lets_go:
                     state, worst = self.cascade(state, worst)
                 if target == beyond:
                     beyond = None  # in small steps it is passed unbroken: friction remembers the way
-                    shortest *= CONTROL.event_step_growth
+                    shortest *= options.event_step_growth
                 if target == goal:
                     self.state = state
                     return worst
@@ -440,8 +391,8 @@ class Path:
                 beyond, cuts = target, cuts + 1
                 over = loaded > 1.0 + self._ahead
                 after, wanted = loaded[over], 1.0 + 0.5 * self._near[over]
-                before = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
-                share = float(np.min((wanted - before) / (after - before))) if cuts < CUTS else 0.5
+                before = self.bond_loads(state)[0][over]
+                share = float(np.min((wanted - before) / (after - before))) if cuts < options.max_event_cuts else 0.5
                 far = between(state, target, min(max(share, 1e-4), 0.95))
 
     def foresee(self, state: State, target: Point) -> tuple[FloatArray, float]:
@@ -457,10 +408,11 @@ class Path:
         if equilibrium.lost(ahead):
             return state.displacement, 1.0
         after_load, heaviest = self.bond_loads(ahead)
-        if heaviest <= 1.0 + OVERLOAD or not (over := after_load > 1.0 + self._ahead).any():
+        tolerated = self.options.continuation.overload_tolerance
+        if heaviest <= 1.0 + tolerated or not (over := after_load > 1.0 + self._ahead).any():
             return ahead.displacement, 1.0
         after_load, wanted = after_load[over], 1.0 + 0.1 * self._near[over]
-        before_load = self.bond_loads(state, np.flatnonzero(over.any(axis=1)))[0][over]
+        before_load = self.bond_loads(state)[0][over]
         share = float(np.min((wanted - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
@@ -481,9 +433,10 @@ class Path:
         patience : float
             Share of the cycles that it is given, unless it is slowing down.
         """
-        equilibrium, worst = self.equilibrium, np.inf
+        equilibrium, options, worst = self.equilibrium, self.options.continuation, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
-        for resting in come_to_rest(self.model, state, left, patience, equilibrium.volume_per_deflection()):
+        volume = equilibrium.volume_per_deflection()
+        for resting in come_to_rest(self.model, state, left, patience, volume, self.options):
             if equilibrium.jacks is not None:
                 resting.jack = equilibrium.jacks.load_at(resting.progress, resting.jack)
             if come_loose(self.model, resting.displacement, resting.progress).any():
@@ -499,18 +452,21 @@ class Path:
             if worst < self.tolerance:
                 resting.displacement[:] = found
                 return resting, worst
-            if abs(equilibrium.gap(resting, found)) > DEFLECTION_FOUND:
-                worst = max(worst, AT_REST)  # a tremble is no reason for a deflection that is short
+            if abs(equilibrium.gap(resting, found)) > options.fallback_deflection_tolerance:
+                worst = max(
+                    worst, options.fallback_residual_tolerance
+                )  # a tremble is no reason for a deflection that is short
             if worst < least:
                 nearest, least = resting, worst
                 nearest.displacement[:] = found
             since, mark = (0, least) if least < 0.5 * mark else (since + 1, mark)
-            if least < AT_REST and since >= IN_VAIN:
+            if least < options.fallback_residual_tolerance and since >= options.stagnation_limit:
                 break
-        falling = pushed_on(self.model, resting, nearly_at_rest=least < AT_REST)
+        accepted = least < options.fallback_residual_tolerance
+        falling = pushed_on(self.model, resting, nearly_at_rest=accepted)
         if falling is not None:
             return falling, np.inf
-        if not least < AT_REST:
+        if not accepted:
             return resting, worst
         self.roughest = max(self.roughest, equilibrium.accept_unconverged(nearest))
         return nearest, 0.0
@@ -520,7 +476,7 @@ class Path:
         let_go = np.zeros_like(state.history.cracked)
         while True:
             load, heaviest = self.bond_loads(state)
-            overloaded = heaviest > 1.0 + OVERLOAD
+            overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
                 let_go |= self.break_bonds(state, load)
             if not (self.hold_again(state, except_for=let_go) or overloaded):
@@ -645,16 +601,16 @@ class Path:
 
     def end_where_nothing_is_carried(self, before: Kept, worst: float) -> float:
         """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
-        beyond = self.keep()
+        beyond, options = self.keep(), self.options.jacks
         search = Vanishing(
             before.state.progress,
             before.carried,
             beyond.state.progress,
             beyond.carried,
-            enough=NOTHING * float(np.abs(self.model.supports.load).sum()),
-            close=CLOSE,
+            enough=options.zero_load_ratio * float(np.abs(self.model.supports.load).sum()),
+            close=options.zero_load_bracket,
         )
-        for _ in range(MOST_TRIES):
+        for _ in range(options.max_iterations):
             if search.found:
                 break
             at = search.between()

@@ -14,29 +14,14 @@ import numpy as np
 
 from damagepred.assembly import Model
 from damagepred.scene import Solver
+from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.equilibrium import State
-from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND
+from damagepred.solvers.quasi_static.options import DynamicRelaxationOptions
 from damagepred.solvers.state.joint_history import fields_of
 from damagepred.solvers.system.detached_blocks import Leeway, come_loose
 from damagepred.solvers.system.loading_stages import pushing_supports
 from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, goes_on, lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
-
-CYCLES, LONGER, AT_MOST = 500, 1.2, 400_000
-"""After how many cycles the wall is looked at first, by how much longer it is left to itself each time, and in all."""
-ALONG = 3000
-"""Cycles in which the movement goes on from the last equilibrium."""
-FLOATING_LOOKS = 2
-"""Looks in a row at which a footing on jacks floats above all its supports, after which it has lifted off."""
-LOOKS, SLOWED = 4, 0.8
-"""Looks, in which its cycles double, and share of its speed before them below which a wall is slowing down."""
-SHAKEN, EASED, LEAST = 4000, 0.8, 0.1
-"""Cycles after which damping is eased, the share of it that is left each time the wall is looked at, and its least.
-
-Joints that stick and slide by turns shake what moves, and local damping, a share of the forces that shake, brakes it as
-by a friction that is not there: a wall well beyond what it carries would creep down at a steady pace. By then the jolt
-of the load has died away, which is what strong damping is for.
-"""
 
 
 @dataclass
@@ -50,15 +35,15 @@ class VolumeCorrection:
     ----------
     rate : float
         Volume per deflection (1): of the tangent, then the secant of the last correction.
-    growth : float
-        Largest factor from one rate to the next (1).
-    settled : float
-        Change of the deflection from look to look over what is missing of it, up to which the wall has answered (1).
+    options : DynamicRelaxationOptions
+        Limits of the rate and of the wall's answer.
+    deflection_tolerance : float
+        Missing deflection that needs no correction (m).
     """
 
     rate: float
-    growth: float = 4.0
-    settled: float = 0.1
+    options: DynamicRelaxationOptions = DEFAULTS.dynamic_relaxation
+    deflection_tolerance: float = DEFAULTS.jacks.deflection_tolerance
     _last: float = 0.0
     _corrected_at: float = 0.0
     _deflection: float = np.inf
@@ -66,19 +51,24 @@ class VolumeCorrection:
     def settles(self, deflection: float, missing: float) -> bool:
         """Return whether the wall has answered to the last correction, and a deflection (m) is still missing (m)."""
         change, self._deflection = abs(deflection - self._deflection), deflection
-        return abs(missing) > DEFLECTION_FOUND and change <= self.settled * abs(missing)
+        return abs(missing) > self.deflection_tolerance and change <= self.options.volume_answer * abs(missing)
 
     def next(self, deflection: float, missing: float) -> float:
         """Return what is to be added to the volume (m), at a deflection of which some is missing (m)."""
         if self._last != 0.0:
-            answer, most = (deflection - self._corrected_at) / self._last, self.growth * self.rate
+            answer, most = (deflection - self._corrected_at) / self._last, self.options.volume_rate_growth * self.rate
             self.rate = 1.0 / answer if answer * most > 1.0 else most
         self._last, self._corrected_at = missing * self.rate, deflection
         return self._last
 
 
 def come_to_rest(
-    model: Model, start: State, left: float, patience: float = 1.0, volume_per_deflection: float | None = None
+    model: Model,
+    start: State,
+    left: float,
+    patience: float = 1.0,
+    volume_per_deflection: float | None = None,
+    options: SolverOptions = DEFAULTS,
 ) -> Iterator[State]:
     """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
 
@@ -97,30 +87,37 @@ def come_to_rest(
         Share of the cycles that it is given, unless it is slowing down.
     volume_per_deflection : float, optional
         Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
+    options : SolverOptions
+        Of dynamic relaxation and jacks.
 
     Yields
     ------
     State
         Nearer and nearer to rest; the last one, if a part of the wall has come loose, with that part on its way.
     """
-    law = model.properties
+    law, control = model.properties, options.dynamic_relaxation
     softens = law.critical_opening > 0
     # no bond breaks meanwhile, nor do sections crack for good
     run = _at(model, replace(start, progress=left), volume_per_deflection)
     if start.progress != left:
-        run.advance(ALONG, start.progress, run.load_share)
+        run.advance(control.ramp_cycles, start.progress, run.load_share)
         run.stop()
-    correction = None if volume_per_deflection is None else VolumeCorrection(volume_per_deflection)
-    cycles, begun, speeds = CYCLES, run.cycles, [np.inf] * (LOOKS + 1)
+    correction = None
+    if volume_per_deflection is not None:
+        correction = VolumeCorrection(volume_per_deflection, control, options.jacks.deflection_tolerance)
+    window = control.convergence_window
+    cycles, begun, speeds = control.first_check, run.cycles, [np.inf] * (window + 1)
     supports, floating_looks = pushing_supports(model), 0
-    while run.cycles < (AT_MOST if speeds[-1] < SLOWED * speeds[-1 - LOOKS] else patience * AT_MOST):
-        if run.cycles > begun + SHAKEN:
-            run.damping = max(EASED * run.damping, LEAST)
+    while run.cycles < control.max_cycles * (
+        1 if speeds[-1] < control.slowing_ratio * speeds[-1 - window] else patience
+    ):
+        if run.cycles > begun + control.damping_cycles:
+            run.damping = max(control.damping_decay * run.damping, control.minimum_damping)
         before = run.motion.displacement.copy()
         if run.pump is not None and correction is not None:
             deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.progress, before)
             if correction.settles(deflection, missing):
-                if floating_looks >= FLOATING_LOOKS:  # the jacks carry all of the weight, and lift it freely
+                if floating_looks >= control.uplift_checks:  # the jacks carry all of the weight, and lift it freely
                     before[1 : 3 * model.n_blocks : 3] += 2.0 * Leeway.of(model).at(1.0)
                     yield replace(start, displacement=before, history=run.joint_history(), jack=run.pump.load)
                     return
@@ -128,7 +125,7 @@ def come_to_rest(
                     run.pump.deliver(correction.next(deflection, missing))
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
-        cycles = int(LONGER * cycles)
+        cycles = int(control.check_growth * cycles)
         history = run.joint_history()
         opening = fields_of(run.model, history, run.motion.displacement, start.progress).opening
         floating_looks = floating_looks + 1 if supports.size and (opening[supports] > 0.0).all() else 0

@@ -18,7 +18,8 @@ from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.interface.equilibrium import NO_LIMIT, farthest_sliding, joint_forces, update_tresca_bounds
 from damagepred.kernels.interface.residual import combine_loads, free_residual, within_limit
-from damagepred.solvers.quasi_static.jacks import DEFLECTION_FOUND, JackControl
+from damagepred.solvers.options import DEFAULTS, SolverOptions
+from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.state.joint_history import JointHistory
@@ -33,50 +34,10 @@ from damagepred.solvers.system.elastic_stiffness import (
 )
 from damagepred.time_limit import check_time
 
-DIRECT, FULL_STEPS = 16, 5
-"""Newton steps that the law as it is gets, and how many of them are taken in full whatever they do."""
-ASTRAY, TURNS = 10.0, 2
-"""Unbalanced force over the least so far, when that was near; and steps in a row that may be so far astray."""
-STAGNATION = 1e-3
-"""Share of the least unbalanced force; a return to it as near as that is a cycle of active sets."""
-HOPELESS = 1e3
-"""Growth of the unbalanced force at which it is given up."""
-NUDGE = 1e-7
-"""Progress over which the rate of forces is taken."""
-LOOSE = (3.0, 1e-3, 1e-6)
-"""How near (block weights) the minimum with frozen limits is sought before they are let go: ever nearer."""
-CLOSE, SOME = 30.0, 6
-"""Unbalanced force (block weights) from which limits are taken that were not yet in equilibrium; attempts they get."""
-IN_VAIN = 8
-"""Minima sought, one after the other, that come no nearer to balance, before it is given up."""
-LOST = 10.0
-"""Times as far as blocks go that have come loose: from there on a wall is not followed any more."""
-ATTEMPTS, UNRELAXED, RELAXED = 60, 6, (0.5, 0.3, 0.15)
-"""Minima sought for one equilibrium; after how many the limits change by only a share; and those shares."""
 
-
-@dataclass(frozen=True)
-class TrescaSearch:
-    """Budget of a search for an equilibrium by the Tresca fixed point.
-
-    A search in vain costs more than dynamic relaxation. After each, the next search gets half the Newton iterations;
-    after the second, third, ... the following 1, 3, 7 equilibria are sought by Newton's method alone. The first takes
-    none away: where joints without a bond slide, half the step mostly finds what the whole did not. A search that
-    succeeds takes one failure back.
-
-    Attributes
-    ----------
-    max_newton_iterations : int
-        Newton iterations of a search while none has been in vain.
-    max_failures : int
-        Failures that count.
-    """
-
-    max_newton_iterations: int = 400
-    max_failures: int = 4
-
-
-SEARCH = TrescaSearch()
+def at_or_last(values: tuple[float, ...], index: int) -> float:
+    """Return the value at an index; beyond the end, the last one."""
+    return values[min(index, len(values) - 1)]
 
 
 def no_zones() -> FloatArray:
@@ -145,10 +106,12 @@ class Equilibrium:
         The wall.
     tolerance : float
         Largest unbalanced force over the mean block weight.
+    options : SolverOptions
+        Of Newton's method, the line search, Coulomb friction and jacks.
     """
 
-    def __init__(self, model: Model, tolerance: float) -> None:
-        self.model, self.tolerance = model, tolerance
+    def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
+        self.model, self.tolerance, self.options = model, tolerance, options
         self.held = held_dofs(model)
         self.dead_load, self.live_load = dead_load(model), live_load(model)
         self.jacks = JackControl.of(model)
@@ -260,7 +223,7 @@ class Equilibrium:
         if self.solids is not None:
             worst = max(worst, self.solids.largest_block_resultant(force) / self.weight)
         if coulomb and self.jacks is not None:
-            gap = abs(self.gap(state, displacement)) / DEFLECTION_FOUND * self.tolerance
+            gap = abs(self.gap(state, displacement)) / self.options.jacks.deflection_tolerance * self.tolerance
             worst = max(worst, gap if np.isfinite(gap) else np.inf)
         return force, worst
 
@@ -306,7 +269,7 @@ class Equilibrium:
         return self._is_lost(state, state.displacement)
 
     def _is_lost(self, state: State, displacement: FloatArray) -> bool:
-        far = self._begun_at + LOST * self.leeway.at(state.progress)
+        far = self._begun_at + self.options.newton.divergence_displacement * self.leeway.at(state.progress)
         if within_limit(displacement, self.free, self.arms, far):
             return False
         far += 2.0 * elastic_reach(self.model, state.progress)
@@ -400,7 +363,7 @@ class Equilibrium:
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.progress, state.jack)
         first, load = begun if start is None else start, state.jack
-        found, worst = self._newton(state, first, DIRECT)
+        found, worst = self._newton(state, first)
         if worst < self.tolerance:
             state.displacement[:] = found
             return worst
@@ -409,20 +372,22 @@ class Equilibrium:
         if self._spared > 0:
             self._spared -= 1
             return worst
-        if worst < CLOSE:
+        if worst < self.options.coulomb.warm_start_residual:
             state.displacement[:] = found
             worst = self._coulomb_fixed_point(state, near=True)
         if worst >= self.tolerance:
             state.displacement[:], state.jack = begun, load
             worst = self._coulomb_fixed_point(state, near=False)
         failed = worst >= self.tolerance
-        self._failures = min(self._failures + 1, SEARCH.max_failures) if failed else max(self._failures - 1, 0)
+        self._failures = (
+            min(self._failures + 1, self.options.coulomb.max_failures) if failed else max(self._failures - 1, 0)
+        )
         self._spared = 2 ** (self._failures - 1) - 1 if failed else 0
         return worst
 
     def directly(self, state: State) -> tuple[float, FloatArray]:
         """Return the equilibrium next to a state that is nearly in balance: its unbalanced ratio, and where."""
-        found, worst = self._newton(state, state.displacement, DIRECT)
+        found, worst = self._newton(state, state.displacement)
         if worst < self.tolerance:
             found = found.copy()
             self.complete(state, found)
@@ -437,37 +402,41 @@ class Equilibrium:
 
     # -- the law as it is -------------------------------------------------------------------------------------------
 
-    def _newton(self, state: State, start: FloatArray, steps: int) -> tuple[FloatArray, float]:
+    def _newton(self, state: State, start: FloatArray) -> tuple[FloatArray, float]:
         """Newton's method on the law as it is; return the best place it came to, and the unbalanced ratio there.
 
         The load of the jacks becomes that of the best place.
         """
+        options = self.options.newton
         u = best = start
         load = state.jack
         force, worst = self.residual(state, u)
         first = least = worst
-        astray = 0
-        for taken in range(steps + 1):
+        diverging = 0
+        for taken in range(options.max_iterations + 1):
             if worst < self.tolerance:
                 self._note_tangent(state, u)
                 break
-            astray = astray + 1 if worst > ASTRAY * least else 0
-            if astray >= TURNS and least < CLOSE:
+            diverging = diverging + 1 if worst > options.early_divergence_ratio * least else 0
+            near = least < self.options.coulomb.warm_start_residual
+            if diverging >= options.early_divergence_iterations and near:
                 break
             check_time()
             step, more = self._step(force, self.gap(state, u))
             before, share, last = worst, 1.0, state.jack
             state.jack = last + more
             force, worst = self.residual(state, u + step)
-            while share > 0.1 and ((worst > before and taken >= FULL_STEPS) or worst == np.inf):
+            while share > options.minimum_step and (
+                (worst > before and taken >= options.undamped_iterations) or worst == np.inf
+            ):
                 # contacts that change to and fro: part of the step
                 share *= 0.5
                 state.jack = last + share * more
                 force, worst = self.residual(state, u + share * step)
-            if not worst < HOPELESS * max(first, 1.0):
+            if not worst < options.divergence_ratio * max(first, 1.0):
                 break
             u = u + share * step
-            cycles = abs(worst - least) <= STAGNATION * least
+            cycles = abs(worst - least) <= options.stagnation_tolerance * least
             if worst < least:
                 best, least, load = u, worst, state.jack
             if cycles and worst >= self.tolerance:
@@ -488,15 +457,15 @@ class Equilibrium:
 
     def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
         """Return the force per progress that ground and supports bring on as they move."""
-        supports = self.model.supports
-        nudged = replace(state, progress=state.progress + NUDGE, displacement=displacement.copy())
-        nudged.displacement[supports.prescribed] += NUDGE * supports.prescribed_displacement
+        supports, step = self.model.supports, self.options.newton.finite_difference_step
+        nudged = replace(state, progress=state.progress + step, displacement=displacement.copy())
+        nudged.displacement[supports.prescribed] += step * supports.prescribed_displacement
         self.force[:] = 0.0
         self._joint_forces(self._moved, state, displacement, coulomb=True)
         before = self.force.copy()
         self.force[:] = 0.0
         self._joint_forces(self._moved, nudged, nudged.displacement, coulomb=True)
-        return (self.force - before) / NUDGE
+        return (self.force - before) / step
 
     def _step(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
         """Return the step of displacements and of the load of the jacks for an unbalanced force and a gap (m)."""
@@ -527,27 +496,32 @@ class Equilibrium:
 
     def _coulomb_fixed_point(self, state: State, near: bool) -> float:
         """Bring frozen limits and the minimum of the energy to agree; begin with limits of a place near it, if so."""
+        options = self.options.coulomb
         bound, dilatant_opening, kappa = self._tresca
         bound[:], dilatant_opening[:], kappa[:] = NO_LIMIT, state.history.dilatant_opening, state.history.kappa
         if near:
             self._update_tresca_bounds(state, 1.0)
         worst, least, since, begun = np.inf, np.inf, 0, self.newton
-        for attempt in range(SOME if near else ATTEMPTS):
-            self._minimise(state, max(self.tolerance, LOOSE[min(attempt, 2)]))
+        for attempt in range(options.warm_start_iterations if near else options.max_iterations):
+            self._minimise(state, max(self.tolerance, at_or_last(options.forcing_sequence, attempt)))
             if self.lost(state):
                 break
             share = 1.0
-            if attempt >= UNRELAXED:
+            if attempt >= options.full_updates:
                 # limits that overshoot from one minimum to the next: only part of the way
-                share = RELAXED[min((attempt - UNRELAXED) // 12, len(RELAXED) - 1)]
+                update = (attempt - options.full_updates) // options.updates_per_factor
+                share = at_or_last(options.relaxation_factors, update)
             self._update_tresca_bounds(state, share)
-            found, worst = self._newton(state, state.displacement, DIRECT)
+            found, worst = self._newton(state, state.displacement)
             if worst < self.tolerance:
                 state.displacement[:] = found
                 break
             since = 0 if worst < 0.5 * least else since + 1
             least = min(least, worst)
-            if since > IN_VAIN or self.newton - begun > SEARCH.max_newton_iterations >> self._failures:
+            if (
+                since > options.stagnation_limit
+                or self.newton - begun > options.max_newton_iterations >> self._failures
+            ):
                 break
         return worst
 
@@ -569,10 +543,12 @@ class Equilibrium:
         u = state.displacement
         force, worst = self.residual(state, u, coulomb=False)
         self._take_load(state, force, u)
-        for taken in range(100):
+        for taken in range(self.options.coulomb.max_minimisation_iterations):
             # at least one step: limits taken from where the blocks stood before may hold nothing
             if worst < (tolerance if taken else self.tolerance):
-                if abs(self.gap(state, u)) <= DEFLECTION_FOUND * max(tolerance / self.tolerance, 1.0):
+                if abs(self.gap(state, u)) <= self.options.jacks.deflection_tolerance * max(
+                    tolerance / self.tolerance, 1.0
+                ):
                     break
                 # at rest under this load of the jacks: on to that which makes the deflection
                 self._take_load(state, force, u)
@@ -603,12 +579,13 @@ class Equilibrium:
 
     def _search(self, state: State, u: FloatArray, step: FloatArray, slope: float) -> tuple[float, FloatArray, float]:
         """Find how far to go along a step: to where the energy no longer falls, the root of its falling slope."""
+        options = self.options.line_search
         low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
         share = 1.0
-        for _ in range(30):
+        for _ in range(options.max_iterations):
             force, worst = self.residual(state, u + share * step, coulomb=False)
             now = float(force @ step)
-            if abs(now) <= 0.3 * slope or (now > 0 and share >= 64.0):
+            if abs(now) <= options.slope_tolerance * slope or (now > 0 and share >= options.maximum_step):
                 break
             if now > 0:
                 low, slope_low = share, now
@@ -618,5 +595,6 @@ class Equilibrium:
             else:
                 high, slope_high = share, now
             # false position, kept away from the ends
-            share = low + (high - low) * min(max(slope_low / (slope_low - slope_high), 0.05), 0.95)
+            root = slope_low / (slope_low - slope_high)
+            share = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
         return share, force, worst

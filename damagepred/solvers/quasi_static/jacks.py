@@ -12,9 +12,6 @@ from dataclasses import dataclass
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 
-DEFLECTION_FOUND = 1e-9
-"""Deflection (m) that may be missing where it is controlled."""
-
 
 @dataclass
 class JackControl:

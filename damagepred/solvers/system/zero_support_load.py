@@ -8,9 +8,6 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers.system.footing_forces import outer_support_loads
 
-MOST_TRIES = 40
-"""Attempts to find where a load is gone."""
-
 
 def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
     """Return the load (N) at whose end the path ends: of a jack, or of the less loaded outer support.

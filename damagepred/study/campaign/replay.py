@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from damagepred.assembly import NO_LIMITS
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.pipeline import Step, solve
+from damagepred.solvers.options import with_recorded_options
 from damagepred.study.campaign.sample import sampled_wall
 from damagepred.study.study import Study
 
@@ -61,6 +63,8 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     study = Study.from_folder(path)
     values = {place: float(design[place].values[sample]) for place in study.design.wall}
     scene, fields = sampled_wall(study.settings, study.design, sample, values)
+    if recorded := design.attrs.get("solver_options"):
+        scene = replace(scene, solver=with_recorded_options(scene.solver, recorded))
     ds = solve(scene, fields=fields, on_failure="return", on_step=on_step, limits=NO_LIMITS)
     # the study's title may name a movement that is not this wall's own
     ds.attrs.update(title=f"{ds.attrs['title']}: sample {sample}", sample=sample, seed=study.settings.study.seed)

@@ -1,0 +1,133 @@
+"""All options of the solvers: ``[solver.advanced]``, one table for each options class beside an algorithm."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import replace
+from typing import Any
+
+from pydantic import Field
+
+from damagepred.scene import Solver
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Count, Pure
+from damagepred.scene.reading import build, plain
+from damagepred.solvers.quasi_static.options import (
+    ContinuationOptions,
+    CoulombOptions,
+    DynamicRelaxationOptions,
+    EnergyOptions,
+    JackOptions,
+    LineSearchOptions,
+    NewtonOptions,
+)
+
+
+@described
+class SymmetryOptions:
+    """Detection of walls that are their own mirror image.
+
+    Attributes
+    ----------
+    small_wall : int
+        Blocks up to which the quasi-static solver applies dead load to the whole wall: faster than the detection.
+    """
+
+    small_wall: Count = Field(default=200, ge=0)
+
+
+@described
+class ZoneSelectionOptions:
+    """Choice of the blocks that need zones.
+
+    Attributes
+    ----------
+    strength_share : float
+        Share of the strength from which a block gets zones, whatever its energy (1).
+    """
+
+    strength_share: Pure = Field(default=0.8, gt=0)
+
+
+@described
+class SolverOptions:
+    """Tolerances, budgets and factors of the solvers, for experts; defaults suit all walls of the verification.
+
+    Attributes
+    ----------
+    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, symmetry, zone_selection
+        The tables ``[solver.advanced.newton]`` and so on; see their classes.
+    """
+
+    newton: NewtonOptions = Field(default_factory=NewtonOptions)
+    line_search: LineSearchOptions = Field(default_factory=LineSearchOptions)
+    coulomb: CoulombOptions = Field(default_factory=CoulombOptions)
+    jacks: JackOptions = Field(default_factory=JackOptions)
+    continuation: ContinuationOptions = Field(default_factory=ContinuationOptions)
+    energy: EnergyOptions = Field(default_factory=EnergyOptions)
+    dynamic_relaxation: DynamicRelaxationOptions = Field(default_factory=DynamicRelaxationOptions)
+    symmetry: SymmetryOptions = Field(default_factory=SymmetryOptions)
+    zone_selection: ZoneSelectionOptions = Field(default_factory=ZoneSelectionOptions)
+
+    @classmethod
+    def of(cls, settings: Solver) -> SolverOptions:
+        """Return the options that ``[solver.advanced]`` sets, defaults elsewhere.
+
+        Raises
+        ------
+        InputError
+            If a table, key or value is not acceptable.
+        """
+        if not settings.advanced:
+            return DEFAULTS
+        return build(_File, {"solver": {"advanced": settings.advanced}}, "scene").solver.advanced
+
+    def to_json(self) -> str:
+        """Return all values as text, as archives record them."""
+        return json.dumps(plain(self))
+
+
+@described
+class _Table:
+    advanced: SolverOptions
+
+
+@described
+class _File:
+    """Where the options stand in a scene, for messages."""
+
+    solver: _Table
+
+
+DEFAULTS = SolverOptions()
+
+
+def with_recorded_options(settings: Solver, recorded: str) -> Solver:
+    """Return settings that solve with recorded options, whatever the defaults are today.
+
+    Parameters
+    ----------
+    settings : Solver
+        As the archive's scene has them.
+    recorded : str
+        ``SolverOptions.to_json``; options that this version does not know are left out.
+    """
+    today: dict[str, dict[str, Any]] = plain(SolverOptions.of(settings))
+    changed: dict[str, dict[str, Any]] = {
+        table: {key: value for key, value in values.items() if today[table].get(key, value) != value}
+        for table, values in json.loads(recorded).items()
+        if table in today
+    }
+    changed = {table: values for table, values in changed.items() if values}
+    if not changed:
+        return settings
+    given = dict(settings.advanced or {})
+    return replace(
+        settings, advanced=given | {table: {**given.get(table, {}), **new} for table, new in changed.items()}
+    )
+
+
+def option_classes() -> dict[str, type]:
+    """Return the options class of each table of ``[solver.advanced]``."""
+    return {f.name: type(getattr(DEFAULTS, f.name)) for f in dataclasses.fields(DEFAULTS)}

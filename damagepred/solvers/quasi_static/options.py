@@ -1,0 +1,272 @@
+"""Tolerances, budgets and factors of the quasi-static solver; each class belongs to the file of its name."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Count, Length, Pure
+
+
+@described
+class NewtonOptions:
+    """Newton's method on the Coulomb law.
+
+    Attributes
+    ----------
+    max_iterations : int
+        Iterations of one attempt.
+    undamped_iterations : int
+        Iterations whose step is taken in full although the residual grows.
+    minimum_step : float
+        Share of the Newton step below which backtracking ends (1).
+    stagnation_tolerance : float
+        Relative difference from the least residual at which the iteration is a cycle of active sets (1).
+    early_divergence_ratio : float
+        Residual over the least so far, where that was below ``coulomb.warm_start_residual``, that counts as early
+        divergence (1).
+    early_divergence_iterations : int
+        Iterations in a row with such a residual, which end the attempt.
+    divergence_ratio : float
+        Growth of the residual, over the larger of its first value and one block weight, that ends the attempt (1).
+    divergence_displacement : float
+        Displacement over the detachment limit beyond which no equilibrium is sought (1).
+    finite_difference_step : float
+        Increment of the load factor for the rate of the forces (1).
+    """
+
+    max_iterations: Count = Field(default=16, ge=1)
+    undamped_iterations: Count = Field(default=5, ge=0)
+    minimum_step: Pure = Field(default=0.1, gt=0, lt=1)
+    stagnation_tolerance: Pure = Field(default=1e-3, ge=0)
+    early_divergence_ratio: Pure = Field(default=10.0, gt=1)
+    early_divergence_iterations: Count = Field(default=2, ge=1)
+    divergence_ratio: Pure = Field(default=1e3, gt=1)
+    divergence_displacement: Pure = Field(default=10.0, gt=1)
+    finite_difference_step: Pure = Field(default=1e-7, gt=0)
+
+
+@described
+class LineSearchOptions:
+    """Line search along a Newton step to the minimum of a convex energy: root of its slope by regula falsi.
+
+    Attributes
+    ----------
+    max_iterations : int
+        Trial steps.
+    slope_tolerance : float
+        Slope over that at the start of the step, at which the search ends (1).
+    maximum_step : float
+        Largest multiple of the Newton step (1).
+    safeguard : float
+        Least distance of a trial step from the ends of its bracket, over the bracket's length (1).
+    """
+
+    max_iterations: Count = Field(default=30, ge=1)
+    slope_tolerance: Pure = Field(default=0.3, gt=0, lt=1)
+    maximum_step: Pure = Field(default=64.0, ge=1)
+    safeguard: Pure = Field(default=0.05, gt=0, lt=0.5)
+
+
+@described
+class CoulombOptions:
+    """Coulomb friction by Tresca fixed-point iteration.
+
+    A search in vain costs more than dynamic relaxation. After each, the next search gets half the Newton iterations;
+    after the second, third, ... the following 1, 3, 7 equilibria are sought by Newton's method alone. The first takes
+    none away: where joints without a bond slide, half the step mostly finds what the whole did not. A search that
+    succeeds takes one failure back.
+
+    Attributes
+    ----------
+    max_iterations : int
+        Tresca problems solved for one equilibrium.
+    max_newton_iterations : int
+        Newton iterations of one search while none has been in vain.
+    max_minimisation_iterations : int
+        Newton iterations of one Tresca problem.
+    max_failures : int
+        Failures that count.
+    stagnation_limit : int
+        Iterations in a row that do not halve the least residual, after which the search ends.
+    forcing_sequence : tuple of float
+        Residual tolerances of the successive Tresca problems; the last one holds from there on (mean block weights).
+    warm_start_residual : float
+        Residual of the Newton iterate below which its Tresca bounds start the first search (mean block weights).
+    warm_start_iterations : int
+        Tresca problems of that search.
+    full_updates : int
+        Tresca problems after which the bounds are updated in full; later updates are under-relaxed.
+    relaxation_factors : tuple of float
+        Successive factors of under-relaxation (1).
+    updates_per_factor : int
+        Updates with each of them; the last holds from there on.
+    """
+
+    max_iterations: Count = Field(default=60, ge=1)
+    max_newton_iterations: Count = Field(default=400, ge=1)
+    max_minimisation_iterations: Count = Field(default=100, ge=1)
+    max_failures: Count = Field(default=4, ge=1)
+    stagnation_limit: Count = Field(default=8, ge=0)
+    forcing_sequence: tuple[Pure, ...] = Field(default=(3.0, 1e-3, 1e-6), min_length=1)
+    warm_start_residual: Pure = Field(default=30.0, ge=0)
+    warm_start_iterations: Count = Field(default=6, ge=1)
+    full_updates: Count = Field(default=6, ge=0)
+    relaxation_factors: tuple[Pure, ...] = Field(default=(0.5, 0.3, 0.15), min_length=1)
+    updates_per_factor: Count = Field(default=12, ge=1)
+
+
+@described
+class JackOptions:
+    """Jacks whose deflection is given.
+
+    Attributes
+    ----------
+    deflection_tolerance : float
+        Difference between the deflection and its given value in equilibrium (m).
+    zero_load_ratio : float
+        Load over all dead load that counts as none where a path ends because nothing is carried (1).
+    zero_load_bracket : float
+        Load factor between two points of the path that count as one in that search (1).
+    max_iterations : int
+        Points of the path tried in that search.
+    """
+
+    deflection_tolerance: Length = Field(default=1e-9, gt=0)
+    zero_load_ratio: Pure = Field(default=1e-7, gt=0)
+    zero_load_bracket: Pure = Field(default=1e-7, gt=0)
+    max_iterations: Count = Field(default=40, ge=1)
+
+
+@described
+class ContinuationOptions:
+    """Continuation from event to event: step control, order of bond failures, collapse bracket.
+
+    Attributes
+    ----------
+    simultaneous_failures : float
+        Bonds whose load is within this share of the largest fail together (1).
+    overload_tolerance : float
+        Stress beyond the strength at which a bond fails, over the strength (1).
+    event_tolerance : float
+        Overload up to which the load factor at which a bond fails is located, over the strength (1).
+    weak_bond_overload : float
+        The same for weak bonds, over the stress of a block's weight (1). A bond is weak if its tensile strength is less
+        than that stress: its failure releases next to no energy.
+    weak_bond_group : float
+        Share of the largest overload from which weak bonds fail with the most overloaded one (1).
+    event_step_growth : float
+        Growth of the shortest step to an event when a bond that fails in a longer step holds in shorter ones (1).
+    minimum_event_step : float
+        Step, over the increment, within which all bonds fail at its end (1).
+    max_halvings : int
+        Halvings of a step without equilibrium.
+    least_halvings : int
+        Halvings that are tried at least where earlier ones were in vain.
+    max_event_cuts : int
+        Cuts of a step to where interpolation expects a bond to fail; after that the step is halved.
+    collapse_bracket : float
+        Load factor between the last equilibrium and collapse under live load (1).
+    collapse_relaxation : float
+        Share of the cycles of dynamic relaxation where collapse is known a little farther on (1).
+    distant_step_growth : float
+        Growth of the minimum step after a distant equilibrium was accepted (1).
+    fallback_residual_tolerance : float
+        Residual that is accepted where Coulomb friction admits no equilibrium (mean block weights).
+    fallback_deflection_tolerance : float
+        Missing deflection of jacks up to which such a state is accepted (m).
+    stagnation_limit : int
+        States of dynamic relaxation in a row that do not halve the least residual, after which such a state is taken.
+    """
+
+    simultaneous_failures: Pure = Field(default=1e-4, ge=0, lt=1)
+    overload_tolerance: Pure = Field(default=1e-6, gt=0)
+    event_tolerance: Pure = Field(default=0.01, gt=0)
+    weak_bond_overload: Pure = Field(default=1.0, gt=0)
+    weak_bond_group: Pure = Field(default=0.5, gt=0, le=1)
+    event_step_growth: Pure = Field(default=4.0, ge=1)
+    minimum_event_step: Pure = Field(default=1e-5, gt=0, lt=1)
+    max_halvings: Count = Field(default=5, ge=0, le=50)
+    least_halvings: Count = Field(default=1, ge=0)
+    max_event_cuts: Count = Field(default=4, ge=0)
+    collapse_bracket: Pure = Field(default=1e-4, gt=0)
+    collapse_relaxation: Pure = Field(default=0.25, gt=0)
+    distant_step_growth: Pure = Field(default=4.0, ge=1)
+    fallback_residual_tolerance: Pure = Field(default=1e-3, ge=0)
+    fallback_deflection_tolerance: Length = Field(default=1e-7, gt=0)
+    stagnation_limit: Count = Field(default=8, ge=0)
+
+
+@described
+class EnergyOptions:
+    """Step control by the energy balance; its tolerance is ``[solver] step_energy_tolerance``.
+
+    Attributes
+    ----------
+    step_share : float
+        Share of the tolerated energy error that one step may contribute (1).
+    safety : float
+        Factor on the step length that the error asks for (1).
+    shortest_cut : float
+        Least factor from one step to the next (1).
+    growth : float
+        Largest factor from one step to the next (1).
+    refinements : int
+        Halvings of an increment down to its shortest step.
+    """
+
+    step_share: Pure = Field(default=0.2, gt=0)
+    safety: Pure = Field(default=0.8, gt=0, le=1)
+    shortest_cut: Pure = Field(default=0.1, gt=0, lt=1)
+    growth: Pure = Field(default=4.0, ge=1)
+    refinements: Count = Field(default=7, ge=0, le=50)
+
+
+@described
+class DynamicRelaxationOptions:
+    """Dynamic relaxation: ramp, convergence checks, damping schedule.
+
+    Stick-slip shakes the moving blocks, and local damping, a share of the forces that shake, then brakes them like a
+    friction that does not exist: a wall well beyond its limit load would creep at a steady pace. So damping is reduced
+    once the impact of the load has died away.
+
+    Attributes
+    ----------
+    ramp_cycles : int
+        Cycles in which the movement is applied.
+    first_check : int
+        Cycles before the first convergence check.
+    check_growth : float
+        Growth of the cycles from one check to the next (1).
+    max_cycles : int
+        Cycles in all, unless the wall is slowing down.
+    convergence_window : int
+        Checks over which the speed is compared; their cycles double in them.
+    slowing_ratio : float
+        Speed at the end of that window over that at its start, below which the wall is slowing down (1).
+    damping_cycles : int
+        Cycles after which damping is reduced.
+    damping_decay : float
+        Factor on the damping at each check from there on (1).
+    minimum_damping : float
+        Least local damping (1).
+    uplift_checks : int
+        Checks in a row at which a footing on jacks floats above all supports, after which it has lifted off.
+    volume_rate_growth : float
+        Largest factor from one volume correction rate of the jacks' pump to the next (1).
+    volume_answer : float
+        Change of the deflection between checks, over the missing deflection, below which the wall has answered (1).
+    """
+
+    ramp_cycles: Count = Field(default=3000, ge=1)
+    first_check: Count = Field(default=500, ge=1)
+    check_growth: Pure = Field(default=1.2, ge=1)
+    max_cycles: Count = Field(default=400_000, ge=1)
+    convergence_window: Count = Field(default=4, ge=1)
+    slowing_ratio: Pure = Field(default=0.8, gt=0, lt=1)
+    damping_cycles: Count = Field(default=4000, ge=0)
+    damping_decay: Pure = Field(default=0.8, gt=0, le=1)
+    minimum_damping: Pure = Field(default=0.1, ge=0, lt=1)
+    uplift_checks: Count = Field(default=2, ge=1)
+    volume_rate_growth: Pure = Field(default=4.0, ge=1)
+    volume_answer: Pure = Field(default=0.1, gt=0)

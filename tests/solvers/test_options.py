@@ -1,0 +1,124 @@
+"""Options of the algorithms: set in TOML, refused in one sentence, recorded, replayed, and in use."""
+
+import dataclasses
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import damagepred
+from damagepred.errors import InputError
+from damagepred.scene import Scene, Solver
+from damagepred.solvers.options import DEFAULTS, SolverOptions, option_classes, with_recorded_options
+from damagepred.study.campaign.replay import replay
+from damagepred.study.settings import StudySettings
+from tests.solvers.walls import small_scene
+
+STUDY = """
+[study]
+samples = 2
+[scene.wall]
+length = 0.96
+height = 0.3
+[scene.movement]
+central_deflection = 2e-3
+increments = 2
+[scene.solver.advanced.continuation]
+event_tolerance = 0.02
+[variables."joint.tensile_strength"]
+distribution = "lognormal"
+mean = "0.3 MPa"
+cov = 0.3
+"""
+
+
+def advanced(**tables: Any) -> Solver:
+    return Solver(advanced=tables)
+
+
+def test_options_are_set_by_the_scene_file_and_written_back(tmp_path: Path) -> None:
+    file = tmp_path / "wall.toml"
+    file.write_text("[solver.advanced.newton]\nmax_iterations = 80\n[solver.advanced.jacks]\nzero_load_ratio = 1e-6\n")
+    scene = Scene.from_toml(file)
+    options = SolverOptions.of(scene.solver)
+    assert (options.newton.max_iterations, options.jacks.zero_load_ratio) == (80, 1e-6)
+    assert options.coulomb == DEFAULTS.coulomb
+    scene.to_toml(file)
+    assert Scene.from_toml(file) == scene
+    assert "advanced" not in Scene().to_toml()
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"newtn": {}}, "unknown key [solver.advanced] newtn; .* takes newton, .*Did you mean 'newton'?"),
+        ({"newton": {"max_iteration": 8}}, "unknown key [solver.advanced.newton] max_iteration; .*'max_iterations'?"),
+        ({"newton": {"max_iterations": 0}}, "[solver.advanced.newton] max_iterations = 0: must be at least 1."),
+        ({"newton": {"max_iterations": "many"}}, "[solver.advanced.newton] max_iterations = 'many': .*integer.*"),
+        ({"energy": {"safety": 2.5}}, "[solver.advanced.energy] safety = 2.5: must be at most 1."),
+        ({"coulomb": {"forcing_sequence": [1, -np.inf]}}, "[solver.advanced.coulomb] forcing_sequence, item 2 .*"),
+    ],
+)
+def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(
+    tables: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    pattern = ".*".join(re.escape(part) for part in said.split(".*"))
+    scene = replace(small_scene(), solver=advanced(**tables))
+    with pytest.raises(InputError, match=pattern) as complaint:
+        damagepred.solve(scene)
+    assert "\n" not in str(complaint.value)
+    with pytest.raises(InputError, match=pattern):
+        damagepred.Study(StudySettings.from_dict({"scene": scene.to_dict(), "study": {}}))
+
+
+def test_a_table_is_needed() -> None:
+    with pytest.raises(InputError, match=r"\[solver.advanced\] newton = 3: must be a table"):
+        Scene.from_dict({"solver": {"advanced": {"newton": 3}}})
+
+
+def test_every_option_is_documented() -> None:
+    for table, kind in option_classes().items():
+        for field in dataclasses.fields(kind):
+            assert re.search(rf"^    ({field.name}) : \w", kind.__doc__ or "", re.M), f"{table}.{field.name}"
+
+
+def test_all_values_are_recorded_with_a_wall() -> None:
+    ds = damagepred.solve(replace(small_scene(), solver=advanced(newton={"max_iterations": 17})))
+    recorded = json.loads(ds.attrs["solver_options"])
+    assert recorded["newton"]["max_iterations"] == 17
+    assert recorded["coulomb"]["forcing_sequence"] == list(DEFAULTS.coulomb.forcing_sequence)
+    assert recorded.keys() == option_classes().keys()
+
+
+def test_a_replay_solves_with_what_was_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, out = tmp_path / "study.toml", tmp_path / "study.dp"
+    file.write_text(STUDY)
+    damagepred.Study.from_toml(file).run(out)
+    assert json.loads(damagepred.open_study(out).attrs["solver_options"])["continuation"]["event_tolerance"] == 0.02
+    other = replace(DEFAULTS, newton=replace(DEFAULTS.newton, max_iterations=1))
+    monkeypatch.setattr("damagepred.solvers.options.DEFAULTS", other)  # of a later version
+    ds, comparison = replay(out, 1)
+    assert comparison.startswith("bit for bit")
+    recorded = json.loads(ds.attrs["solver_options"])
+    assert (recorded["newton"]["max_iterations"], recorded["continuation"]["event_tolerance"]) == (16, 0.02)
+
+
+def test_options_that_this_version_does_not_know_are_left_out() -> None:
+    recorded = json.loads(DEFAULTS.to_json())
+    recorded["newton"] |= {"of_old": 3, "max_iterations": 20}
+    recorded["older"] = {"key": 1}
+    found = with_recorded_options(advanced(energy={"safety": 0.7}), json.dumps(recorded | {"energy": {}}))
+    assert found.advanced == {"energy": {"safety": 0.7}, "newton": {"max_iterations": 20}}
+    assert with_recorded_options(Solver(), DEFAULTS.to_json()) == Solver()
+
+
+def test_an_option_acts() -> None:
+    """Without Newton iterations on the Coulomb law all equilibria are found by Tresca fixed-point iteration."""
+    scene = small_scene()
+    plain, without = (damagepred.solve(scene, solver=advanced(newton={"max_iterations": n})) for n in (16, 1))
+    assert without["newton_iterations"].sum() > plain["newton_iterations"].sum()
+    np.testing.assert_allclose(without["contact_opening"], plain["contact_opening"], rtol=0, atol=2e-6)
