@@ -40,7 +40,7 @@ from damagepred.damage.table import TABLES
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Damage
-from damagepred.uq.fragility.capacities import sample_weights
+from damagepred.uq.capacity import sample_weights
 
 MEASURES = get_args(get_type_hints(Damage)["measure"])
 """Widths that a category is found by."""

@@ -394,7 +394,7 @@ def _levels(ds: xr.Dataset) -> list[str]:
     """Say how many walls, or which increments, are seen to be out of level or plumb, and have sticking openings."""
     import numpy as np
 
-    from damagepred.uq.fragility.capacities import sample_weights
+    from damagepred.uq.capacity import sample_weights
 
     said = []
     for name, what in (("deviation_level", "out of level or plumb"), ("opening_sticking", "doors and windows")):

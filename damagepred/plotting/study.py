@@ -26,8 +26,8 @@ from damagepred.plotting.sheet import (
     set_title,
     title_of,
 )
+from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility import movement_measure
-from damagepred.uq.fragility.capacities import sample_weights
 
 COLLAPSED = SAMPLE_STATUS.index("collapsed")
 FAILED = SAMPLE_STATUS.index("failed")

@@ -14,7 +14,7 @@ from damagepred.report.words import chance, length, number
 from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_ground
 from damagepred.study.settings import StudySettings
-from damagepred.uq.fragility.capacities import sample_weights
+from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 DOUBTFUL = 0.05

@@ -10,7 +10,8 @@ from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.arrays import FloatArray
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.report.words import chance, length, named, number, with_band
-from damagepred.uq.exceedance import exceedance, shares, walls
+from damagepred.uq.capacity import probability_reached
+from damagepred.uq.exceedance import exceedance, walls
 from damagepred.uq.fragility import movement_measure
 
 FAILED, MISSING = SAMPLE_STATUS.index("failed"), SAMPLE_STATUS.index("missing")
@@ -169,7 +170,9 @@ def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
     for category, _ in categories(ds):
         known = walls(ds, category)
         if len(known.lower):
-            share = np.array([np.average(shares(known.lower, known.upper, at), weights=known.weight) for at in grid])
+            share = np.array(
+                [np.average(probability_reached(known.lower, known.upper, at), weights=known.weight) for at in grid]
+            )
             unsure += share * (1 - share)
     if not unsure.any():
         return moved

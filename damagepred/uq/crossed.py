@@ -5,8 +5,8 @@ wall i with field j. Tables are independent. Differences within a table show wha
 wall alone, and what both do together beyond that (interaction): analysis of variance with random effects. The three
 parts are unbiased and add up to the variance; inputs in a group may depend on each other in any way.
 
-Intervals come from a bootstrap of tables: Student's for the shares, and for the interaction, a mean of squares,
-bootstrap-t of its logarithm (Efron and Tibshirani 1993, ch. 12).
+Intervals are bootstrap-t from resampled tables (Efron and Tibshirani 1993, ch. 12); that of the interaction, a mean of
+squares, is of its logarithm.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.estimate import student_factor
 from damagepred.uq.samplers import Stream, generator
 
 FEWEST = 20
@@ -67,20 +66,18 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
         )
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
-    parts = _parts(y)
-    best = _shares(parts.mean(axis=0))
-    error, limits = np.full_like(best, np.nan), (np.nan, np.nan)
+    parts = _variance_components(y)
+    best, stated = (value[0] for value in _variance_shares(parts, np.full((1, len(y)), 1.0 / len(y))))
+    error, low, high = np.full((3, len(best)), np.nan)
     if resamples > 1:
         random = generator(seed, Stream.BOOTSTRAP, 0)
         drawn = random.multinomial(len(y), np.full(len(y), 1 / len(y)), size=resamples) / len(y)
-        error = np.nanstd([_shares(row) for row in drawn @ parts], axis=0, ddof=1)
-        if len(y) >= FEWEST_TOGETHER:
-            limits = _interaction_limits(parts, drawn, confidence)
-    reach = student_factor(confidence, len(y) - 1) * error
-    if len(y) < FEWEST:
-        reach = np.full_like(reach, np.nan)
-    low, high = best - reach, best + reach
-    low[4], high[4] = limits
+        again, errors = _variance_shares(parts, drawn)
+        error = np.nanstd(again, axis=0, ddof=1)
+        low, high = _bootstrap_t(best, stated, again, errors, confidence)
+    for few, which in ((FEWEST, slice(4)), (FEWEST_TOGETHER, slice(4, 5))):
+        if len(y) < few:
+            low[which] = high[which] = np.nan
     columns: dict[str, tuple[str | tuple[()], FloatArray, dict[str, str]]] = {}
     for end, value in (("", best), ("_error", error), ("_lower", low), ("_upper", high)):
         columns[f"first_order{end}"] = ("group", value[:2], {"units": "1"})
@@ -90,7 +87,7 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
     return xr.Dataset(columns, {"group": list(GROUPS)}, attrs)
 
 
-def _parts(y: FloatArray) -> FloatArray:
+def _variance_components(y: FloatArray) -> FloatArray:
     """Return each table's estimates of the total of the wall, the total of the joints and the interaction."""
     wall = 0.25 * ((y[:, 0] - y[:, 1]) ** 2).sum(axis=1)
     joints = 0.25 * ((y[:, :, 0] - y[:, :, 1]) ** 2).sum(axis=1)
@@ -98,42 +95,52 @@ def _parts(y: FloatArray) -> FloatArray:
     return np.column_stack((wall, joints, both))
 
 
-def _interaction_limits(parts: FloatArray, drawn: FloatArray, confidence: float) -> tuple[float, float]:
-    """Return the interval of the interaction's share by bootstrap-t of its logarithm.
+def _variance_shares(parts: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return shares of variance and their standard errors by the delta method, arrays (resamples, 5).
 
     Parameters
     ----------
     parts : array (tables, 3)
-        As ``_parts`` returns them.
+        As ``_variance_components`` returns them.
     drawn : array (resamples, tables)
         Share of each table in each resample.
-    confidence : float
-        Level of the interval.
+
+    Returns
+    -------
+    tuple of array
+        First order of wall and joints, total of both, interaction.
     """
-    one, error = (value[0] for value in _log_interaction(parts, np.full((1, len(parts)), 1.0 / len(parts))))
-    again, errors = _log_interaction(parts, drawn)
+    each = parts @ np.array([[1, 0, 1, 0, 0], [0, 1, 0, 1, 0], [-1, -1, 0, 0, 1]])
+    variance = parts @ np.array([1, 1, -1])
+    mean, whole = drawn @ each, (drawn @ variance)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = (again - one) / errors
-    if not np.isfinite(one) or not np.isfinite(t).any():
-        return np.nan, np.nan
-    low, high = np.quantile(t[np.isfinite(t)], [0.5 * (1 - confidence), 0.5 * (1 + confidence)])
-    return float(np.exp(one - high * error)), min(float(np.exp(one - low * error)), 1.0)
+        share = np.where(whole > 0, mean / whole, np.nan)
+        square = drawn @ each**2 - 2 * share * (drawn @ (each * variance[:, None]))
+        square += share**2 * (drawn @ variance**2)[:, None]
+        return share, np.sqrt(np.maximum(square, 0.0) / len(parts)) / whole
 
 
-def _log_interaction(parts: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the logarithm of the interaction's share and its standard error (delta method), arrays (resamples,)."""
-    both, total = parts[:, 2], parts[:, 0] + parts[:, 1] - parts[:, 2]
-    mean, variance = drawn @ both, drawn @ total
+def _bootstrap_t(
+    best: FloatArray, error: FloatArray, again: FloatArray, errors: FloatArray, confidence: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the ends of bootstrap-t intervals, the last of the numbers by its logarithm.
+
+    Parameters
+    ----------
+    best, error : array (numbers,)
+        Estimates and their standard errors.
+    again, errors : array (resamples, numbers)
+        The same of the resamples.
+    confidence : float
+        Level of the intervals.
+    """
+    tails = [0.5 * (1 - confidence), 0.5 * (1 + confidence)]
     with np.errstate(divide="ignore", invalid="ignore"):
-        square = (
-            drawn @ both**2 / mean**2 + drawn @ total**2 / variance**2 - 2 * drawn @ (both * total) / (mean * variance)
-        )
-        return np.log(mean / variance), np.sqrt(np.maximum(square, 0.0) / len(parts))
-
-
-def _shares(parts: FloatArray) -> FloatArray:
-    wall, joints, both = parts
-    variance = wall + joints - both
-    if variance <= 0:
-        return np.full(5, np.nan)
-    return np.array([wall - both, joints - both, wall, joints, both]) / variance
+        t = (again - best) / errors
+        t[:, -1] = again[:, -1] / errors[:, -1] * np.log(again[:, -1] / best[-1])
+        t[~np.isfinite(t)] = np.nan
+        low, high = np.nanquantile(t, tails, axis=0)
+        ends = best - high * error, best - low * error
+        for end, quantile in zip(ends, (high, low)):
+            end[-1] = best[-1] * np.exp(-quantile[-1] * error[-1] / best[-1])
+    return ends[0], np.minimum(ends[1], np.append(np.full(len(best) - 1, np.inf), 1.0))

@@ -12,6 +12,7 @@ from scipy import special
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
+from damagepred.uq.capacity import censored_before, probability_reached, read_capacities, require_categories
 from damagepred.uq.estimate import (
     ENOUGH_REPLICATES,
     Estimate,
@@ -29,13 +30,13 @@ from damagepred.uq.fragility import (
     movement_measure,
 )
 from damagepred.uq.fragility.bands import FEW_WALLS, posterior_band, resampled_band
-from damagepred.uq.fragility.capacities import read_capacities, require_categories, tally
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
-from damagepred.uq.fragility.intensity import chosen_intensity
+from damagepred.uq.fragility.grouped_data import tally
 from damagepred.uq.fragility.models import fit_cells
 from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import resample
+from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.samplers import Stream, generator
 
 RESAMPLES = 100
@@ -200,11 +201,10 @@ def judged(known: Walls, at: float, confidence: float = 0.9) -> Exceedance:
     interval does without that: its lower end is that of none of them having reached it, its upper end that of all.
     Where no wall was followed as far there is no such share, and the estimate is NaN.
     """
-    # a step's rounding is no reason to say that a wall was not followed
-    ended = np.isinf(known.upper) & (known.lower < at * (1 - 1e-9))
+    ended = censored_before(known.lower, known.upper, at)
     lost, short = ended & known.failing, (ended & ~known.failing)[~(ended & known.failing)]
     weight = np.ones(len(lost)) if known.weight is None else known.weight
-    hit = shares(known.lower, known.upper, at)[~lost]
+    hit = probability_reached(known.lower, known.upper, at)[~lost]
     expected = _redistributed(hit, known.lower[~lost], weight[~lost], short)
 
     def of(hits: FloatArray) -> Estimate:
@@ -299,13 +299,6 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
         ends = (fitted(np.where(failed, end, lower), upper), fitted(lower, np.where(failed, end, upper)))
         bounds = [float(one.probability(grid)[0]) for one in ends]
     return Exceedance(estimate, int(failed.sum()), bounds[0], bounds[1], 0)
-
-
-def shares(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:
-    """Return, of each wall's interval of capacity, the share that lies below a movement."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        inside = (at - lower) / (upper - lower)
-    return np.where(upper <= at * (1 + 1e-12), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
 
 
 @one_blas_thread()

@@ -27,8 +27,9 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.study import Study, open_study
 from damagepred.study.analyses.two_level import levels
 from damagepred.study.settings import StudySettings
+from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot
-from damagepred.uq.exceedance import shares, walls
+from damagepred.uq.exceedance import walls
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
@@ -127,7 +128,7 @@ def values_of(ds: xr.Dataset, quantity: Quantity) -> FloatArray:
         end = ds["central_deflection"].values[:, -1]
         middle = np.where(np.isinf(upper), end, (lower + np.where(np.isinf(upper), 0.0, upper)) / 2)
         return np.log(middle)
-    return np.where(np.isnan(upper), np.nan, shares(lower, upper, quantity[1]))
+    return np.where(np.isnan(upper), np.nan, probability_reached(lower, upper, quantity[1]))
 
 
 def quantities(ds: xr.Dataset, wall: str) -> list[Quantity]:

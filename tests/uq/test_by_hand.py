@@ -14,8 +14,8 @@ from damagepred.uq.design import Sampler
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import stripes_from_counts
-from damagepred.uq.fragility.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.fragility.turnbull import Npmle
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.marginals import Table
 from damagepred.uq.stopping import StopWhen, each_confidence, looks
 from damagepred.uq.variable import JointField, Variable

@@ -10,8 +10,8 @@ from scipy import optimize, special, stats
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
-from damagepred.uq.fragility.capacities import tally
 from damagepred.uq.fragility.estimators import Composite
+from damagepred.uq.fragility.grouped_data import tally
 from damagepred.uq.fragility.resampling import resample
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
 

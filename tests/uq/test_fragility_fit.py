@@ -7,9 +7,9 @@ from scipy import stats
 
 from damagepred.errors import InputError
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, turnbull
-from damagepred.uq.fragility.capacities import tally
 from damagepred.uq.fragility.goodness import distance, information
-from damagepred.uq.fragility.intensity import intensity_values
+from damagepred.uq.fragility.grouped_data import tally
+from damagepred.uq.intensity import intensity_values
 from tests.uq.test_fragility import known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
 

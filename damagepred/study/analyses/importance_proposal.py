@@ -11,6 +11,7 @@ from damagepred.archive.folder import open_study
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.study import Study
+from damagepred.uq.capacity import reached_by
 from damagepred.uq.exceedance import walls
 from damagepred.uq.importance import cross_entropy_shift
 
@@ -69,7 +70,7 @@ def propose(path: str | Path, category: int, at: float) -> Proposed:
         raise InputError(f"{path}: importance sampling needs variables with one value a wall, drawn by the study.")
     known = walls(ds, category)
     order = np.argsort(known.upper, kind="stable")
-    reached = int((known.upper <= at * (1 + 1e-9)).sum())
+    reached = int(reached_by(known.upper, at).sum())
     count = max(reached, FEWEST)
     if np.isfinite(known.upper).sum() < count:
         raise InputError(

@@ -15,6 +15,7 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.pipeline import follow, model_of
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings
+from damagepred.uq.capacity import ROUNDING, interpolated_capacity
 
 
 @dataclass(frozen=True)
@@ -120,9 +121,9 @@ NOTHING_KNOWN = Margin(-1.0, np.inf)
 def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -> Margin:
     """Solve one wall and return how far it is from a category.
 
-    That is the movement at which it is reached over the one asked for, less 1; of a wall that does not reach it on
-    its path, how much further the path went, and how much wider the widest crack would have to be. A wall whose path
-    cannot be followed to its end, but beyond the movement asked for, is one of the latter.
+    That is its capacity (``damagepred.uq.capacity``) over the movement asked for, less 1; of a wall that does not reach
+    the category on its path, how much further the path went, and how much wider the widest crack would have to be. A
+    wall whose path cannot be followed to its end, but beyond the movement asked for, is one of the latter.
 
     Parameters
     ----------
@@ -152,13 +153,11 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
             )
             width = float(widths[scene.damage.measure == "band"])
             if found.damage_category >= question.category:
-                # within the step the widest crack is taken to grow in proportion
-                share = (limit - width_before) / (width - width_before) if width >= limit > width_before else 1.0
-                reached = (before + share * (moved - before)) / question.at - 1.0
+                reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0
                 return Margin(reached, reached)
             before, width_before = moved, width
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as error:
-        if before < question.at * (1 - 1e-9):  # a step's rounding is no reason to say that it was not followed
+        if before < question.at * (1 - ROUNDING):
             return Margin(before / question.at - 1.0, np.inf, f"{type(error).__name__}: {error}")
     beyond = max(before / question.at - 1.0, 0.0) + max(1.0 - width_before / limit, 1e-9)
     return Margin(beyond, beyond)

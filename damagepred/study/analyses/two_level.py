@@ -27,9 +27,10 @@ from damagepred.errors import InputError, StudyError
 from damagepred.study.analyses.limit_state import Question
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import Study
+from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.control_variate import FEWEST, PilotReport, read_pilot, two_level
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
-from damagepred.uq.exceedance import shares, walls
+from damagepred.uq.exceedance import walls
 from damagepred.uq.samplers import Stream, generator
 
 SCRAMBLES = 8
@@ -197,6 +198,6 @@ def _hits(ds: xr.Dataset, category: int, at: float, count: int) -> FloatArray:
     """Return, of the first walls, whether each had reached the category by the movement; NaN if it is not known."""
     known = walls(ds, category)
     found = np.full(ds.sizes["sample"], np.nan)
-    short = np.isinf(known.upper) & (known.lower < at * (1 - 1e-9))
-    found[known.sample] = np.where(short, np.nan, shares(known.lower, known.upper, at))
+    hit = probability_reached(known.lower, known.upper, at)
+    found[known.sample] = np.where(censored_before(known.lower, known.upper, at), np.nan, hit)
     return found[:count]

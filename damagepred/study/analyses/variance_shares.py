@@ -19,9 +19,9 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
+from damagepred.uq.capacity import require_categories
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.fragility import movement_measure, read_capacities
-from damagepred.uq.fragility.capacities import require_categories
 from damagepred.uq.given_data import first_order, rank_correlation
 from damagepred.uq.ranks import interval_ranks
 

@@ -15,8 +15,8 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
 from damagepred.study.campaign.words import duration
+from damagepred.uq.capacity import sample_weights
 from damagepred.uq.estimate import effective_samples, probability
-from damagepred.uq.fragility.capacities import sample_weights
 
 READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDIED)
 """Results that it takes to tell where a study stands; the others are not read."""

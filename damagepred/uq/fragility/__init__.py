@@ -15,22 +15,15 @@ as such (censored), for leaving them out biases the curve to too small capacitie
 - ``stripes``: counts of walls at a few movements; ``surface``: against the movement and a second variable
 """
 
-from damagepred.uq.fragility.capacities import (
-    COLLAPSED,
-    COMPLETE,
-    FAILED,
-    Capacities,
-    capacities,
-    fair_weights,
-    read_capacities,
-)
+from damagepred.uq.capacity import COLLAPSED, COMPLETE, FAILED, Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.fit import FEWEST, CommonFit, Fit
-from damagepred.uq.fragility.intensity import MEASURES, movement_measure
+from damagepred.uq.fragility.grouped_data import fair_weights
 from damagepred.uq.fragility.models import fit_common, fit_lognormal, fit_ordinal
 from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
+from damagepred.uq.intensity import MEASURES, movement_measure
 
 __all__ = [
     "COLLAPSED",

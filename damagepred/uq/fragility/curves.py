@@ -14,29 +14,28 @@ from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.estimate import effective_samples, normal_factor, wilson
-from damagepred.uq.fragility import bands, goodness
-from damagepred.uq.fragility.capacities import (
+from damagepred.uq.capacity import (
     COLLAPSED,
     COMPLETE,
     FAILED,
     Capacities,
-    Cells,
     Walls,
     highest_category,
     others_alone,
     read_capacities,
     require_categories,
-    tally,
 )
+from damagepred.uq.estimate import effective_samples, normal_factor, wilson
+from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import Composite, Estimator, estimators
 from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons
-from damagepred.uq.fragility.intensity import chosen_intensity
+from damagepred.uq.fragility.grouped_data import Cells, tally
 from damagepred.uq.fragility.models import fit_cells, require_ascending
 from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
+from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.samplers import Stream, generator
 
 MOST = 1_000_000

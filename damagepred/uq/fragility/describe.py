@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray
-from damagepred.uq.fragility.intensity import attributes
+from damagepred.uq.intensity import attributes
 
 _WORDS = {
     "empirical": "share of walls in the category or worse (nonparametric maximum likelihood)",

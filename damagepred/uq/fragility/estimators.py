@@ -8,8 +8,8 @@ import numpy as np
 from scipy import sparse
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
-from damagepred.uq.fragility.capacities import Cells, alike, tally
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons
+from damagepred.uq.fragility.grouped_data import Cells, alike, tally
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
     SMALLEST,

@@ -9,7 +9,7 @@ from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
-from damagepred.uq.fragility.capacities import Cells
+from damagepred.uq.fragility.grouped_data import Cells
 
 FEWEST = 3
 """Walls that must have reached a category before a curve is fitted to it."""

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.uq.fragility.capacities import Cells, Walls, tally
+from damagepred.uq.capacity import Walls
 from damagepred.uq.fragility.estimators import Composite, Estimator
 from damagepred.uq.fragility.fit import FITTED, Fit
+from damagepred.uq.fragility.grouped_data import Cells, tally
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
 from damagepred.uq.fragility.models import fit_cells
 from damagepred.uq.fragility.turnbull import Npmle, turnbull

@@ -21,9 +21,9 @@ from damagepred.arguments import checked, require_alike
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.fragility.capacities import Cells, tally
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons
+from damagepred.uq.fragility.grouped_data import Cells, tally
 
 
 @checked

@@ -22,8 +22,8 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.estimate import effective_samples
-from damagepred.uq.fragility.capacities import Cells
 from damagepred.uq.fragility.estimators import Estimator
+from damagepred.uq.fragility.grouped_data import Cells
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Likelihood, likelihood
 
 _POINTS = 60

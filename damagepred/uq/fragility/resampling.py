@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.uq.fragility.capacities import Cells
 from damagepred.uq.fragility.estimators import Estimator
 from damagepred.uq.fragility.fit import FEWEST
+from damagepred.uq.fragility.grouped_data import Cells
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
 
 MANY_CELLS = 2000

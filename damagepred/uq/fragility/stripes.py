@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from damagepred.arguments import checked
 from damagepred.errors import InputError
-from damagepred.uq.fragility.capacities import COMPLETE, sample_weights
-from damagepred.uq.fragility.intensity import movement_measure
+from damagepred.uq.capacity import COMPLETE, sample_weights
+from damagepred.uq.intensity import movement_measure
 
 
 @checked

@@ -18,11 +18,11 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
+from damagepred.uq.capacity import others_alone, read_capacities, require_categories
 from damagepred.uq.fragility.bands import FEW_WALLS, expanded
-from damagepred.uq.fragility.capacities import Cells, others_alone, read_capacities, require_categories, tally
 from damagepred.uq.fragility.estimators import Composite, Shared
 from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons
-from damagepred.uq.fragility.intensity import attributes, chosen_intensity
+from damagepred.uq.fragility.grouped_data import Cells, tally
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
     SMALLEST,
@@ -31,6 +31,7 @@ from damagepred.uq.fragility.likelihood import (
 )
 from damagepred.uq.fragility.posterior import draw_posterior, known_walls
 from damagepred.uq.fragility.resampling import resample
+from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.samplers import Stream, generator
 
 Scale = Literal["log", "linear"]

@@ -16,7 +16,7 @@ from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
 from damagepred.uq.control_variate import read_pilot, two_level
 from damagepred.uq.exceedance import shares
-from damagepred.uq.fragility.capacities import tally
+from damagepred.uq.fragility.grouped_data import tally
 from damagepred.uq.fragility.models import fit_cells
 
 DRAWS = 200

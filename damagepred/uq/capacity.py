@@ -1,4 +1,20 @@
-"""Each wall's capacity: the interval of the movement in which it first reached a category, read from a study."""
+"""Capacity: the movement at which a wall reaches a damage category. This is the one definition of it.
+
+- The movement of a state is the largest so far, for a footing may rise again while the ground goes on.
+- A wall reaches a category at its first increment in that category or a worse one. Its capacity lies in the interval
+  (lower, upper] between the last movement at which the wall is known to be below the category, and that increment's
+  (interval censoring). Fragility curves, medians and ranks take the interval as it is.
+- ``upper`` is infinite where the path ends before the category is reached: at the full movement, where no equilibrium
+  exists (collapse), or where the wall failed (right censoring at ``lower``). ``upper`` is 0 where the wall is in the
+  category before any movement (share at start).
+- At a movement, a wall has reached the category with probability 1 from ``upper`` on, 0 up to ``lower``, and
+  between as if the capacity were evenly distributed in the interval: ``probability_reached``. It is unknown beyond the
+  movement to which a censored wall was followed: ``censored_before``. Estimates, stopping rules, two levels and the
+  proposal of importance sampling count so.
+- Where one number is needed, for the limit state of rare events, the crack width is taken to grow in proportion to the
+  movement within the interval: ``interpolated_capacity``. It is above a movement that an increment meets just when
+  the wall has not reached the category there, as in all the others.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +24,16 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.arguments import checked, require_alike, require_weights
+from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
-from damagepred.uq.fragility.intensity import check_states, intensity_values
+from damagepred.uq.intensity import check_states, intensity_values
 
 COMPLETE, COLLAPSED, FAILED = 0, 1, 2
 """Values of a sample's status that the fit uses; what is missing is left out."""
+
+ROUNDING = 1e-9
+"""Movements that differ by this share of themselves are equal: increments are multiples that round."""
 
 CHUNK = 50_000
 """Walls read at a time, so that a million of them need no arrays of their own size but the capacities."""
@@ -121,10 +140,8 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -> Walls:
     """Read each wall's capacity for several categories from a study.
 
-    A footing that finds its own form may rise again while the ground goes on: then its intensity is the largest
-    deflection so far. Where a path ended before the full movement, because the jacks or supports carried nothing any
-    more, category and deflection are not known beyond: such a wall is censored at that limit. Where a study keeps the
-    end of each wall's movement alone, its capacity lies below that or above.
+    See the module for what a capacity is. Where a study keeps the end of each wall's movement alone, it lies below that
+    or above.
 
     Parameters
     ----------
@@ -164,7 +181,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
             reached, movement = reached[:, None], movement[:, None]
         to = slice(done, done + len(reached))
         for k, category in enumerate(categories):
-            lower[k, to], upper[k, to] = _intervals(reached, movement, category)
+            lower[k, to], upper[k, to] = capacity_intervals(reached, movement, category)
         end[to] = np.where(np.isfinite(movement), movement, 0.0).max(axis=1)
         largest = max(largest, float(end[to].max(initial=0.0)))
         marks = movement[0].copy() if marks is None else marks
@@ -186,7 +203,18 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     )
 
 
-def _intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
+def capacity_intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
+    """Return the intervals (lower, upper] in which walls reach a category, arrays (walls,).
+
+    Parameters
+    ----------
+    reached : array of int (walls, increments)
+        Category of each state, -1 where it is not known.
+    given : array (walls, increments)
+        Movement of each state, NaN where it is not known.
+    category : int
+        Counts as reached from here upwards.
+    """
     movement = np.where(np.isfinite(given), np.fmax.accumulate(given, axis=1), np.nan)
     hit = reached >= category
     ever = hit.any(axis=1)
@@ -198,112 +226,65 @@ def _intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[Fl
     return lower, np.where(ever, movement[np.arange(len(first)), first], np.inf)
 
 
-@checked
-def fair_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
-    """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
+def reached_by(upper: FloatArray, at: float) -> BoolArray:
+    """Return whether walls are known to have reached the category by a movement, array (walls,).
 
     Parameters
     ----------
-    weight, upper : array (walls,)
-        Weights, and capacities' upper bounds, infinite where the category was not reached.
-    good : array of bool (walls,), optional
-        Walls that did not fail.
+    upper : array (walls,)
+        Upper ends of the intervals.
+    at : float
+        Movement, in their unit.
     """
-    require_alike(weight=weight, upper=upper, good=good)
-    require_weights("weight", weight)
-    weight, upper = np.asarray(weight, dtype=np.float64), np.asarray(upper, dtype=np.float64)
-    reached = np.isfinite(upper) & (weight > 0)
-    if good is not None:
-        reached &= good
-    total = float(weight[reached].sum())
-    return weight * (reached.sum() / total) if total > 0 else weight
+    return upper <= at * (1 + ROUNDING)
+
+
+def probability_reached(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:
+    """Return the probability that each wall has reached the category by a movement, array (walls,).
+
+    Parameters
+    ----------
+    lower, upper : array (walls,)
+        Capacities lie in (lower, upper], evenly distributed; censored walls count as not having reached it.
+    at : float
+        Movement, in their unit.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inside = (at - lower) / (upper - lower)
+    return np.where(reached_by(upper, at), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
+
+
+def censored_before(lower: FloatArray, upper: FloatArray, at: float) -> BoolArray:
+    """Return whether walls had not reached the category where they were last followed, short of a movement.
+
+    Parameters
+    ----------
+    lower, upper : array (walls,)
+        Capacities lie in (lower, upper].
+    at : float
+        Movement, in their unit.
+    """
+    return np.isinf(upper) & (lower < at * (1 - ROUNDING))
+
+
+def interpolated_capacity(ends: tuple[float, float], widths: tuple[float, float], limit: float) -> float:
+    """Return the movement at which the crack width reaches its limit, linear within an interval.
+
+    Parameters
+    ----------
+    ends : tuple of float
+        Movements between which the category is reached.
+    widths : tuple of float
+        Crack widths (m) at both; where they do not enclose the limit, the upper end is returned.
+    limit : float
+        Crack width from which the category counts (m).
+    """
+    (lower, upper), (before, after) = ends, widths
+    share = (limit - before) / (after - before) if after >= limit > before else 1.0
+    return lower + share * (upper - lower)
 
 
 def others_alone(found: Capacities) -> Capacities:
     """Return capacities in which those reached before any movement say nothing: what is left is of the other walls."""
     before = found.upper <= 0
     return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)
-
-
-class Cells(NamedTuple):
-    """Walls put together that say the same: only how many there are of each matters.
-
-    Attributes
-    ----------
-    lower, upper : array (categories, cells)
-        Their intervals.
-    weight : array (cells,)
-        What one of their walls counts for.
-    number : array of int (cells,)
-        How many walls there are.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
-    weight: FloatArray
-    number: IntArray
-
-    @property
-    def total(self) -> FloatArray:
-        """What the walls of each cell count for together."""
-        return self.weight * self.number
-
-    def of(self, category: int) -> Cells:
-        """Return the cells of one category alone, by its place."""
-        if len(self.lower) == 1:
-            return self
-        return tally(self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number)
-
-
-def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None) -> Cells:
-    """Count walls of the same intervals and weight.
-
-    Parameters
-    ----------
-    lower, upper : array (categories, walls)
-        Intervals.
-    weight : array (walls,)
-        What each counts for.
-    count : array of int (walls,), optional
-        How many walls each stands for.
-
-    Raises
-    ------
-    InputError
-        If a bound is NaN or an interval is empty.
-    """
-    if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
-        raise InputError("capacities must be intervals lower <= upper without NaN.")
-    first, which = alike(np.vstack((lower, upper, weight)))
-    walls = np.bincount(which, weights=count, minlength=len(first)).astype(np.int64)
-    return Cells(lower[:, first], upper[:, first], weight[first], walls)
-
-
-def alike(columns: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find what has the same values in all columns.
-
-    Parameters
-    ----------
-    columns : array (columns, n)
-        Values.
-
-    Returns
-    -------
-    first : array of int (groups,)
-        Place of the first of each group.
-    which : array of int (n,)
-        Group of each.
-    """
-    key = np.zeros(columns.shape[1], dtype=np.int64)
-    many = 1
-    for column in columns:
-        if not column.size or (column == column[0]).all():
-            continue
-        values, place = np.unique(column, return_inverse=True)
-        if many > 1 and many * len(values) > 2**62:  # numbered anew before the product overflows
-            kinds, key = np.unique(key, return_inverse=True)
-            many = len(kinds)
-        key = key * len(values) + place
-        many *= len(values)
-    _, first, which = np.unique(key, return_index=True, return_inverse=True)
-    return first, which

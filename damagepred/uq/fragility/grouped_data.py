@@ -1,0 +1,116 @@
+"""Grouped interval data: capacities whose intervals and weights are equal, counted once with their number."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from damagepred.arguments import checked, require_alike, require_weights
+from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.errors import InputError
+
+
+class Cells(NamedTuple):
+    """Walls put together that say the same: only how many there are of each matters.
+
+    Attributes
+    ----------
+    lower, upper : array (categories, cells)
+        Their intervals.
+    weight : array (cells,)
+        What one of their walls counts for.
+    number : array of int (cells,)
+        How many walls there are.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    weight: FloatArray
+    number: IntArray
+
+    @property
+    def total(self) -> FloatArray:
+        """What the walls of each cell count for together."""
+        return self.weight * self.number
+
+    def of(self, category: int) -> Cells:
+        """Return the cells of one category alone, by its place."""
+        if len(self.lower) == 1:
+            return self
+        return tally(self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number)
+
+
+def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None) -> Cells:
+    """Count walls of the same intervals and weight.
+
+    Parameters
+    ----------
+    lower, upper : array (categories, walls)
+        Intervals.
+    weight : array (walls,)
+        What each counts for.
+    count : array of int (walls,), optional
+        How many walls each stands for.
+
+    Raises
+    ------
+    InputError
+        If a bound is NaN or an interval is empty.
+    """
+    if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
+        raise InputError("capacities must be intervals lower <= upper without NaN.")
+    first, which = alike(np.vstack((lower, upper, weight)))
+    walls = np.bincount(which, weights=count, minlength=len(first)).astype(np.int64)
+    return Cells(lower[:, first], upper[:, first], weight[first], walls)
+
+
+def alike(columns: FloatArray) -> tuple[IntArray, IntArray]:
+    """Find what has the same values in all columns.
+
+    Parameters
+    ----------
+    columns : array (columns, n)
+        Values.
+
+    Returns
+    -------
+    first : array of int (groups,)
+        Place of the first of each group.
+    which : array of int (n,)
+        Group of each.
+    """
+    key = np.zeros(columns.shape[1], dtype=np.int64)
+    many = 1
+    for column in columns:
+        if not column.size or (column == column[0]).all():
+            continue
+        values, place = np.unique(column, return_inverse=True)
+        if many > 1 and many * len(values) > 2**62:  # numbered anew before the product overflows
+            kinds, key = np.unique(key, return_inverse=True)
+            many = len(kinds)
+        key = key * len(values) + place
+        many *= len(values)
+    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    return first, which
+
+
+@checked
+def fair_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
+    """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
+
+    Parameters
+    ----------
+    weight, upper : array (walls,)
+        Weights, and capacities' upper bounds, infinite where the category was not reached.
+    good : array of bool (walls,), optional
+        Walls that did not fail.
+    """
+    require_alike(weight=weight, upper=upper, good=good)
+    require_weights("weight", weight)
+    weight, upper = np.asarray(weight, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+    reached = np.isfinite(upper) & (weight > 0)
+    if good is not None:
+        reached &= good
+    total = float(weight[reached].sum())
+    return weight * (reached.sum() / total) if total > 0 else weight
