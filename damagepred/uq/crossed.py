@@ -135,12 +135,12 @@ def _bootstrap_t(
         Level of the intervals.
     """
     tails = [0.5 * (1 - confidence), 0.5 * (1 + confidence)]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    ends = np.full((2, len(best)), np.nan)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         t = (again - best) / errors
         t[:, -1] = again[:, -1] / errors[:, -1] * np.log(again[:, -1] / best[-1])
-        t[~np.isfinite(t)] = np.nan
-        low, high = np.nanquantile(t, tails, axis=0)
-        ends = best - high * error, best - low * error
-        for end, quantile in zip(ends, (high, low)):
-            end[-1] = best[-1] * np.exp(-quantile[-1] * error[-1] / best[-1])
+        for k, column in enumerate(t.T):
+            if (known := column[np.isfinite(column)]).size:
+                ends[:, k] = best[k] - error[k] * np.quantile(known, tails)[::-1]
+        ends[:, -1] = best[-1] * np.exp(ends[:, -1] / best[-1] - 1.0)
     return ends[0], np.minimum(ends[1], np.append(np.full(len(best) - 1, np.inf), 1.0))

@@ -6,8 +6,9 @@ import xarray as xr
 from scipy import special, stats
 
 from damagepred.errors import InputError
+from damagepred.uq.capacity import probability_reached
 from damagepred.uq.estimate import probability
-from damagepred.uq.exceedance import exceedance, median_movement, shares
+from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.stopping import StopWhen, each_confidence, looks
 
 
@@ -92,7 +93,7 @@ def test_failed_walls_are_bounded_not_dropped() -> None:
 
 def test_shares_of_steps() -> None:
     lower, upper = np.array([0.0, 0.01, 0.02, 0.01]), np.array([0.01, 0.02, np.inf, 0.01])
-    np.testing.assert_allclose(shares(lower, upper, 0.015), [1, 0.5, 0, 1])
+    np.testing.assert_allclose(probability_reached(lower, upper, 0.015), [1, 0.5, 0, 1])
 
 
 @pytest.mark.parametrize("replicates", [1, 8])

@@ -14,8 +14,8 @@ from walls import Bank, Plan
 
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
+from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot, two_level
-from damagepred.uq.exceedance import shares
 from damagepred.uq.fragility.grouped_data import tally
 from damagepred.uq.fragility.models import fit_cells
 
@@ -51,7 +51,7 @@ def estimate(question: Question, lower: FloatArray, upper: FloatArray, weight: F
     """Return what a study of these walls answers."""
     if np.isnan(question.at):
         return median(lower, upper)
-    found = shares(lower, upper, question.at)
+    found = probability_reached(lower, upper, question.at)
     return float(found.mean() if weight is None else (weight * found).mean())
 
 
@@ -228,7 +228,7 @@ def _two_level_rows(
 ) -> list[dict[str, object]]:
     """Return errors of a control variate: with a pilot that decides, and whose walls count as time."""
     size = min(fine.lower.size, coarse.lower.size)
-    y, x = (shares(b.lower[0, :size], b.upper[0, :size], question.at) for b in (fine, coarse))
+    y, x = (probability_reached(b.lower[0, :size], b.upper[0, :size], question.at) for b in (fine, coarse))
     truth = Truth(float(y.mean()), float(np.sqrt((1 - y.mean()) / (y.mean() * size))))
     ratio = cost[name] / cost["path"]
     rows = []
@@ -301,12 +301,14 @@ def rare_answers(question: Question, banks: dict[str, Bank], subset: pd.DataFram
     """Return the answer of each method, all of its walls together, with its standard error."""
     rows = []
     plain = [banks[name] for name in ("rare random", "rare sobol") if name in banks]
-    hits = np.concatenate([shares(b.lower, b.upper, question.at).ravel() for b in plain])
+    hits = np.concatenate([probability_reached(b.lower, b.upper, question.at).ravel() for b in plain])
     p = float(hits.mean())
     rows.append({"method": "random and Sobol", "value": p, "error": np.sqrt(max(p * (1 - p), 1e-12) / len(hits))})
     shifted = [banks[n] for n in ("importance", "importance sobol") if n in banks]
     if shifted:
-        values = np.concatenate([(b.weight * shares(b.lower, b.upper, question.at)).ravel() for b in shifted])
+        values = np.concatenate(
+            [(b.weight * probability_reached(b.lower, b.upper, question.at)).ravel() for b in shifted]
+        )
         if values.any():
             error = float(values.std() / np.sqrt(len(values)))
             rows.append({"method": "importance", "value": values.mean(), "error": error})

@@ -1,0 +1,122 @@
+"""One definition of the movement at which a category is reached: all that use it agree."""
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.damage import damage_table
+from damagepred.study.analyses import limit_state
+from damagepred.study.analyses.limit_state import Question, margin
+from damagepred.study.analyses.two_level import _hits
+from damagepred.study.analyses.variance_shares import output_of
+from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fragility import COLLAPSED, FAILED, fit_fragility
+from damagepred.uq.running import running_probability
+from damagepred.uq.stopping import StopWhen
+from tests.study.test_rare import settings
+from tests.uq.test_fragility import study
+
+MARKS = np.arange(9) * 1e-3
+
+
+def paths(seed: int, ended: bool) -> tuple[xr.Dataset, np.ndarray]:
+    """Crack widths (m) that grow at random, array (walls, increments); some walls fail or collapse on their way."""
+    random = np.random.default_rng(seed)
+    limits = damage_table(settings().scene.damage).limits
+    width = np.cumsum(np.append(np.zeros((40, 1)), random.exponential(1e-3, (40, 8)), axis=1), axis=1)
+    width[:3] += 6e-3  # damaged before any movement
+    ds = study(np.full((40, len(limits)), np.inf), end=8e-3, increments=8, highest_category=len(limits))
+    ds["damage_category"].values[:] = (width[:, :, None] >= np.array(limits)).sum(axis=2)
+    if ended:
+        for wall, (at, status) in {5: (4, FAILED), 6: (5, COLLAPSED), 7: (1, FAILED)}.items():
+            ds["status"].values[wall] = status
+            ds["damage_category"].values[wall, at:] = -1
+            ds["central_deflection"].values[wall, at:] = np.nan
+    return ds, width
+
+
+def reached(ds: xr.Dataset, category: int, at: float) -> np.ndarray:
+    """Read off each path: 1 or 0 at an increment, NaN where it ended before without the category."""
+    found = []
+    for path, moved in zip(ds["damage_category"].values, ds["central_deflection"].values):
+        upto = moved <= at * (1 + 1e-12)
+        ever, followed = bool((path[upto] >= category).any()), bool((upto & (path >= 0) & np.isclose(moved, at)).any())
+        found.append(1.0 if ever else 0.0 if followed else np.nan)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("category", [1, 2, 3, 4])
+@pytest.mark.parametrize("mark", [1, 3, 4, 8])
+@pytest.mark.parametrize("ended", [False, True])
+def test_all_agree_at_an_increment(category: int, mark: int, ended: bool) -> None:
+    ds, _ = paths(category, ended)
+    at = float(MARKS[mark])
+    truth = reached(ds, category, at)
+    known = capacities(ds, category)
+    hit = probability_reached(known.lower, known.upper, at)
+    hit[censored_before(known.lower, known.upper, at)] = np.nan
+    np.testing.assert_array_equal(hit, truth)
+    np.testing.assert_array_equal(reached_by(known.upper, at), truth == 1.0)
+    two_levels = _hits(ds, category, at, 40)
+    solved = ds["status"].values != FAILED
+    np.testing.assert_array_equal(two_levels[solved], truth[solved])
+    found = exceedance(ds, category, at)
+    assert found.failed + found.not_followed == np.isnan(truth).sum()
+    assert found.failed_damaged - found.failed_undamaged == pytest.approx(found.failed / 40)
+    rule = StopWhen(category=category, at=at, half_width=0.1)
+    assert rule.estimate(ds, 0.9) == found.estimate
+    assert output_of(ds, category=category).censored == np.isinf(known.upper).mean()
+    if not ended:
+        assert found.estimate.value == pytest.approx(truth.mean())
+        curve = fit_fragility(ds, model="empirical", categories=[category], bootstrap=0, points=9)
+        assert float(curve["probability"][0, mark]) == pytest.approx(truth.mean())
+        assert running_probability(ds, category, at).value[-1] == pytest.approx(truth.mean())
+
+
+@pytest.mark.parametrize("wall", [0, 1, *range(8, 20)])
+def test_the_limit_state_has_the_sign_of_the_others(wall: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    ds, width = paths(2, False)
+    scene = settings().scene
+
+    def made_up(*given: object) -> Iterator[object]:
+        for k, (one, category) in enumerate(zip(width[wall], ds["damage_category"].values[wall])):
+            verdict = SimpleNamespace(
+                crack_width_max=one, crack_band_width_max=one, footing_opening_max=0.0, damage_category=int(category)
+            )
+            yield SimpleNamespace(increment=SimpleNamespace(progress=k / 8), verdict=verdict)
+
+    model = SimpleNamespace(central_deflection=8e-3, surface_movement=None, deflection=None)
+    monkeypatch.setattr(limit_state, "model_of", lambda *given: model)
+    monkeypatch.setattr(limit_state, "follow", made_up)
+    for category in (1, 2, 3, 4):
+        known = capacities(ds, category)
+        lower, upper = known.lower[wall], known.upper[wall]
+        for at in MARKS[1:]:
+            found = margin(scene, {}, Question(category, float(at)))
+            assert (found.least <= 1e-9) == (probability_reached(lower, upper, at) == 1.0)
+            if np.isfinite(upper):
+                assert lower * (1 - 1e-9) <= (found.least + 1) * at <= upper * (1 + 1e-9)
+
+
+def test_within_an_interval() -> None:
+    lower, upper = np.array([2.0, 2.0, 5.0, 0.0]), np.array([4.0, np.inf, 5.0, 0.0])
+    np.testing.assert_allclose(probability_reached(lower, upper, 3.0), [0.5, 0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(censored_before(lower, upper, 3.0), [False, True, False, False])
+    assert interpolated_capacity((2.0, 4.0), (1e-3, 3e-3), 2e-3) == pytest.approx(3.0)
+    assert interpolated_capacity((2.0, 4.0), (2e-3, 2e-3), 2e-3) == 4.0
+
+
+def test_the_movement_is_the_largest_so_far() -> None:
+    ds, _ = paths(3, False)
+    moved = ds["central_deflection"].values
+    moved[:, 4] = moved[:, 2]  # the footing rises again
+    known = capacities(ds, 2)
+    there = ds["damage_category"].values[:, 4] >= 2
+    new = there & (ds["damage_category"].values[:, 3] < 2)
+    assert new.any()
+    np.testing.assert_array_equal(known.upper[new], MARKS[3])
+    assert (known.lower <= known.upper).all()
