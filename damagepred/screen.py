@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from damagepred.pipeline import Step
     from damagepred.study import Progress as StudyProgress
+    from damagepred.tables import Column
 
 
 class _Stream:
@@ -160,6 +161,21 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         _out.print(grid)
 
 
+def table_of(title: str, columns: Sequence[Column]) -> None:
+    """Print the columns that have a head on the terminal.
+
+    Parameters
+    ----------
+    title : str
+        Above the table.
+    columns : sequence of Column
+        Of ``damagepred.tables``.
+    """
+    shown = [column for column in columns if column.short]
+    cells = (column.short_cells or column.cells for column in shown)
+    table(title, [column.short for column in shown], [list(row) for row in zip(*cells)])
+
+
 def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
     """Return the columns of each table that is no wider than the screen, the first column in all.
 
@@ -274,36 +290,10 @@ class StudyBar:
 def wall_table(ds: xr.Dataset) -> None:
     """Print what became of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions
-    from damagepred.rejudge import footing_gap_note, has_dpc, shown_gaps
+    from damagepred.rejudge import footing_gap_note
+    from damagepred.tables import path_columns
 
-    names = ds["damage_category"].attrs["flag_meanings"].split()
-    columns: list[tuple[str, list[str]]] = []
-
-    def add(head: str, name: str, digits: str, factor: float = 1e3) -> None:
-        if name in ds:
-            columns.append((head, [f"{factor * float(v):{digits}}" for v in ds[name].values]))
-
-    add("surface\nmovement\nmm", "surface_movement", ".3g")
-    if "time" in ds:
-        add("time\ns", "time", ".3f", 1.0)
-    else:
-        add("deflection\nmm", "central_deflection", ".2f")
-    add("widest\ncrack\nmm", "crack_width_max", ".3f")
-    if "damage_category_band" in ds:
-        both = zip(ds["crack_band_width_max"].values, ds["damage_category_band"].values)
-        columns.append(("band, mm\nand its\ncategory", [f"{1e3 * width:.3f} ({int(c)})" for width, c in both]))
-    columns.append(("damage\ncategory", [_category(int(c), names) for c in ds["damage_category"].values]))
-    for part in shown_gaps(ds):
-        if part == "footing" and has_dpc(ds) and not ds["footing_separation_length"].values.any():
-            continue  # a gap below a dpc that is nowhere wider than the threshold: for the report
-        what = {"dpc": "dpc", "footing": "bed"}[part]
-        threshold = 1e3 * float(ds[f"{part}_separation_length"].attrs["opening_threshold"])
-        add(f"{what}\nopening\nmm", f"{part}_opening_max", ".3f")
-        add(f"{what}\nopen\n> {threshold:g}\nmm, m", f"{part}_separation_length", ".2f", 1.0)
-    for i, wider in enumerate(ds["opening_width_change"].values.T):
-        columns.append((f"opening\n{i + 1} wider\nmm", [f"{1e3 * w:+.3f}" for w in wider]))
-    rows = list(zip(*(cells for _, cells in columns)))
-    table(ds.attrs["title"], [head for head, _ in columns], rows)
+    table_of(ds.attrs["title"], path_columns(ds))
     for line in (*zones_in_words(ds), *wall_quality(ds)):
         say(line)
     cautions([*wall_cautions(ds), *filter(None, [footing_gap_note(ds)])])
@@ -317,33 +307,18 @@ def cautions(said: Sequence[str]) -> None:
 
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
     """Print cracks, the widest of each part of the wall first; at most so many of them."""
-    columns = ["no", "part", "width\nmm", "with\nslip", "length\nm", "how it\nruns", "widest\nat m", "began\nat mm"]
-    rows = []
-    for one in frame.head(most).to_dict("records"):
-        runs = str(one["crack_orientation"])
-        if runs in ("stepped", "diagonal"):
-            runs += f" {one['crack_inclination']:.0f}°"
-        rows.append(
-            [
-                str(one["crack"]),
-                str(one["crack_part"]).replace("_", " ").replace("opening", "open"),
-                f"{1e3 * one['crack_width']:.2f}",
-                f"{1e3 * one['crack_displacement']:.2f}",
-                f"{one['crack_length']:.2f}",
-                runs + ("*" if one["crack_length_through_blocks"] > 0 else ""),
-                f"{one['crack_x']:.2f},{one['crack_y']:.2f}",
-                f"{1e3 * one['first_central_deflection']:.2f}",
-            ]
-        )
+    from damagepred.tables import crack_columns
+
     end = 1e3 * float(found["central_deflection"][-1])
-    if not rows:
+    if frame.empty:
         say(
             f"{found.attrs['title']}: nothing has opened or slid by more than "
             f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm"
         )
         return
-    table(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", columns, rows)
-    if any(row[5].endswith("*") for row in rows):
+    shown = frame.head(most)
+    table_of(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", crack_columns(shown))
+    if (shown["crack_length_through_blocks"] > 0).any():
         say("* runs through bricks, too")
     if len(frame) > most:
         say(f"and {len(frame) - most} more; --csv writes them all")

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import study_cautions, wall_cautions
+from damagepred.formatting import chance, length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
-from damagepred.report.words import chance, length, number
 from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_ground
 from damagepred.study.settings import StudySettings

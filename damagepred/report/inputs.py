@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from damagepred.data_files import CONFIDENCE
+from damagepred.formatting import named, number, plain, quantity
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.sources import (
     GIVEN,
@@ -15,7 +16,6 @@ from damagepred.report.sources import (
     source_of_value,
     sources_of_variable,
 )
-from damagepred.report.words import named, number, plain, quantity
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si
 from damagepred.study.settings import StudySettings

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred.damage import construction_limits
+from damagepred.formatting import chance, length, named, with_band
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
-from damagepred.report.words import chance, length, named, with_band
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility.describe import lognormal_of
 

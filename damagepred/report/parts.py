@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from damagepred.tables import Column
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -48,6 +50,24 @@ class Table:
     groups: Sequence[str] = ()
 
     kind = "table"
+
+    @classmethod
+    def of(cls, caption: str, columns: Sequence[Column], note: str = "") -> Table:
+        """Return the table of columns that have a head on the page.
+
+        Parameters
+        ----------
+        caption : str
+            What it says.
+        columns : sequence of Column
+            Of ``damagepred.tables``.
+        note : str
+            Below it.
+        """
+        shown = [column for column in columns if column.name]
+        cells = ([c if column.words else c.replace("-", "−") for c in column.cells] for column in shown)
+        words = [i for i, column in enumerate(shown) if column.words]
+        return cls(caption, [column.head for column in shown], [list(row) for row in zip(*cells)], words, note)
 
 
 @dataclass(frozen=True)

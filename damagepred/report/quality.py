@@ -8,8 +8,8 @@ import xarray as xr
 from damagepred.archive.cautions import work_done
 from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.arrays import FloatArray
+from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.report.parts import Part, Table, drawing
-from damagepred.report.words import chance, length, named, number, with_band
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.exceedance import exceedance, walls
 from damagepred.uq.fragility import movement_measure

@@ -13,6 +13,7 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.errors import DamagepredError, InputError
+from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words, shares
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
@@ -22,7 +23,6 @@ from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, d
 from damagepred.report.quality import FAILED, MISSING, category_name, common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
-from damagepred.report.words import chance, length, named, number, with_band
 from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.fragility import fit_fragility

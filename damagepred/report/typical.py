@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.report.words import length
+from damagepred.formatting import length
 from damagepred.uq.exceedance import walls
 from damagepred.uq.fragility import movement_measure
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from damagepred.errors import InputError
+from damagepred.formatting import length, named, number
 from damagepred.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
@@ -16,8 +17,11 @@ from damagepred.report.inputs import input_section
 from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
 from damagepred.report.quality import wall_quality
-from damagepred.report.words import length, named, number
 from damagepred.scene import Scene
+from damagepred.tables import path_columns
+
+MOST_ROWS = 60
+"""Increments that the table of a wall lists at most."""
 
 NEEDED = ("contact_opening", "damage_category", "crack_width_max", "central_deflection", "block_x")
 
@@ -244,36 +248,10 @@ def ds_kind(word: str) -> int:
 
 
 def _path_table(ds: xr.Dataset) -> Table:
-    """Return what became of the wall, a row an increment."""
-    columns: list[tuple[str, Sequence[str]]] = []
-    mm = 1e3
-    if "time" in ds.variables:
-        columns.append(("time (s)", [f"{t:.3f}" for t in ds["time"].values]))
-    if "surface_movement" in ds.variables:
-        columns.append(("surface movement (mm)", [f"{mm * v:.2f}" for v in ds["surface_movement"].values]))
-    columns.append(("deflection (mm)", [f"{mm * v:.2f}" for v in ds["central_deflection"].values]))
-    columns.append(("widest crack (mm)", [f"{mm * v:.3f}" for v in ds["crack_width_max"].values]))
-    columns.append(("cracks", [str(int(v)) for v in ds["crack_count"].values] if "crack_count" in ds else []))
-    categories = [_category(ds, i) for i in range(ds.sizes["increment"])]
-    columns.append(("category", [f"{c} {words}".replace(" ", "\u00a0") for c, words in categories]))
-    if "crack_band_width_max" in ds.variables:
-        columns.append(("crack band (mm)", [f"{mm * v:.3f}" for v in ds["crack_band_width_max"].values]))
-        columns.append(("category by band", [str(int(c)) for c in ds["damage_category_band"].values]))
-    for part in shown_gaps(ds):
-        what = {"dpc": "dpc", "footing": "bed on footing"}[part]
-        threshold = length(float(ds[f"{part}_separation_length"].attrs.get("opening_threshold", np.nan)))
-        columns.append((f"{what} opening (mm)", [f"{mm * v:.3f}" for v in ds[f"{part}_opening_max"].values]))
-        open_over = [f"{v:.2f}" for v in ds[f"{part}_separation_length"].values]
-        columns.append((f"{what} open by over {threshold} (m)", open_over))
-    for i in range(ds.sizes.get("opening", 0)):
-        wider = [f"{mm * v:+.3f}".replace("-", "−") for v in ds["opening_width_change"].values[:, i]]
-        columns.append((f"opening {i + 1} wider by (mm)", wider))
-    columns = [(head, cells) for head, cells in columns if cells]
-    heads = [head for head, _ in columns]
-    rows = [list(row) for row in zip(*(cells for _, cells in columns))]
-    shown = (
-        rows if len(rows) <= 60 else [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, 60).round().astype(int))]
-    )
-    note = "" if len(shown) == len(rows) else f"{len(shown)} of {len(rows)} increments."
-    words = (heads.index("category"),)
-    return Table("The wall's path", heads, shown, words, note)
+    """Return what became of the wall, a row an increment, at most ``MOST_ROWS`` of them."""
+    columns, count = path_columns(ds), ds.sizes["increment"]
+    if count <= MOST_ROWS:
+        return Table.of("The wall's path", columns)
+    rows = np.unique(np.linspace(0, count - 1, MOST_ROWS).round().astype(int))
+    columns = [replace(column, cells=[column.cells[i] for i in rows]) for column in columns]
+    return Table.of("The wall's path", columns, f"{len(rows)} of {count} increments.")

@@ -6,12 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.formatting import chance, length, number, quantity, with_band
 from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
-from damagepred.report.cracks import _row as crack_row
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
 from damagepred.report.limits import code_limits, study_limits, wall_limits
@@ -21,9 +22,9 @@ from damagepred.report.sources import field_source, source_of_value, sources_of_
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
-from damagepred.report.words import chance, length, number, quantity, with_band
 from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
+from damagepred.tables import crack_columns
 from damagepred.uq.fragility import fit_fragility
 from tests.made_up import made_up_study
 
@@ -296,7 +297,7 @@ def test_the_table_of_cracks_is_that_of_the_wall(wall: xr.Dataset) -> None:
     assert isinstance(figure, Drawing)
     assert isinstance(cracks, Table)
     of_the_wall = [row for row in cracks.rows if row[1] == "wall"]
-    assert of_the_wall[0][2] == length(float(wall["crack_width_max"][-1]))
+    assert f"{of_the_wall[0][2]} mm" == length(float(wall["crack_width_max"][-1]))
     x, y = map(float, of_the_wall[0][6].split(", "))
     place = (abs(wall["contact_x"] - x) < 0.0051) & (abs(wall["contact_y"] - y) < 0.0051)
     widest = float(wall["contact_opening"].values[-1][place.values].max())
@@ -411,9 +412,12 @@ def test_every_cell_of_a_crack() -> None:
         "crack_y": 0.75,
         "first_central_deflection": 4.5e-3,
     }
-    told = ["7", "below dpc", "1.23 mm", "1.57 mm", "0.64", "stepped, 32°, through bricks", "2.25, 0.75", "4.5 mm"]
-    assert crack_row(one, in_time=False) == told
-    assert crack_row(one | {"crack_length_through_blocks": 0.0}, in_time=True) == [*told[:5], "stepped, 32°", told[6]]
+    told = ["7", "below dpc", "1.23", "1.57", "0.64", "stepped, 32°, through bricks", "2.25, 0.75", "4.5"]
+    page = Table.of("", crack_columns(pd.DataFrame([one])))
+    assert page.rows == [told]
+    assert [head.partition("(")[2] for head in page.columns] == ["", "", "mm)", "mm)", "m)", "", "m)", "mm)"]
+    in_time = crack_columns(pd.DataFrame([one | {"crack_length_through_blocks": 0.0}]), in_time=True)
+    assert [column.cells[0] for column in in_time] == [*told[:5], "stepped, 32°", told[6]]
 
 
 def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
