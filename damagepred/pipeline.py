@@ -180,9 +180,9 @@ def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings:
     SolverOptions.of(settings)  # refused before anything is solved
     if settings.blocks != "auto":
         return build(settings, None)
-    from damagepred.solvers.zone_selection import needs_zones
+    from damagepred.solvers.zone_selection import blocks_needing_zones
 
-    return build(settings, needs_zones(build, settings, increments))
+    return build(settings, blocks_needing_zones(build, settings, increments))
 
 
 @checked
@@ -300,8 +300,8 @@ def _solve(
                 message = f"part of the wall came loose by {first.time:.4g} s"
                 attributes["collapse_increment"] = first.number
             else:
-                attributes["collapse_progress"] = last.standing_progress
-                attributes["collapse_progress_uncertainty"] = last.progress - last.standing_progress
+                attributes["collapse_progress"] = last.last_stable_load_factor
+                attributes["collapse_progress_uncertainty"] = last.progress - last.last_stable_load_factor
     except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise

@@ -33,7 +33,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
         First the state under dead load, then one each step; whoever takes them may stop at any.
     """
     half = None
-    if settings.symmetric_half and not (settings.method == "quasi_static" and _soon_done(model, settings)):
+    if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model, settings)):
         from damagepred.solvers.symmetry import symmetric_half
 
         half = symmetric_half(model)
@@ -47,7 +47,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
         raise half.explain(error) from None
 
 
-def _soon_done(model: Model, settings: Solver) -> bool:
+def _cheaper_as_a_whole(model: Model, settings: Solver) -> bool:
     """Tell whether the quasi-static solver is done with the whole wall before it would have found out about its half.
 
     So it is where dead load is all there is, a load that takes one step or two, and the wall is small.

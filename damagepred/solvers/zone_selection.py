@@ -34,7 +34,7 @@ Build = Callable[[Solver, frozenset[int] | None], Model]
 """Makes the model for given settings, with given blocks deformable."""
 
 
-def needs_zones(build: Build, settings: Solver, increments: int) -> frozenset[int]:
+def blocks_needing_zones(build: Build, settings: Solver, increments: int) -> frozenset[int]:
     """Return the blocks that are to be deformable.
 
     Parameters

@@ -20,7 +20,7 @@ from damagepred.kernels import jit
 from damagepred.kernels.interface.equilibrium import commit_joint_history
 from damagepred.pipeline import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
-from damagepred.solvers.quasi_static.continuation import Path as EquilibriumPath
+from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.system.elastic_stiffness import held_dofs
 from damagepred.study import Study
@@ -121,7 +121,7 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
 
     def prepare(folder: Path) -> Ready:
         scene = Scene.from_toml(ROOT / "data" / "bryant_window_dishing.toml")
-        follower = EquilibriumPath(wall_model(scene), scene.solver)
+        follower = Continuation(wall_model(scene), scene.solver)
         follower.advance(1.0, 0.1)
         equilibrium, state = follower.equilibrium, follower.state
         everything, times = equilibrium._everything, 40

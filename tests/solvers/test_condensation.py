@@ -9,8 +9,7 @@ import pytest
 from damagepred.assembly import wall_model
 from damagepred.kernels.interface.equilibrium import energy
 from damagepred.scene import Scene, Solver
-from damagepred.solvers.quasi_static.continuation import Path as PathOfEquilibria
-from damagepred.solvers.quasi_static.continuation import quasi_static_path
+from damagepred.solvers.quasi_static.continuation import Continuation, quasi_static_path
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -44,7 +43,7 @@ def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
     live = np.zeros(len(model.supports.live_load))
     live[1 : 3 * model.n_blocks : 3] = -0.2 * model.mean_block_weight * np.random.default_rng(3).random(model.n_blocks)
     model = replace(model, supports=model.supports._replace(live_load=live))
-    path = PathOfEquilibria(model, Solver(method="quasi_static"))
+    path = Continuation(model, Solver(method="quasi_static"))
     path.advance(1.0, 0.0)
     path.advance(1.0, 0.4)
     assert path.equilibrium.condensed

@@ -17,8 +17,8 @@ from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.load_path import ExplicitPath
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
-from damagepred.solvers.system.loading_stages import pushing_supports
-from damagepred.solvers.system.zero_support_load import Vanishing
+from damagepred.solvers.system.loading_stages import unilateral_supports
+from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND, Pump
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping, scaled_mass
 
@@ -184,7 +184,7 @@ def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
     def load(progress: float) -> float:
         return 10.0 - 100.0 * progress if progress < 0.09 else 1.0 - 2.0 * (progress - 0.09)
 
-    search = Vanishing(0.0, load(0.0), 1.0, load(1.0), enough=1e-6, close=1e-9)
+    search = IllinoisRegulaFalsi(0.0, load(0.0), 1.0, load(1.0), enough=1e-6, close=1e-9)
     tries = 0
     while not search.found:
         at = search.between()
@@ -199,11 +199,11 @@ def test_supports_push_only_where_they_do_not_hold_the_footing_down() -> None:
     model = wall_model(on_jacks(rig=Rig(support="lift_off")))
     supports = np.flatnonzero(model.interfaces.kind == Kind.SUPPORT)
     assert supports.size == 2
-    np.testing.assert_array_equal(pushing_supports(model), supports)
+    np.testing.assert_array_equal(unilateral_supports(model), supports)
     strength, left = model.properties.tensile_strength.copy(), model.properties.residual_tensile_strength.copy()
     strength[supports], left[supports] = np.inf, 0.0
     law = model.properties._replace(tensile_strength=strength, residual_tensile_strength=left)
-    assert pushing_supports(replace(model, properties=law)).size == 0
+    assert unilateral_supports(replace(model, properties=law)).size == 0
 
 
 @pytest.mark.parametrize("method", ["explicit", "quasi_static"])

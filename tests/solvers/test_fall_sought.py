@@ -15,7 +15,7 @@ from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
-from damagepred.solvers.quasi_static.continuation import Path
+from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
@@ -37,10 +37,10 @@ def pushed(units: int, courses: int, share: float) -> Model:
 
 def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function that may be called so often."""
-    left = itertools.count(calls, -1)
+    remaining = itertools.count(calls, -1)
 
     def counted(*arguments: Any, **named: Any) -> Any:
-        assert next(left) > 0, "too often"
+        assert next(remaining) > 0, "too often"
         return function(*arguments, **named)
 
     return counted
@@ -48,13 +48,13 @@ def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
 
 def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
     """Friction remembers the way: in smaller steps a wall may stand right up to where it fell in a larger one."""
-    path = Path(pushed(2, 2, 0.1), Solver())
+    path = Continuation(pushed(2, 2, 0.1), Solver())
     path.advance(1.0, 0.0)
-    jump, find, fell = path.jump, within(200, Equilibrium.find), []
+    snap_through, find, fell = path.snap_through, within(200, Equilibrium.find), []
 
-    def fall_once(state: Any, left: float, patience: float = 1.0) -> Any:
+    def fall_once(state: Any, start_load_factor: float, cycles_share: float = 1.0) -> Any:
         if fell:
-            return jump(state, left, patience)
+            return snap_through(state, start_load_factor, cycles_share)
         fell.append(state.progress)
         state.displacement[::3] += 1.0
         return state, np.inf
@@ -63,10 +63,10 @@ def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypat
         worst = find(self, state, *arguments, **named)
         return worst if fell or state.progress < 0.5 else 1.0
 
-    monkeypatch.setattr(path, "jump", fall_once)
+    monkeypatch.setattr(path, "snap_through", fall_once)
     monkeypatch.setattr(Equilibrium, "find", not_before)
     assert path.advance(1.0, 1.0) == np.inf
-    assert fell[0] - CONTROL.collapse_bracket <= path.standing <= fell[0]
+    assert fell[0] - CONTROL.collapse_bracket <= path.last_stable_load_factor <= fell[0]
     assert path.state.progress == fell[0]
 
 
@@ -75,7 +75,7 @@ def test_few_equilibria_are_sought_far_off_until_the_fall_is_found(monkeypatch: 
     monkeypatch.setattr(Equilibrium, "_coulomb_fixed_point", within(6, Equilibrium._coulomb_fixed_point))
     last = list(solve_path(pushed(3, 4, 1.5), Solver(), 1))[-1]
     assert last.collapsed
-    assert 1.5 * last.standing_progress == pytest.approx(0.75, abs=2e-4)
+    assert 1.5 * last.last_stable_load_factor == pytest.approx(0.75, abs=2e-4)
 
 
 def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,10 +88,10 @@ def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch:
             super().cycle(count)
 
     monkeypatch.setattr(relaxation, "DampedTimeStepping", Counted)
-    path = Path(pushed(2, 10, 1.5), Solver())
+    path = Continuation(pushed(2, 10, 1.5), Solver())
     path.advance(1.0, 0.0)
     path.advance(1.0, 0.1)
-    _, worst = path.jump(path.state.at(1.0, 0.45), path.state.progress)
+    _, worst = path.snap_through(path.state.at(1.0, 0.45), path.state.progress)
     assert worst == np.inf
     assert sum(cycles) < 60_000
 
@@ -108,7 +108,7 @@ def test_what_rides_on_a_support_may_go_farther_than_ten_walls() -> None:
     np.testing.assert_allclose(last.displacement[:, 1], 5.0, rtol=1e-6)
 
 
-def pulled(way: float, joint: Joint = DRY) -> Path:
+def pulled(way: float, joint: Joint = DRY) -> Continuation:
     """Return the path of a brick on a plate, at rest, that is pulled along and off it."""
     wall = Assembly(joint=joint)
     wall.support(wall.add_block(rectangle(-1.0, -0.075, 1.0, 0.0)))
@@ -116,7 +116,7 @@ def pulled(way: float, joint: Joint = DRY) -> Path:
     wall.support(brick)
     wall.move(brick, x=way, y=way)
     wall.add_block(rectangle(0.24, 0.0, 0.48, 0.075))
-    path = Path(wall.build(Solver()), Solver())
+    path = Continuation(wall.build(Solver()), Solver())
     path.advance(1.0, 0.0)
     return path
 
@@ -126,14 +126,18 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
     path = pulled(1e-5)
     monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
     monkeypatch.setattr(path, "_halvings", CONTROL.least_halvings)  # halving has been in vain before
-    monkeypatch.setattr(path, "jump", within(2 * CONTROL.max_halvings, path.jump))
+    monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
     assert path.advance(1.0, 1.0) < path.tolerance
     assert path.state.progress == 1.0
 
 
 def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fall was found in a step beyond the movement at which they break."""
-    path, find, foresee = pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5)), Equilibrium.find, Path.foresee
+    path, find, predict_next_event = (
+        pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5)),
+        Equilibrium.find,
+        Continuation.predict_next_event,
+    )
     fell: list[float] = []
 
     def fall_at_the_end(state: Any, *_: Any) -> Any:
@@ -144,13 +148,13 @@ def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(mon
     def not_at_the_end(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
         return 1.0 if state.progress == 1.0 else find(self, state, *arguments, **named)
 
-    def at_first_blindly(self: Path, state: Any, target: Any) -> Any:
-        return foresee(self, state, target) if fell else (state.displacement, 1.0)
+    def at_first_blindly(self: Continuation, state: Any, target: Any) -> Any:
+        return predict_next_event(self, state, target) if fell else (state.displacement, 1.0)
 
-    monkeypatch.setattr(path, "jump", fall_at_the_end)
+    monkeypatch.setattr(path, "snap_through", fall_at_the_end)
     monkeypatch.setattr(path, "_halvings", 0)
     monkeypatch.setattr(Equilibrium, "find", not_at_the_end)
-    monkeypatch.setattr(Path, "foresee", at_first_blindly)
+    monkeypatch.setattr(Continuation, "predict_next_event", at_first_blindly)
     assert path.advance(1.0, 1.0) == np.inf
     broken = np.isfinite(path.broken_at)
     assert broken.any()

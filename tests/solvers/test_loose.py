@@ -7,7 +7,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.system.detached_blocks import come_loose, elastic_reach
+from damagepred.solvers.system.detached_blocks import detached_blocks, largest_elastic_displacement
 
 LENGTH, HEIGHT, WEIGHT = 0.24, 0.075, 2000.0 * 9.81 * 0.075
 
@@ -37,18 +37,18 @@ def test_a_tall_stack_is_shortened_by_a_brick_and_stands(method: str) -> None:
 def test_what_is_farther_than_that_has_come_loose() -> None:
     model = tall(40, 1e7).build(Solver(lump_block_elasticity=False))
     moved = np.zeros(model.size)
-    far = elastic_reach(model, 0.0)
+    far = largest_elastic_displacement(model, 0.0)
     assert far == pytest.approx(40 * 41 * WEIGHT / 2e7, rel=1e-6)
     # a load put on at once takes an elastic wall twice as far as it stays; half a brick is allowed besides,
     # and twice the settlement of the bed joint that is the ground
     limit = 2.0 * far + 0.5 * np.sqrt(LENGTH * HEIGHT) + 2.0 * 40 * WEIGHT / 1e7
     for share, loose in ((0.999, []), (1.001, [20])):
         moved[3 * 20] = share * limit
-        assert np.flatnonzero(come_loose(model, moved, 0.0)).tolist() == loose
+        assert np.flatnonzero(detached_blocks(model, moved, 0.0)).tolist() == loose
 
 
 def test_what_nothing_holds_is_not_as_elastic_as_it_falls() -> None:
     wall = tall(2, 1e7)
     wall.add_block(rectangle(1.0, 0.0, 1.24, HEIGHT))  # in the air
     model = wall.build(Solver(lump_block_elasticity=False))
-    assert elastic_reach(model, 1.0) == 0.0
+    assert largest_elastic_displacement(model, 1.0) == 0.0

@@ -20,7 +20,7 @@ from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.gridpoints import grid_of, zone_picture
 from damagepred.solvers.quasi_static.energy_balance import law_violation
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
-from damagepred.solvers.system.detached_blocks import Leeway, elastic_reach
+from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
 from damagepred.solvers.system.zero_support_load import carried
 from tests.verification.test_energy_accounts import ONE_STEP, softening_work
@@ -192,17 +192,17 @@ def test_how_far_blocks_may_go() -> None:
     bearing = 1e8 * 0.1 * (0.4 + 0.1)
     weight = 2000.0 * 9.81 * 0.1 * 0.1 * (0.4 + 0.1)
     plate = 2000.0 * 9.81 * 0.1 * 6.0
-    leeway = Leeway.of(model)
-    assert leeway.always == pytest.approx(0.5 * np.sqrt(0.04) + 2.0 * (weight + plate) / bearing)
-    assert leeway.with_progress == pytest.approx(2.0 * 3e-3 * 1.1)
-    assert leeway.at(0.25) == pytest.approx(leeway.always + 0.25 * leeway.with_progress)
+    detachment_limit = DetachmentLimit.of(model)
+    assert detachment_limit.always == pytest.approx(0.5 * np.sqrt(0.04) + 2.0 * (weight + plate) / bearing)
+    assert detachment_limit.with_progress == pytest.approx(2.0 * 3e-3 * 1.1)
+    assert detachment_limit.at(0.25) == pytest.approx(detachment_limit.always + 0.25 * detachment_limit.with_progress)
     dead, live = 2000.0 * 9.81 * 0.1 / 1e8, 500.0 / (1e8 * 0.1 * 0.4)
-    assert elastic_reach(model, 0.0) == pytest.approx(dead)
-    assert elastic_reach(model, 0.5) == pytest.approx(dead + 0.5 * live)
+    assert largest_elastic_displacement(model, 0.0) == pytest.approx(dead)
+    assert largest_elastic_displacement(model, 0.5) == pytest.approx(dead + 0.5 * live)
     wall.move(2, x=-0.02)
-    assert Leeway.of(wall.build(STIFF)).with_progress == pytest.approx(0.04)
+    assert DetachmentLimit.of(wall.build(STIFF)).with_progress == pytest.approx(0.04)
     jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.0, 1.0]), -0.05, 0.0, False, "")
-    assert Leeway.of(replace(model, jacks=jacks)).with_progress == pytest.approx(0.1)
+    assert DetachmentLimit.of(replace(model, jacks=jacks)).with_progress == pytest.approx(0.1)
 
 
 def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:

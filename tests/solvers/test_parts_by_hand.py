@@ -28,7 +28,7 @@ from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import picture
-from damagepred.solvers.system.detached_blocks import elastic_reach
+from damagepred.solvers.system.detached_blocks import largest_elastic_displacement
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
 from damagepred.solvers.system.footing_forces import section_response_of
 from damagepred.solvers.time_stepping.jack_servo import PACE, STIFFER, Pump
@@ -151,7 +151,7 @@ def test_reach_of_a_wall_that_its_live_load_takes_beyond_its_size() -> None:
     wall.add_block(rectangle(0.0, 0.0, 0.4, 0.1))
     wall.rest_on_ground([0])
     wall.push(0, y=-1e8 * 0.04)
-    assert elastic_reach(wall.build(STIFF), 0.5) == 0.0
+    assert largest_elastic_displacement(wall.build(STIFF), 0.5) == 0.0
 
 
 def test_pieces_of_facets_are_where_the_wall_is() -> None:

@@ -16,7 +16,7 @@ from damagepred.solvers import ContactState, Increment, solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import linear_system as equations
-from damagepred.solvers.quasi_static.continuation import Path, quasi_static_path
+from damagepred.solvers.quasi_static.continuation import Continuation, quasi_static_path
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from tests.properties.test_quasi_static_laws import random_wall
@@ -71,9 +71,9 @@ def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, in
 @pytest.mark.parametrize("density", [0.0, 2000.0])
 def test_the_tangent_foresees_the_movement_at_which_a_bond_breaks(share: float, density: float) -> None:
     model, _ = with_one_weak_bond(share, density)
-    path = Path(model, WHOLE)
+    path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.0) < path.tolerance
-    ahead, found = path.foresee(path.state, (1.0, 1.0))
+    ahead, found = path.predict_next_event(path.state, (1.0, 1.0))
     assert found == pytest.approx(share, rel=0.01)
     # nothing slides: where the tangent leads, there is equilibrium
     there = path.state.at(1.0, 1.0)
@@ -90,13 +90,13 @@ def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
 ) -> None:
     model, interface = with_one_weak_bond(0.62)
     seen: list[tuple[float, np.ndarray]] = []
-    original = Path.break_bonds
+    original = Continuation.fail_bonds
 
-    def break_bonds(self: Path, state: State, load: np.ndarray) -> np.ndarray:
+    def fail_bonds(self: Continuation, state: State, load: np.ndarray) -> np.ndarray:
         seen.append((state.progress, load.copy()))
         return original(self, state, load)
 
-    monkeypatch.setattr(Path, "break_bonds", break_bonds)
+    monkeypatch.setattr(Continuation, "fail_bonds", fail_bonds)
     *_, last = quasi_static_path(model, replace(WHOLE, condense=condense), increments)
     progress, load = seen[0]
     assert progress == pytest.approx(0.62, rel=0.01)
@@ -111,9 +111,9 @@ def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytes
     model = wall_model(scene)
     progress: list[float] = []
     cracked: list[int] = []
-    original = Path.break_bonds
+    original = Continuation.fail_bonds
 
-    def break_bonds(self: Path, state: State, load: np.ndarray) -> np.ndarray:
+    def fail_bonds(self: Continuation, state: State, load: np.ndarray) -> np.ndarray:
         progress.append(state.progress)
         before = state.history.cracked.copy()
         again = original(self, state, load)
@@ -121,7 +121,7 @@ def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytes
         cracked.append(int(state.history.cracked.sum()))
         return again
 
-    monkeypatch.setattr(Path, "break_bonds", break_bonds)
+    monkeypatch.setattr(Continuation, "fail_bonds", fail_bonds)
     steps = list(quasi_static_path(model, WHOLE, 3))
     assert len(progress) > 5
     assert (np.diff(progress) >= 0).all()
@@ -174,12 +174,12 @@ def test_half_or_whole_condensed_or_not() -> None:
 @pytest.mark.parametrize("law", ["paper", "brittle shear", "residual strength"])
 def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwise(law: str) -> None:
     _, model = random_wall(law, 1)
-    path = Path(model, WHOLE)
+    path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.02) < path.tolerance
     start = path.state.at(1.0, 0.021)
     direct = start.copy()
     assert path.equilibrium.find(direct) < path.tolerance
-    found, worst = path.jump(start, 0.02)
+    found, worst = path.snap_through(start, 0.02)
     assert worst < path.tolerance
     assert path.equilibrium.residual(found, found.displacement)[1] < path.tolerance
     moved = np.abs(direct.displacement - path.state.displacement).max()
@@ -201,7 +201,7 @@ def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
     beneath = (face.block_a == low) | (face.block_b == low)
     start = State.rest(model).at(1.0, 0.0)
     start.history.cracked[beneath] = True
-    *_, last = relaxation.come_to_rest(model, start, 0.0, patience=0.01)
+    *_, last = relaxation.relax_dynamically(model, start, 0.0, cycles_share=0.01)
     weight = 0.2 * 0.1 * 0.11 * model.density[middle] * GRAVITY
     springs = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
     assert last.displacement[3 * middle + 1] == pytest.approx(weight / springs[~beneath][0], rel=1e-3)
@@ -212,14 +212,16 @@ def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
 def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     """Walls in which something slides unstably."""
     jumps: list[float] = []
-    original = Path.jump
+    original = Continuation.snap_through
 
-    def jump(self: Path, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
-        found, worst = original(self, state, left, patience)
+    def snap_through(
+        self: Continuation, state: State, start_load_factor: float, cycles_share: float = 1.0
+    ) -> tuple[State, float]:
+        found, worst = original(self, state, start_load_factor, cycles_share)
         jumps.append(worst)
         return found, worst
 
-    monkeypatch.setattr(Path, "jump", jump)
+    monkeypatch.setattr(Continuation, "snap_through", snap_through)
     long_steps = replace(WHOLE, step_energy_tolerance=1e9)  # in shorter ones these walls need not jump
     for law, seed in (("residual strength", 12), ("softening", 0)):
         scene, model = random_wall(law, seed)
@@ -294,7 +296,12 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
     """Equilibria are hidden from the solver for a while: what it comes to by cycling must do, and the path go on."""
     scene, model = random_wall("paper", 1)
     without = list(quasi_static_path(model, WHOLE, scene.movement.increments))
-    find, directly, jump, hidden = Equilibrium.find, Equilibrium.directly, Path.jump, set[float]()
+    find, find_nearby, snap_through, hidden = (
+        Equilibrium.find,
+        Equilibrium.find_nearby,
+        Continuation.snap_through,
+        set[float](),
+    )
 
     def hides(state: State) -> bool:
         return state.progress > 0.2 and len(hidden) < 4
@@ -304,18 +311,20 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
 
     def not_directly(self: Equilibrium, state: State) -> tuple[float, np.ndarray]:
         if not hides(state):
-            return directly(self, state)
+            return find_nearby(self, state)
         return max(self.residual(state, state.displacement)[1], 2e-6), state.displacement
 
-    def then_shows(self: Path, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
-        found = jump(self, state, left, patience)
+    def then_shows(
+        self: Continuation, state: State, start_load_factor: float, cycles_share: float = 1.0
+    ) -> tuple[State, float]:
+        found = snap_through(self, state, start_load_factor, cycles_share)
         hidden.add(state.progress)
         return found
 
-    monkeypatch.setattr(Path, "jump", then_shows)
+    monkeypatch.setattr(Continuation, "snap_through", then_shows)
     at_once = replace(WHOLE, advanced={"continuation": {"stagnation_limit": 0}})
     monkeypatch.setattr(Equilibrium, "find", no_find)
-    monkeypatch.setattr(Equilibrium, "directly", not_directly)
+    monkeypatch.setattr(Equilibrium, "find_nearby", not_directly)
     steps = list(quasi_static_path(model, at_once, scene.movement.increments))
     assert hidden, "nothing to check"
     assert len(steps) == len(without)
@@ -332,7 +341,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
 def test_a_state_that_is_settled_for_moves_its_condensed_courses_along() -> None:
     """Courses that are condensed follow the others, wherever they were before."""
     model = wall_model(cracking(joint=Joint(tensile_strength=1e8, cohesion=1e9)))
-    path = Path(model, WHOLE)
+    path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.5) < path.tolerance
     hidden = ~path.equilibrium.free
     hidden[model.supports.prescribed] = False
@@ -348,7 +357,7 @@ def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.
     briefly = replace(WHOLE, advanced={"dynamic_relaxation": {"max_cycles": 5_000}})
     monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None, near=False: 1.0)
     monkeypatch.setattr(
-        Equilibrium, "directly", lambda self, state: (1.01 * CONTROL.fallback_residual_tolerance, state.displacement)
+        Equilibrium, "find_nearby", lambda self, state: (1.01 * CONTROL.fallback_residual_tolerance, state.displacement)
     )
     with pytest.raises(ConvergenceError, match="no equilibrium found"):
         list(quasi_static_path(model, briefly, scene.movement.increments))
@@ -368,7 +377,7 @@ def on_a_plate(joint: Joint, drop: float) -> Assembly:
     return wall
 
 
-def between_piers(left: float) -> Assembly:
+def between_piers(start_load_factor: float) -> Assembly:
     """A brick glued between two piers, the right one of which is pulled away; the left joint has its own strength."""
     # hardly any friction: it must not get jammed
     smooth = {"friction": 0.05, "brittle_shear": True}
@@ -377,7 +386,7 @@ def between_piers(left: float) -> Assembly:
     brick = wall.add_block(rectangle(0.2, 0.0, 0.4, 0.1))
     for pier in piers:
         wall.support(pier)
-    wall.set_joint(piers[0], brick, Joint(tensile_strength=left, cohesion=left, **smooth))
+    wall.set_joint(piers[0], brick, Joint(tensile_strength=start_load_factor, cohesion=start_load_factor, **smooth))
     wall.move(piers[1], x=5e-3)
     return wall
 
@@ -415,7 +424,9 @@ def test_an_increment_without_equilibrium_names_itself_and_a_block(monkeypatch: 
         return 1.0 if state.progress > 0.3 else original(self, state, start)
 
     monkeypatch.setattr(Equilibrium, "find", find)
-    monkeypatch.setattr(Path, "jump", lambda self, state, left, patience=1.0: (state, 0.5))
+    monkeypatch.setattr(
+        Continuation, "snap_through", lambda self, state, start_load_factor, cycles_share=1.0: (state, 0.5)
+    )
     model = wall_model(small_scene())
     settings, steps = Solver(method="quasi_static", symmetric_half=half), []
     with pytest.raises(ConvergenceError, match=r"increment 2: no equilibrium .* block \d+ \(x = ") as caught:

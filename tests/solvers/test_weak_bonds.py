@@ -71,13 +71,15 @@ def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: 
 
     Cracks depend on the path: the explicit solver's sum of openings, too, moves by 9 % for a strength of 1 Pa.
     """
-    jump, relaxed = path.Path.jump, []
+    snap_through, relaxed = path.Continuation.snap_through, []
 
-    def counted(self: path.Path, state: path.State, left: float, patience: float = 1.0) -> tuple[path.State, float]:
+    def counted(
+        self: path.Continuation, state: path.State, start_load_factor: float, cycles_share: float = 1.0
+    ) -> tuple[path.State, float]:
         relaxed.append(state.progress)
-        return jump(self, state, left, patience)
+        return snap_through(self, state, start_load_factor, cycles_share)
 
-    monkeypatch.setattr(path.Path, "jump", counted)
+    monkeypatch.setattr(path.Continuation, "snap_through", counted)
     joint = Joint(
         normal_stiffness=246.83e9,
         shear_stiffness=141.98e9,

@@ -19,12 +19,12 @@ def room() -> dict[str, ModuleType]:
         return {name: importlib.import_module(name) for name in OURS}
 
 
-MORE = {"correct": "factorisations", "direct": "steps", "foresee": "steps", "elastic start": "steps"}
+MORE = {"correct": "factorisations", "direct": "steps", "predictor": "steps", "elastic start": "steps"}
 """What there is more of without a skip."""
 
 
 @pytest.mark.parametrize(
-    "name", ["condense", "half", "correct", "restart", "keep", "direct", "foresee", "elastic start"]
+    "name", ["condense", "half", "correct", "restart", "keep", "direct", "predictor", "elastic start"]
 )
 def test_without_a_skip_there_is_more_to_do_and_the_answer_is_the_same(room: dict[str, ModuleType], name: str) -> None:
     skip = room["skips"].SKIPS[name]
@@ -46,7 +46,12 @@ def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -
     modules = (scheme, load_path, run, linear_system, equilibrium, continuation, superelements)
 
     def picture() -> list[int]:
-        paths = (linear_system.BlockTridiagonalSystem, equilibrium.Equilibrium, continuation.Path, superelements.Solids)
+        paths = (
+            linear_system.BlockTridiagonalSystem,
+            equilibrium.Equilibrium,
+            continuation.Continuation,
+            superelements.Solids,
+        )
         classes = (scheme.DampedTimeStepping, *paths, *modules)
         return [id(value) for one in classes for value in vars(one).values()]
 

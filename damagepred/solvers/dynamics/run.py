@@ -26,7 +26,7 @@ from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequ
 from damagepred.solvers.state.increment import ContactState, Increment
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
-from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.elastic_stiffness import (
     base_reaction,
     held_dofs,
@@ -344,7 +344,7 @@ class DynamicRun:
         if self.grid is not None and self.wholes is not None:
             moved[self.wholes.block] = self.wholes.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
-        loose = come_loose(model, moved.ravel(), progress)
+        loose = detached_blocks(model, moved.ravel(), progress)
         energy, acting = self.audit.balance(), self._acting()
         return Increment(
             number=self.output,

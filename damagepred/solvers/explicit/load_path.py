@@ -15,11 +15,11 @@ from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
-from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
-from damagepred.solvers.system.footing_forces import as_if_straight, section_response_of
-from damagepred.solvers.system.loading_stages import held_after_load, while_loading
-from damagepred.solvers.system.zero_support_load import Vanishing, carried
+from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
+from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
+from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
 from damagepred.solvers.time_stepping.collapse_mechanism import goes_on, lasting_bonds
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
 from damagepred.solvers.time_stepping.scheme import ENERGY_MARGIN, Checkpoint, DampedTimeStepping
@@ -177,7 +177,7 @@ class ExplicitPath:
         scheme = self.scheme
         if not (np.abs(scheme.motion.displacement) < self._displacement_limit).all():
             reason = "a displacement is beyond all bounds or no longer a number"
-        elif not come_loose(scheme.model, scheme.motion.displacement, scheme.progress).any():
+        elif not detached_blocks(scheme.model, scheme.motion.displacement, scheme.progress).any():
             return False
         elif scheme.kinetic_energy() > ENERGY_MARGIN * scheme.work_of_loads() > 0.0:
             reason = "blocks fly off with more energy than the loads can have given them"
@@ -206,7 +206,7 @@ class ExplicitPath:
         scheme.record_broken_bonds(fields.history.cracked)
         if scheme.sections is not None:
             response = section_response_of(model, scheme.sections.memory, displacement)
-            as_if_straight(model, response, fields.normal_stress, fields.shear_stress)
+            set_linear_stresses(model, response, fields.normal_stress, fields.shear_stress)
         return Increment(
             number=number,
             progress=scheme.progress,
@@ -279,7 +279,7 @@ class ExplicitPath:
         float
             Unbalanced force ratio at that load factor.
         """
-        search = Vanishing(
+        search = IllinoisRegulaFalsi(
             before.progress,
             load,
             self.scheme.progress,
@@ -332,7 +332,7 @@ def explicit_path(
     ConvergenceError
         If an increment does not come to rest; the message names increment and block.
     """
-    path = ExplicitPath(while_loading(model), settings)
+    path = ExplicitPath(supported_during_load(model), settings)
     seeks_collapse = bool(model.supports.live_load.any())
     stops = model.jacks is not None and bool(model.jacks.stop)
     load = np.inf
@@ -361,7 +361,7 @@ def explicit_path(
             yield replace(
                 increment,
                 progress=collapsed_at,
-                standing_progress=max(stable_at, 0.0),
+                last_stable_load_factor=max(stable_at, 0.0),
                 cycles=scheme.cycles - cycles_before,
             )
             return
@@ -371,4 +371,4 @@ def explicit_path(
             if number == 0:
                 scheme.pump.control_load()
         if number == 0 and model.supports.after_load.any():
-            path.change_supports(held_after_load(model, scheme.motion.displacement))
+            path.change_supports(supported_after_load(model, scheme.motion.displacement))

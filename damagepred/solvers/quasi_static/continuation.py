@@ -25,17 +25,22 @@ from damagepred.kernels.interface.equilibrium import bond_loads, break_in_shear,
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.options import DEFAULTS, SolverOptions
-from damagepred.solvers.quasi_static.dynamic_relaxation import come_to_rest, pushed_on, unbalanced_on_its_way
+from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically, residual_in_motion
 from damagepred.solvers.quasi_static.energy_balance import Spent, WorkBalance, law_violation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.options import EnergyOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
-from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
-from damagepred.solvers.system.footing_forces import as_if_straight, section_response_of
-from damagepred.solvers.system.loading_stages import held_after_load, level, pushing_supports, while_loading
-from damagepred.solvers.system.zero_support_load import Vanishing, carried
+from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
+from damagepred.solvers.system.loading_stages import (
+    level,
+    supported_after_load,
+    supported_during_load,
+    unilateral_supports,
+)
+from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
 from damagepred.time_limit import check_time
 
 Point = tuple[float, float]
@@ -86,7 +91,7 @@ class Count:
     events: int = 0
 
 
-class Path:
+class Continuation:
     """Follows the path of a wall.
 
     Parameters
@@ -103,9 +108,10 @@ class Path:
         self.options = SolverOptions.of(settings)
         control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
-        self.standing, self._sharply = np.nan, bool(model.supports.live_load.any())
+        self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
         self.events, self._halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
-        self.roughest = 0.0  # unbalanced force of states at rest since the last report that are no equilibria
+        # largest residual since the last report of accepted states that are no equilibria
+        self.largest_accepted_residual = 0.0
         self.balance = WorkBalance(residual=self.tolerance / self.equilibrium.per_weight)
         self.control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
@@ -121,11 +127,11 @@ class Path:
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
         self._all_weak = bool(bonded.any() and weak[bonded].all())
-        self._lets_go_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
+        self._can_reclose_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
-        self._climbs_at = ((law.dilation > 0) & plain)[:, None]
-        self._slip_breaks_at = (law.brittle_shear & (law.critical_opening > 0))[:, None]
-        self._lets_go = bool(self._lets_go_at.any())
+        self._dilates_at = ((law.dilation > 0) & plain)[:, None]
+        self._fails_in_shear_at = (law.brittle_shear & (law.critical_opening > 0))[:, None]
+        self._can_reclose = bool(self._can_reclose_at.any())
         self._everything = np.arange(len(model.interfaces.kind))
         self.state = self._begin(settings.condense)
         self.balance.begin(model, self.state)
@@ -143,7 +149,7 @@ class Path:
             self.equilibrium.uncondense_up_to(int(levels.max(initial=0)))
         return replace(State.rest(self.model), history=history)
 
-    def hold(self, model: Model) -> None:
+    def change_supports(self, model: Model) -> None:
         """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
         before, history = self.equilibrium, self.state.history
         self.model = model
@@ -158,9 +164,9 @@ class Path:
             self.equilibrium.uncondense_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
         self.balance.go_on(model)
         self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
-        self.commit(self.state, gave_way=False)
+        self.commit(self.state, unstable=False)
 
-    def lifted(self, worst: float) -> bool:
+    def lifted_off(self, worst: float) -> bool:
         """Return whether the dead load lifted the footing off supports that push only as it came on, or found no rest.
 
         Parameters
@@ -168,13 +174,13 @@ class Path:
         worst : float
             Unbalanced ratio under the dead load.
         """
-        free, state = pushing_supports(self.model), self.state
-        rests = worst < self.tolerance and not come_loose(self.model, state.displacement, 0.0).any()
+        free, state = unilateral_supports(self.model), self.state
+        rests = worst < self.tolerance and not detached_blocks(self.model, state.displacement, 0.0).any()
         return bool(free.size) and not (rests and self.never_opened[free].all())
 
-    def release(self, model: Model) -> float:
+    def release_supports(self, model: Model) -> float:
         """Let supports that push only no longer hold the footing down; return the unbalanced ratio after it."""
-        free = pushing_supports(model)
+        free = unilateral_supports(model)
         for mask in (self.state.history.cracked, self.never_opened):
             mask[free] = True
         self._bonded[free] = False
@@ -184,12 +190,12 @@ class Path:
             self.equilibrium.uncondense_up_to(int(self.equilibrium.equations.interface_level[free].max()))
         trial = self.state.copy()
         worst = self.equilibrium.find(trial)
-        if jumped := worst >= self.tolerance or self.equilibrium.lost(trial):
-            trial, worst = self.jump(self.state, self.state.progress)
+        if jumped := worst >= self.tolerance or self.equilibrium.has_diverged(trial):
+            trial, worst = self.snap_through(self.state, self.state.progress)
         self.state = trial
-        if worst < self.tolerance and not self.equilibrium.lost(trial):
-            self.commit(trial, gave_way=True, snapped=jumped)
-            self.state, worst = self.cascade(trial, worst)
+        if worst < self.tolerance and not self.equilibrium.has_diverged(trial):
+            self.commit(trial, unstable=True, snapped=jumped)
+            self.state, worst = self.redistribute_failures(trial, worst)
         return worst
 
     @property
@@ -215,7 +221,7 @@ class Path:
         )
         return self._load, most
 
-    def break_bonds(self, state: State, load: FloatArray) -> BoolArray:
+    def fail_bonds(self, state: State, load: FloatArray) -> BoolArray:
         """Break the most loaded bond, and those that are loaded alike; tell which lost also what a crack had left.
 
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it where its shear
@@ -229,25 +235,25 @@ class Path:
             levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
             self.equilibrium.uncondense_up_to(int(levels.max()))
         again = broken & state.history.cracked
-        if self._climbs_at.any() or self._slip_breaks_at.any():
+        if self._dilates_at.any() or self._fails_in_shear_at.any():
             _, sigma, _ = self.stresses(state)
-            state.history.kappa[broken & self._climbs_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
+            state.history.kappa[broken & self._dilates_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
             model = self.model
             least = load * (1.0 - options.simultaneous_failures) * model.properties.tensile_strength[:, None]
             in_tension = sigma >= least
-            sheared = broken & self._slip_breaks_at & ~(in_tension & ~state.history.cracked)
+            sheared = broken & self._fails_in_shear_at & ~(in_tension & ~state.history.cracked)
             self.balance.softened(break_in_shear(sheared, model.interfaces, model.properties, state.history))
         state.history.kappa[again] = np.inf
         state.history.cracked[broken] = True
-        self.note_broken(state)
+        self.record_failures(state)
         self.events += 1
         return again
 
-    def note_broken(self, state: State) -> None:
+    def record_failures(self, state: State) -> None:
         """Write down at which progress bonds broke that have broken since the last time."""
         self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.progress
 
-    def commit(self, state: State, gave_way: bool, snapped: bool = False) -> None:
+    def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
         """Let the joints remember this equilibrium, which bonds that broke or a snap-through led to, or a step."""
         model = self.model
         friction, crushing, mode_1_dissipation = commit_joint_history(
@@ -259,16 +265,16 @@ class Path:
             state.displacement,
             self.never_opened,
         )
-        self.note_broken(state)  # slip, too, breaks bonds that it wears
+        self.record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
         solids, yielding = self.equilibrium.solids, 0.0
         if solids is not None:
             yielding = solids.settle(state.displacement, state.plastic)
         spent = Spent(friction, crushing, yielding)
-        beyond = self.equilibrium.condensed_energy(state)
+        condensed = self.equilibrium.condensed_energy(state)
         self.balance.add(
-            state, spent, mode_1_dissipation, self._support_power(state), gave_way, snapped, solids, beyond
+            state, spent, mode_1_dissipation, self._support_power(state), unstable, snapped, solids, condensed
         )
 
     def _support_power(self, state: State) -> float:
@@ -285,127 +291,138 @@ class Path:
         """Follow the path to a load and a movement, bond by bond; return the unbalanced ratio there."""
         state, options = self.state, self.options.continuation
         goal = (load, progress)
-        shortest = options.minimum_event_step * distance(state, goal)
-        beyond: Point | None = None  # the nearest point at which a bond is known to be overloaded
-        falls: Point | None = None  # the nearest point at which the wall is known to fall
-        fallen, fell_by = state, np.inf  # how it does there
-        doubted: Point | None = None  # the nearest point at which no equilibrium was found near the last one
-        pains = max(
+        minimum_event_step = options.minimum_event_step * distance(state, goal)
+        overloaded_point: Point | None = None  # the nearest point at which a bond is known to be overloaded
+        collapse_point: Point | None = None  # the nearest point at which the wall is known to fall
+        collapsed_state, collapse_residual = state, np.inf  # how it does there
+        rejected_target: Point | None = None  # the nearest point at which no equilibrium was found near the last one
+        minimum_step = max(
             options.collapse_bracket, distance(state, goal) / 2**options.max_halvings
         )  # way to it from which on one is sought farther off
         bracket = (
-            options.collapse_bracket if self._sharply else pains * (1.0 + 1e-9)
+            options.collapse_bracket if self._locates_collapse else minimum_step * (1.0 + 1e-9)
         )  # of the movement at which the wall falls
-        halvings = cuts = 0
-        misses = 0  # times the tangent saw a bond break too soon
-        far: Point | None = None  # where to go next; None as far as the tangent sees no bond break
+        halvings = event_cuts = 0
+        accepted_steps = 0  # times the tangent saw a bond break too soon
+        next_point: Point | None = None  # where to go next; None as far as the tangent sees no bond break
         longest = np.inf  # step that the energy balance allows
-        least_step = distance(state, goal) / 2**self.control.options.refinements
-        least_half = (
+        shortest_refinement = distance(state, goal) / 2**self.control.options.refinements
+        shortest_halved_step = (
             1.5 * distance(state, goal) / 2**options.max_halvings
         )  # no step shorter than this is halved: it has its jump
         while True:
             check_time()
-            if falls is not None and distance(state, falls) <= bracket:
-                fallen.history.cracked[state.history.cracked] = True  # bonds that broke nearer than where it was found
-                self.standing, self.state = state.progress, fallen
-                return fell_by
-            target = far or next_target(state, beyond or goal, doubted or falls, pains if doubted else 0.0)
+            if collapse_point is not None and distance(state, collapse_point) <= bracket:
+                # bonds that failed before the collapse point
+                collapsed_state.history.cracked[state.history.cracked] = True
+                self.last_stable_load_factor, self.state = state.progress, collapsed_state
+                return collapse_residual
+            target = next_point or next_target(
+                state,
+                overloaded_point or goal,
+                rejected_target or collapse_point,
+                minimum_step if rejected_target else 0.0,
+            )
             if distance(state, target) > longest:
                 target = between(state, target, longest / distance(state, target))
-            ahead, share = self.foresee(state, target)
-            if far is None and share < 1.0 and not self._relaxes:
-                share = min(share * 2.0**misses, 1.0)
+            ahead, share = self.predict_next_event(state, target)
+            if next_point is None and share < 1.0 and not self._relaxes:
+                share = min(share * 2.0**accepted_steps, 1.0)
                 target = between(state, target, share)
                 ahead = state.displacement + share * (ahead - state.displacement)
             trial = state.at(*target)
             # in small steps, equilibria under a growing load are near: where none is, the wall mostly falls
-            near = self._sharply or self._relaxes
+            near = self._locates_collapse or self._relaxes
             worst, jumped = self.equilibrium.find(trial, ahead, near), False
-            only_near = self._sharply and distance(state, target) > pains
+            only_near = self._locates_collapse and distance(state, target) > minimum_step
             if worst >= self.tolerance and only_near:
-                doubted, far = target, None
+                rejected_target, next_point = target, None
                 continue
-            may_halve = halvings < min(self._halvings, options.max_halvings) and distance(state, target) > least_half
+            may_halve = (
+                halvings < min(self._halvings, options.max_halvings) and distance(state, target) > shortest_halved_step
+            )
             if worst >= self.tolerance and may_halve and not near:
                 # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
-                far, halvings = between(state, target, 0.5), halvings + 1
+                next_point, halvings = between(state, target, 0.5), halvings + 1
                 continue
             if worst < self.tolerance and halvings:
                 self._halvings = min(self._halvings + 1, options.max_halvings + 1)
-            if worst >= self.tolerance or self.equilibrium.lost(trial):
+            if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
                 self._halvings = max(self._halvings - 1, options.least_halvings)
                 self._relaxes = self._all_weak
-                astray, jumped = trial, True
-                trial, worst = self.jump(
-                    state.at(*target), state.progress, 1.0 if falls is None else options.collapse_relaxation
+                diverged, jumped = trial, True
+                trial, worst = self.snap_through(
+                    state.at(*target), state.progress, 1.0 if collapse_point is None else options.collapse_relaxation
                 )
-                if near and falls is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
-                    astray = state.at(*target)
-                    far_off = self.equilibrium.find(astray, ahead)
-                    if far_off < self.tolerance and not self.equilibrium.lost(astray):
-                        trial, worst, jumped = astray, far_off, False
-                loose = [s for s in (trial, astray) if come_loose(self.model, s.displacement, target[1]).any()]
-            if worst >= self.tolerance or self.equilibrium.lost(trial):
-                self.standing = state.progress
-                if loose or falls is None:
-                    fallen = loose[0] if loose else trial
-                fallen = replace(fallen, load=target[0], progress=target[1])
-                self.state, fell_by = fallen, worst
-                if distance(state, target) <= bracket or (falls is None and not loose):
+                if near and collapse_point is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
+                    diverged = state.at(*target)
+                    far_off = self.equilibrium.find(diverged, ahead)
+                    if far_off < self.tolerance and not self.equilibrium.has_diverged(diverged):
+                        trial, worst, jumped = diverged, far_off, False
+                loose = [s for s in (trial, diverged) if detached_blocks(self.model, s.displacement, target[1]).any()]
+            if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
+                self.last_stable_load_factor = state.progress
+                if loose or collapse_point is None:
+                    collapsed_state = loose[0] if loose else trial
+                collapsed_state = replace(collapsed_state, load=target[0], progress=target[1])
+                self.state, collapse_residual = collapsed_state, worst
+                if distance(state, target) <= bracket or (collapse_point is None and not loose):
                     return worst
                 # whatever the reason: nearer to the last equilibrium there may be another
-                falls, doubted, far, pains = target, None, None, options.collapse_bracket
+                collapse_point, rejected_target, next_point, minimum_step = target, None, None, options.collapse_bracket
                 continue
-            if target == doubted:
-                doubted, pains = None, options.distant_step_growth * pains
+            if target == rejected_target:
+                rejected_target, minimum_step = None, options.distant_step_growth * minimum_step
             loaded, heaviest = self.bond_loads(trial)
             step = distance(state, target)
             at_event = heaviest <= 1.0 + options.event_tolerance or bool((loaded <= 1.0 + self._near).all())
-            if at_event or step <= shortest:
+            if at_event or step <= minimum_event_step:
                 noted = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
                 balance = noted[1]
-                self.commit(trial, gave_way=jumped, snapped=jumped)
+                self.commit(trial, unstable=jumped, snapped=jumped)
                 length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
-                if length < step and step > least_step and not self._sharply:  # live loads go in small steps anyhow
-                    (self.never_opened, self.balance, self.broken_at), longest, far = noted, length, None
+                # live loads go in small steps anyhow
+                if length < step and step > shortest_refinement and not self._locates_collapse:
+                    (self.never_opened, self.balance, self.broken_at), longest, next_point = noted, length, None
                     continue
                 longest = length if longest < np.inf else np.inf
             if heaviest <= 1.0 + options.overload_tolerance:
-                state, far, halvings, misses = trial, None, max(halvings - 1, 0), misses + 1
-                if self._lets_go:
-                    state, worst = self.cascade(state, worst)
-                if target == beyond:
-                    beyond = None  # in small steps it is passed unbroken: friction remembers the way
-                    shortest *= options.event_step_growth
+                state, next_point, halvings, accepted_steps = trial, None, max(halvings - 1, 0), accepted_steps + 1
+                if self._can_reclose:
+                    state, worst = self.redistribute_failures(state, worst)
+                if target == overloaded_point:
+                    overloaded_point = None  # in small steps it is passed unbroken: friction remembers the way
+                    minimum_event_step *= options.event_step_growth
                 if target == goal:
                     self.state = state
                     return worst
-            elif at_event or step <= shortest:
-                state, worst = self.cascade(trial, worst)
-                far, beyond, halvings, cuts, misses = None, None, 0, 0, 0
-                if worst >= self.tolerance or self.equilibrium.lost(state):
-                    self.standing, self.state = trial.progress, state
+            elif at_event or step <= minimum_event_step:
+                state, worst = self.redistribute_failures(trial, worst)
+                next_point, overloaded_point, halvings, event_cuts, accepted_steps = None, None, 0, 0, 0
+                if worst >= self.tolerance or self.equilibrium.has_diverged(state):
+                    self.last_stable_load_factor, self.state = trial.progress, state
                     return worst
             else:
-                beyond, cuts = target, cuts + 1
+                overloaded_point, event_cuts = target, event_cuts + 1
                 over = loaded > 1.0 + self._ahead
                 after, wanted = loaded[over], 1.0 + 0.5 * self._near[over]
                 before = self.bond_loads(state)[0][over]
-                share = float(np.min((wanted - before) / (after - before))) if cuts < options.max_event_cuts else 0.5
-                far = between(state, target, min(max(share, 1e-4), 0.95))
+                share = (
+                    float(np.min((wanted - before) / (after - before))) if event_cuts < options.max_event_cuts else 0.5
+                )
+                next_point = between(state, target, min(max(share, 1e-4), 0.95))
 
-    def foresee(self, state: State, target: Point) -> tuple[FloatArray, float]:
+    def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Return where the tangent takes the blocks by a target, and at which share of the way a bond breaks."""
         equilibrium, supports = self.equilibrium, self.model.supports
         equilibrium.equations.update(equilibrium.tangent)
-        pull = equilibrium.pull(target[0] - state.load, target[1] - state.progress)
+        load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.progress)
         ahead = replace(state, load=target[0], progress=target[1], displacement=state.displacement.copy())
-        step, _ = equilibrium.solve(pull, equilibrium.gap(ahead, state.displacement))
+        step, _ = equilibrium.solve(load_increment, equilibrium.gap(ahead, state.displacement))
         ahead.displacement += step
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.progress)
         equilibrium.complete(ahead)
-        if equilibrium.lost(ahead):
+        if equilibrium.has_diverged(ahead):
             return state.displacement, 1.0
         after_load, heaviest = self.bond_loads(ahead)
         tolerated = self.options.continuation.overload_tolerance
@@ -416,30 +433,31 @@ class Path:
         share = float(np.min((wanted - before_load) / (after_load - before_load)))
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
-    def jump(self, state: State, left: float, patience: float = 1.0) -> tuple[State, float]:
+    def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
         """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio.
 
         Friction does not derive from an energy: there are loads under which two joints push each other to and fro by
         turns, and no choice of which of them slides is an equilibrium. The wall then trembles about a place; if that
-        is as near to balance as the explicit solver asks for, it counts as rest, and is noted in ``roughest``. A wall
+        is as near to balance as the explicit solver asks for, it counts as rest, and is noted in
+        ``largest_accepted_residual``. A wall
         that creeps may be as near to balance, but goes on when it is pushed: it falls.
 
         Parameters
         ----------
         state : State
             Load and movement to rest at; the blocks still are where they were in the last equilibrium.
-        left : float
+        start_load_factor : float
             Share of the movement of that.
-        patience : float
+        cycles_share : float
             Share of the cycles that it is given, unless it is slowing down.
         """
         equilibrium, options, worst = self.equilibrium, self.options.continuation, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
         volume = equilibrium.volume_per_deflection()
-        for resting in come_to_rest(self.model, state, left, patience, volume, self.options):
+        for resting in relax_dynamically(self.model, state, start_load_factor, cycles_share, volume, self.options):
             if equilibrium.jacks is not None:
                 resting.jack = equilibrium.jacks.load_at(resting.progress, resting.jack)
-            if come_loose(self.model, resting.displacement, resting.progress).any():
+            if detached_blocks(self.model, resting.displacement, resting.progress).any():
                 return resting, np.inf
             if equilibrium.solids is not None:
                 equilibrium.solids.open_where_plastic(resting.plastic)
@@ -448,7 +466,7 @@ class Path:
                 gave |= resting.history.dilatant_opening != state.history.dilatant_opening
                 farthest = int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0))
                 equilibrium.uncondense_up_to(max(farthest, equilibrium.farthest_open()))
-            worst, found = equilibrium.directly(resting)
+            worst, found = equilibrium.find_nearby(resting)
             if worst < self.tolerance:
                 resting.displacement[:] = found
                 return resting, worst
@@ -463,41 +481,41 @@ class Path:
             if least < options.fallback_residual_tolerance and since >= options.stagnation_limit:
                 break
         accepted = least < options.fallback_residual_tolerance
-        falling = pushed_on(self.model, resting, nearly_at_rest=accepted)
+        falling = collapse_motion(self.model, resting, nearly_at_rest=accepted)
         if falling is not None:
             return falling, np.inf
         if not accepted:
             return resting, worst
-        self.roughest = max(self.roughest, equilibrium.accept_unconverged(nearest))
+        self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(nearest))
         return nearest, 0.0
 
-    def cascade(self, state: State, worst: float) -> tuple[State, float]:
+    def redistribute_failures(self, state: State, worst: float) -> tuple[State, float]:
         """Break what is overloaded at a standing movement, one after the other, until nothing is."""
-        let_go = np.zeros_like(state.history.cracked)
+        parted_again = np.zeros_like(state.history.cracked)
         while True:
             load, heaviest = self.bond_loads(state)
             overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
-                let_go |= self.break_bonds(state, load)
-            if not (self.hold_again(state, except_for=let_go) or overloaded):
+                parted_again |= self.fail_bonds(state, load)
+            if not (self.reclose(state, except_for=parted_again) or overloaded):
                 return state, worst
             trial = state.copy()
             worst = self.equilibrium.find(trial)
-            snapped = worst >= self.tolerance and not self.equilibrium.lost(trial)
+            snapped = worst >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:
-                trial, worst = self.jump(state, state.progress)
-            if worst >= self.tolerance or self.equilibrium.lost(trial):
+                trial, worst = self.snap_through(state, state.progress)
+            if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
                 return trial, worst
             state = trial
-            self.commit(state, gave_way=True, snapped=snapped)
+            self.commit(state, unstable=True, snapped=snapped)
 
-    def hold_again(self, state: State, except_for: BoolArray) -> bool:
+    def reclose(self, state: State, except_for: BoolArray) -> bool:
         """Let cracked joints with residual tensile strength hold again where nearly closed; tell whether any does."""
-        if not self._lets_go:
+        if not self._can_reclose:
             return False
         law, (opening, _, _) = self.model.properties, self.stresses(state)
         stress = law.normal_stiffness[:, None] * (opening - state.history.dilatant_opening)
-        near = self._lets_go_at & (state.history.kappa > 0) & (stress <= law.residual_tensile_strength[:, None])
+        near = self._can_reclose_at & (state.history.kappa > 0) & (stress <= law.residual_tensile_strength[:, None])
         near &= ~except_for
         state.history.kappa[near] = 0.0
         return bool(near.any())
@@ -517,12 +535,16 @@ class Path:
             tau,
         )
         if model.sections is not None:
-            as_if_straight(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
+            set_linear_stresses(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
         return opening, sigma, tau
 
-    def stood(self) -> str:
+    def last_equilibrium_message(self) -> str:
         """Say where a wall under a live load was in equilibrium last: near its limit it may only creep."""
-        return f" The last equilibrium is at progress {self.standing:.5g}." if self._sharply else ""
+        return (
+            f" The last equilibrium is at progress {self.last_stable_load_factor:.5g}."
+            if self._locates_collapse
+            else ""
+        )
 
     def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
         """Take a picture of the present state."""
@@ -530,7 +552,7 @@ class Path:
         opening, sigma, tau = self.stresses(state)
         force = self.equilibrium.forces(state)
         now, balance = self.count, self.balance
-        worst, self.roughest = max(worst, self.roughest), 0.0
+        worst, self.largest_accepted_residual = max(worst, self.largest_accepted_residual), 0.0
         return Increment(
             number=number,
             progress=state.progress,
@@ -556,7 +578,7 @@ class Path:
             snap_through_energy=balance.snap_through_energy,
             energy_error=balance.energy_error,
             joint_law_violation=law_violation(model, state, sigma, tau),
-            standing_progress=self.standing if collapsed else np.nan,
+            last_stable_load_factor=self.last_stable_load_factor if collapsed else np.nan,
             support_force=support_force(model, force),
             zones=None if solids is None else solids.picture(state.displacement, state.plastic),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
@@ -578,9 +600,9 @@ class Path:
         _, sigma, _ = self.stresses(self.state)
         return carried(self.model, self.state.jack, sigma)
 
-    def keep(self) -> Kept:
+    def checkpoint(self) -> ContinuationCheckpoint:
         """Return what it takes to come back here."""
-        return Kept(
+        return ContinuationCheckpoint(
             self.state.copy(),
             self.never_opened.copy(),
             self.broken_at.copy(),
@@ -589,24 +611,24 @@ class Path:
             self.carried(),
         )
 
-    def go_back(self, kept: Kept) -> None:
+    def restore(self, checkpoint: ContinuationCheckpoint) -> None:
         """Go back to a point of the path."""
         self.state, self.never_opened, self.broken_at = (
-            kept.state.copy(),
-            kept.never_opened.copy(),
-            kept.broken_at.copy(),
+            checkpoint.state.copy(),
+            checkpoint.never_opened.copy(),
+            checkpoint.broken_at.copy(),
         )
-        self.balance, self.events = copy(kept.balance), kept.events
+        self.balance, self.events = copy(checkpoint.balance), checkpoint.events
         self.equilibrium.find(self.state)
 
-    def end_where_nothing_is_carried(self, before: Kept, worst: float) -> float:
+    def find_zero_support_load(self, before: ContinuationCheckpoint, worst: float) -> float:
         """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
-        beyond, options = self.keep(), self.options.jacks
-        search = Vanishing(
+        past_zero, options = self.checkpoint(), self.options.jacks
+        search = IllinoisRegulaFalsi(
             before.state.progress,
             before.carried,
-            beyond.state.progress,
-            beyond.carried,
+            past_zero.state.progress,
+            past_zero.carried,
             enough=options.zero_load_ratio * float(np.abs(self.model.supports.load).sum()),
             close=options.zero_load_bracket,
         )
@@ -614,18 +636,18 @@ class Path:
             if search.found:
                 break
             at = search.between()
-            self.go_back(before)
+            self.restore(before)
             worst = self.advance(1.0, at)
             if search.note(at, self.carried()):
-                before = self.keep()
+                before = self.checkpoint()
             else:
-                beyond = self.keep()
+                past_zero = self.checkpoint()
         else:
-            self.go_back(beyond)
+            self.restore(past_zero)
         return worst
 
 
-class Kept(NamedTuple):
+class ContinuationCheckpoint(NamedTuple):
     """A point of the path to come back to."""
 
     state: State
@@ -636,7 +658,7 @@ class Kept(NamedTuple):
     carried: float
 
 
-def next_target(state: State, goal: Point, ceiling: Point | None, pains: float) -> Point:
+def next_target(state: State, goal: Point, ceiling: Point | None, minimum_step: float) -> Point:
     """Return the point to go to next.
 
     Parameters
@@ -647,22 +669,22 @@ def next_target(state: State, goal: Point, ceiling: Point | None, pains: float) 
         Load and movement to come to.
     ceiling : (float, float), optional
         Where the wall falls, or no equilibrium was found.
-    pains : float
+    minimum_step : float
         Way to the ceiling from which on it is tried itself.
     """
     if ceiling is None or distance(state, goal) < distance(state, ceiling):
         return goal
-    return ceiling if distance(state, ceiling) <= pains else between(state, ceiling, 0.5)
+    return ceiling if distance(state, ceiling) <= minimum_step else between(state, ceiling, 0.5)
 
 
-def distance(state: State, far: Point) -> float:
+def distance(state: State, point: Point) -> float:
     """Return how far load and movement are from a state."""
-    return abs(far[0] - state.load) + abs(far[1] - state.progress)
+    return abs(point[0] - state.load) + abs(point[1] - state.progress)
 
 
-def between(state: State, far: Point, share: float) -> Point:
+def between(state: State, point: Point, share: float) -> Point:
     """Return the load and movement at a share of the way from a state."""
-    return state.load + share * (far[0] - state.load), state.progress + share * (far[1] - state.progress)
+    return state.load + share * (point[0] - state.load), state.progress + share * (point[1] - state.progress)
 
 
 @each_with_one_blas_thread
@@ -689,31 +711,31 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although nothing has come loose.
     """
-    path = Path(while_loading(model), settings)
+    path = Continuation(supported_during_load(model), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)
     for number in range(increments + 1):
-        before, kept, ended = replace(path.count), path.keep() if stops and number > 0 else None, False
+        before, checkpoint, ended = replace(path.count), path.checkpoint() if stops and number > 0 else None, False
         worst = path.advance(1.0, number / increments)
-        if number == 0 and path.lifted(worst):
-            path = Path(level(path.model), settings)
+        if number == 0 and path.lifted_off(worst):
+            path = Continuation(level(path.model), settings)
             worst = path.advance(1.0, 0.0)
-            worst = path.release(model) if worst < path.tolerance else worst
-        if kept is not None and worst < path.tolerance and path.carried() <= 0.0:
-            worst, ended = path.end_where_nothing_is_carried(kept, worst), True
+            worst = path.release_supports(model) if worst < path.tolerance else worst
+        if checkpoint is not None and worst < path.tolerance and path.carried() <= 0.0:
+            worst, ended = path.find_zero_support_load(checkpoint, worst), True
         if number == 0 and stops and worst < path.tolerance:
             ended = path.carried() <= 0.0  # nothing is, not even in the level state
         state = path.state
-        collapsed = bool(come_loose(model, state.displacement, state.progress).any())
+        collapsed = bool(detached_blocks(model, state.displacement, state.progress).any())
         if collapsed and not np.isfinite(worst):
-            worst = unbalanced_on_its_way(path.model, state)
-        if collapsed and number > 0 and np.isnan(path.standing):
-            path.standing = (number - 1) / increments  # it balances again where it has come loose
+            worst = residual_in_motion(path.model, state)
+        if collapsed and number > 0 and np.isnan(path.last_stable_load_factor):
+            path.last_stable_load_factor = (number - 1) / increments  # it balances again where it has come loose
         if worst >= path.tolerance and not collapsed:
             force, _ = path.equilibrium.residual(state, state.displacement)
             block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))
             raise ConvergenceError(
                 f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
-                f"{model.describe_block(block)}, allowed is {path.tolerance:g}." + path.stood(),
+                f"{model.describe_block(block)}, allowed is {path.tolerance:g}." + path.last_equilibrium_message(),
                 increment=number,
                 block=block,
             )
@@ -727,4 +749,4 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         if number == 0:
             path.control_load()
         if number == 0 and model.supports.after_load.any():
-            path.hold(held_after_load(model, state.displacement))
+            path.change_supports(supported_after_load(model, state.displacement))

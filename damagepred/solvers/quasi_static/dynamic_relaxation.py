@@ -18,8 +18,8 @@ from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.options import DynamicRelaxationOptions
 from damagepred.solvers.state.joint_history import fields_of
-from damagepred.solvers.system.detached_blocks import Leeway, come_loose
-from damagepred.solvers.system.loading_stages import pushing_supports
+from damagepred.solvers.system.detached_blocks import DetachmentLimit, detached_blocks
+from damagepred.solvers.system.loading_stages import unilateral_supports
 from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, goes_on, lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
@@ -62,11 +62,11 @@ class VolumeCorrection:
         return self._last
 
 
-def come_to_rest(
+def relax_dynamically(
     model: Model,
     start: State,
-    left: float,
-    patience: float = 1.0,
+    start_load_factor: float,
+    cycles_share: float = 1.0,
     volume_per_deflection: float | None = None,
     options: SolverOptions = DEFAULTS,
 ) -> Iterator[State]:
@@ -81,9 +81,9 @@ def come_to_rest(
         The wall.
     start : State
         Load and movement to go to; where the blocks are, the load of the jacks and the memory of the last equilibrium.
-    left : float
+    start_load_factor : float
         Share of the movement of that.
-    patience : float
+    cycles_share : float
         Share of the cycles that it is given, unless it is slowing down.
     volume_per_deflection : float, optional
         Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
@@ -98,8 +98,8 @@ def come_to_rest(
     law, control = model.properties, options.dynamic_relaxation
     softens = law.critical_opening > 0
     # no bond breaks meanwhile, nor do sections crack for good
-    run = _at(model, replace(start, progress=left), volume_per_deflection)
-    if start.progress != left:
+    run = _at(model, replace(start, progress=start_load_factor), volume_per_deflection)
+    if start.progress != start_load_factor:
         run.advance(control.ramp_cycles, start.progress, run.load_share)
         run.stop()
     correction = None
@@ -107,9 +107,9 @@ def come_to_rest(
         correction = VolumeCorrection(volume_per_deflection, control, options.jacks.deflection_tolerance)
     window = control.convergence_window
     cycles, begun, speeds = control.first_check, run.cycles, [np.inf] * (window + 1)
-    supports, floating_looks = pushing_supports(model), 0
+    supports, floating_checks = unilateral_supports(model), 0
     while run.cycles < control.max_cycles * (
-        1 if speeds[-1] < control.slowing_ratio * speeds[-1 - window] else patience
+        1 if speeds[-1] < control.slowing_ratio * speeds[-1 - window] else cycles_share
     ):
         if run.cycles > begun + control.damping_cycles:
             run.damping = max(control.damping_decay * run.damping, control.minimum_damping)
@@ -117,18 +117,18 @@ def come_to_rest(
         if run.pump is not None and correction is not None:
             deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.progress, before)
             if correction.settles(deflection, missing):
-                if floating_looks >= control.uplift_checks:  # the jacks carry all of the weight, and lift it freely
-                    before[1 : 3 * model.n_blocks : 3] += 2.0 * Leeway.of(model).at(1.0)
+                if floating_checks >= control.uplift_checks:  # the jacks carry all of the weight, and lift it freely
+                    before[1 : 3 * model.n_blocks : 3] += 2.0 * DetachmentLimit.of(model).at(1.0)
                     yield replace(start, displacement=before, history=run.joint_history(), jack=run.pump.load)
                     return
-                if not floating_looks:
+                if not floating_checks:
                     run.pump.deliver(correction.next(deflection, missing))
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(control.check_growth * cycles)
         history = run.joint_history()
         opening = fields_of(run.model, history, run.motion.displacement, start.progress).opening
-        floating_looks = floating_looks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
+        floating_checks = floating_checks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
         stress = law.normal_stiffness[:, None] * (opening - history.dilatant_opening)
         parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
         brittle = history.cracked & ~softens[:, None]
@@ -136,11 +136,11 @@ def come_to_rest(
         plastic = start.plastic if run.zones is None else run.zones.plastic()
         jack = start.jack if run.pump is None else run.pump.load
         yield replace(start, displacement=run.motion.displacement.copy(), history=history, plastic=plastic, jack=jack)
-        if come_loose(model, run.motion.displacement, start.progress).any():
+        if detached_blocks(model, run.motion.displacement, start.progress).any():
             return
 
 
-def pushed_on(model: Model, state: State, nearly_at_rest: bool) -> State | None:
+def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State | None:
     """Push a wall on that does not come to rest; return it with what comes loose on its way, None if it is held.
 
     Parameters
@@ -161,7 +161,7 @@ def pushed_on(model: Model, state: State, nearly_at_rest: bool) -> State | None:
     return replace(state, displacement=run.motion.displacement, history=run.joint_history(), plastic=plastic)
 
 
-def unbalanced_on_its_way(model: Model, state: State) -> float:
+def residual_in_motion(model: Model, state: State) -> float:
     """Return the largest unbalanced force over the mean block weight of a wall that falls.
 
     Parameters

@@ -107,7 +107,7 @@ class WorkBalance:
         spent: Spent,
         mode_1_dissipation: float,
         reaction: float,
-        gave_way: bool,
+        unstable: bool,
         snapped: bool,
         solids: Solids | None,
         beyond: tuple[IntArray, float],
@@ -124,7 +124,7 @@ class WorkBalance:
             Work taken by the tension of bonds that wear by slip (J), which the energy of the joints does not tell.
         reaction : float
             Work per progress of what moves the supports in the new equilibrium (J).
-        gave_way : bool
+        unstable : bool
             Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
         snapped : bool
             Whether it led to an equilibrium that was not near.
@@ -153,7 +153,7 @@ class WorkBalance:
         softened += self._mode_1_dissipation
         moved = state.displacement - self._displacement
         # a wall that gives way does so under the load that it has come to
-        before = (state.load, state.progress) if gave_way else (self._load, self._progress)
+        before = (state.load, state.progress) if unstable else (self._load, self._progress)
         dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
         live = 0.5 * (state.progress + before[1]) * float(self._loads[1] @ moved)
         work = dead + live + 0.5 * (reaction + self._reaction) * (state.progress - self._progress)
@@ -168,7 +168,7 @@ class WorkBalance:
         self.friction_work += spent.friction
         self.crushing_work += spent.crushing
         self.plastic_work += spent.yielding
-        if gave_way and missing > 0.0:
+        if unstable and missing > 0.0:
             self.released_energy += missing
             self.snap_through_energy += missing if snapped else 0.0
         else:  # what gives way can only lose energy

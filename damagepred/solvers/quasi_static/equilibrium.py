@@ -23,7 +23,7 @@ from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.state.joint_history import JointHistory
-from damagepred.solvers.system.detached_blocks import Leeway, elastic_reach
+from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.elastic_stiffness import (
     block_of_dof,
     dead_load,
@@ -147,13 +147,16 @@ class Equilibrium:
         if displaced.size:
             beside = self._interfaces_of(displaced, ground=False)
             self._nearest = int(self.equations.interface_level[beside].max(initial=0))
-        self._note_tangent(rest, rest.displacement)
+        self._store_tangent(rest, rest.displacement)
         self.free = np.ones(self.dead_load.size, dtype=np.bool_)
         self.free[self.held] = False
         if self.solids is not None:
             self.free[self.solids.inside] = False
-        self._failures = self._spared = 0
-        self.leeway, self._begun_at = Leeway.of(model), float(np.abs(supports.start).max(initial=0.0))
+        self._failures = self._searches_to_skip = 0
+        self.detachment_limit, self._begun_at = (
+            DetachmentLimit.of(model),
+            float(np.abs(supports.start).max(initial=0.0)),
+        )
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
         """Return the blocks of some of the degrees of freedom that are prescribed."""
@@ -257,23 +260,23 @@ class Equilibrium:
         edge = equations.condensed_force(moved, state.load, state.progress) @ moved[equations.boundary_dofs]
         return equations.active, 0.5 * (hanging - float(edge))
 
-    def pull(self, load: float, progress: float) -> FloatArray:
+    def load_increment(self, load: float, progress: float) -> FloatArray:
         """Return the force that a step of dead load and movement brings on, joints as they just were."""
         force = load * self.dead_load + progress * self.rate
         if self.condensed:
             force[self.equations.boundary_dofs] += self.equations.condensed_load(load, progress)
         return force
 
-    def lost(self, state: State) -> bool:
+    def has_diverged(self, state: State) -> bool:
         """Tell whether blocks have fallen so far that there is no equilibrium to be found."""
-        return self._is_lost(state, state.displacement)
+        return self._has_diverged(state, state.displacement)
 
-    def _is_lost(self, state: State, displacement: FloatArray) -> bool:
-        far = self._begun_at + self.options.newton.divergence_displacement * self.leeway.at(state.progress)
-        if within_limit(displacement, self.free, self.arms, far):
+    def _has_diverged(self, state: State, displacement: FloatArray) -> bool:
+        limit = self._begun_at + self.options.newton.divergence_displacement * self.detachment_limit.at(state.progress)
+        if within_limit(displacement, self.free, self.arms, limit):
             return False
-        far += 2.0 * elastic_reach(self.model, state.progress)
-        return not within_limit(displacement, self.free, self.arms, far)
+        limit += 2.0 * largest_elastic_displacement(self.model, state.progress)
+        return not within_limit(displacement, self.free, self.arms, limit)
 
     # -- what is looked at ------------------------------------------------------------------------------------------
 
@@ -369,8 +372,8 @@ class Equilibrium:
             return worst
         if near:
             return worst
-        if self._spared > 0:
-            self._spared -= 1
+        if self._searches_to_skip > 0:
+            self._searches_to_skip -= 1
             return worst
         if worst < self.options.coulomb.warm_start_residual:
             state.displacement[:] = found
@@ -382,10 +385,10 @@ class Equilibrium:
         self._failures = (
             min(self._failures + 1, self.options.coulomb.max_failures) if failed else max(self._failures - 1, 0)
         )
-        self._spared = 2 ** (self._failures - 1) - 1 if failed else 0
+        self._searches_to_skip = 2 ** (self._failures - 1) - 1 if failed else 0
         return worst
 
-    def directly(self, state: State) -> tuple[float, FloatArray]:
+    def find_nearby(self, state: State) -> tuple[float, FloatArray]:
         """Return the equilibrium next to a state that is nearly in balance: its unbalanced ratio, and where."""
         found, worst = self._newton(state, state.displacement)
         if worst < self.tolerance:
@@ -396,7 +399,7 @@ class Equilibrium:
     def accept_unconverged(self, state: State) -> float:
         """Go on from a state that is no equilibrium as if it were one; return its unbalanced ratio."""
         _, worst = self.residual(state, state.displacement)
-        self._note_tangent(state, state.displacement)
+        self._store_tangent(state, state.displacement)
         self.complete(state)
         return worst
 
@@ -415,7 +418,7 @@ class Equilibrium:
         diverging = 0
         for taken in range(options.max_iterations + 1):
             if worst < self.tolerance:
-                self._note_tangent(state, u)
+                self._store_tangent(state, u)
                 break
             diverging = diverging + 1 if worst > options.early_divergence_ratio * least else 0
             near = least < self.options.coulomb.warm_start_residual
@@ -442,11 +445,11 @@ class Equilibrium:
             if cycles and worst >= self.tolerance:
                 break
         state.jack = load
-        if self._is_lost(state, best):
+        if self._has_diverged(state, best):
             least = np.inf
         return best, least
 
-    def _note_tangent(self, state: State, displacement: FloatArray) -> None:
+    def _store_tangent(self, state: State, displacement: FloatArray) -> None:
         """Keep how the path goes on: stiffness, and force per progress, joints sliding as they just did."""
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
         self.rate = self.live_load.copy()
@@ -504,7 +507,7 @@ class Equilibrium:
         worst, least, since, begun = np.inf, np.inf, 0, self.newton
         for attempt in range(options.warm_start_iterations if near else options.max_iterations):
             self._minimise(state, max(self.tolerance, at_or_last(options.forcing_sequence, attempt)))
-            if self.lost(state):
+            if self.has_diverged(state):
                 break
             share = 1.0
             if attempt >= options.full_updates:
@@ -542,7 +545,7 @@ class Equilibrium:
         """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""
         u = state.displacement
         force, worst = self.residual(state, u, coulomb=False)
-        self._take_load(state, force, u)
+        self._correct_jack_load(state, force, u)
         for taken in range(self.options.coulomb.max_minimisation_iterations):
             # at least one step: limits taken from where the blocks stood before may hold nothing
             if worst < (tolerance if taken else self.tolerance):
@@ -551,7 +554,7 @@ class Equilibrium:
                 ):
                     break
                 # at rest under this load of the jacks: on to that which makes the deflection
-                self._take_load(state, force, u)
+                self._correct_jack_load(state, force, u)
             check_time()
             self.equations.update(self.stiffness)
             self.newton += 1
@@ -559,13 +562,13 @@ class Equilibrium:
             slope = float(force @ step)
             if not slope > 0:
                 break
-            share, force, worst = self._search(state, u, step, slope)
+            share, force, worst = self._line_search(state, u, step, slope)
             u += share * step
-            if self.lost(state):
+            if self.has_diverged(state):
                 break
         return worst
 
-    def _take_load(self, state: State, force: FloatArray, u: FloatArray) -> None:
+    def _correct_jack_load(self, state: State, force: FloatArray, u: FloatArray) -> None:
         """Give the jacks the load that the present stiffness asks for, and add it to the unbalanced force.
 
         The joints have an energy only under a given load: with the deflection given instead they have none, as what is
@@ -577,7 +580,9 @@ class Equilibrium:
         state.jack += more
         force += np.where(self.free, more * self.jacks.push, 0.0)
 
-    def _search(self, state: State, u: FloatArray, step: FloatArray, slope: float) -> tuple[float, FloatArray, float]:
+    def _line_search(
+        self, state: State, u: FloatArray, step: FloatArray, slope: float
+    ) -> tuple[float, FloatArray, float]:
         """Find how far to go along a step: to where the energy no longer falls, the root of its falling slope."""
         options = self.options.line_search
         low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan

@@ -10,12 +10,12 @@ from damagepred.assembly import Model
 from damagepred.errors import SolverError, TimeLimitError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
-from damagepred.solvers.quasi_static.continuation import Path
+from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
-from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.elastic_stiffness import dead_load, follow_up
-from damagepred.solvers.system.loading_stages import while_loading
+from damagepred.solvers.system.loading_stages import supported_during_load
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 
@@ -33,19 +33,19 @@ def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
     supported = len(model.interfaces.kind) > 0 or (model.supports.prescribed >= 3 * (model.n_blocks + 1)).any()
     if not supported or not dead_load(model).any():
         return None
-    model = while_loading(model)
+    model = supported_during_load(model)
     scheme = DampedTimeStepping(model, settings)
     if scheme.start_from_elastic_solution():
         return InitialState(scheme.motion.displacement.copy(), JointHistory.fresh(model), None)
     try:
-        path = Path(model, replace(settings, method="quasi_static", tolerance=None))
+        path = Continuation(model, replace(settings, method="quasi_static", tolerance=None))
         worst = path.advance(1.0, 0.0)
     except TimeLimitError:
         raise
     except SolverError:
         return None
     state = path.state
-    if worst >= path.tolerance or come_loose(model, state.displacement, 0.0).any():
+    if worst >= path.tolerance or detached_blocks(model, state.displacement, 0.0).any():
         return None
     history = state.history.copy()
     softens = (model.properties.critical_opening > 0)[:, None]

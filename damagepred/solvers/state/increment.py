@@ -90,7 +90,7 @@ class Increment:
     collapsed : bool
         Whether a part of the wall has come loose; then this increment is no equilibrium, and ``progress`` is where the
         wall was found to fall.
-    standing_progress : float
+    last_stable_load_factor : float
         Of an increment in which the wall collapsed, the progress of the last equilibrium before.
     time, kinetic_energy, boundary_work, damping_work : float
         Of a dynamic run: physical time (s), energy of motion, work put in by ground and supports, and taken by damping
@@ -138,7 +138,7 @@ class Increment:
     snap_through_energy: float = float("nan")
     energy_error: float = float("nan")
     joint_law_violation: float = float("nan")
-    standing_progress: float = float("nan")
+    last_stable_load_factor: float = float("nan")
     time: float = float("nan")
     kinetic_energy: float = float("nan")
     boundary_work: float = float("nan")

@@ -19,7 +19,7 @@ _known: dict[int, tuple[float, float]] = {}
 """By model: it takes a factorisation, and is asked for again while a wall falls."""
 
 
-def come_loose(model: Model, displacement: FloatArray, progress: float) -> BoolArray:
+def detached_blocks(model: Model, displacement: FloatArray, progress: float) -> BoolArray:
     """Tell which blocks (n,) have left the wall: further from home than movement and elasticity explain.
 
     Parameters
@@ -32,14 +32,14 @@ def come_loose(model: Model, displacement: FloatArray, progress: float) -> BoolA
         Share of the full movement.
     """
     moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
-    allowed = Leeway.of(model).at(progress)
+    allowed = DetachmentLimit.of(model).at(progress)
     far = np.hypot(moved[:, 0], moved[:, 1])
     if not (far > allowed).any():
         return np.zeros(model.n_blocks, dtype=np.bool_)
-    return np.asarray(far > allowed + 2.0 * elastic_reach(model, progress))
+    return np.asarray(far > allowed + 2.0 * largest_elastic_displacement(model, progress))
 
 
-class Leeway(NamedTuple):
+class DetachmentLimit(NamedTuple):
     """How far blocks may go from home (m) before they have come loose, what is elastic left aside.
 
     Attributes
@@ -52,7 +52,7 @@ class Leeway(NamedTuple):
     with_progress: float
 
     @classmethod
-    def of(cls, model: Model) -> Leeway:
+    def of(cls, model: Model) -> DetachmentLimit:
         """Return it for a wall: half the largest block that can move beyond twice what ground and supports move."""
         ground = model.ground.largest_rate()
         supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
@@ -76,7 +76,7 @@ def _settlement(model: Model) -> float:
     return abs(float(model.supports.load.reshape(-1, 3)[:, 1].sum())) / stiffness
 
 
-def elastic_reach(model: Model, progress: float) -> float:
+def largest_elastic_displacement(model: Model, progress: float) -> float:
     """Return how far the loads take a block of the intact wall (m), at most; 0 where that is not to be had.
 
     Parameters

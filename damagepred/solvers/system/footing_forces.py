@@ -109,7 +109,7 @@ def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> 
     return float(stored.sum()) - as_whole, dissipated
 
 
-def as_if_straight(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
+def set_linear_stresses(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
     """Give the contacts of cracking sections the stresses, linear over the depth, that carry the same forces.
 
     Parameters

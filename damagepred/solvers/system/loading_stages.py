@@ -10,7 +10,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Kind, Model
 
 
-def while_loading(model: Model) -> Model:
+def supported_during_load(model: Model) -> Model:
     """Return the model as it is while the dead load comes on: nothing is held yet that is only held after it.
 
     Parameters
@@ -33,7 +33,7 @@ def while_loading(model: Model) -> Model:
     )
 
 
-def pushing_supports(model: Model) -> IntArray:
+def unilateral_supports(model: Model) -> IntArray:
     """Return the interfaces of supports under a footing on jacks that push only.
 
     Parameters
@@ -57,7 +57,7 @@ def level(model: Model) -> Model:
     model : Model
         The wall.
     """
-    law, held = model.properties, pushing_supports(model)
+    law, held = model.properties, unilateral_supports(model)
     if not held.size:
         return model
     tension, cohesion = law.tensile_strength.copy(), law.cohesion.copy()
@@ -65,7 +65,7 @@ def level(model: Model) -> Model:
     return replace(model, properties=law._replace(tensile_strength=tension, cohesion=cohesion))
 
 
-def held_after_load(model: Model, displacement: FloatArray) -> Model:
+def supported_after_load(model: Model, displacement: FloatArray) -> Model:
     """Return the model as it is once the dead load is on: all is held, from where it stands.
 
     Parameters

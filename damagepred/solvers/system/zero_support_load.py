@@ -34,7 +34,7 @@ def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
     return float(outer_support_loads(model, jacks.ends, sigma).min())
 
 
-class Vanishing:
+class IllinoisRegulaFalsi:
     """Search for the progress at which a load is just gone: false position, kept from creeping (Illinois).
 
     Parameters

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.assembly import Model
-from damagepred.solvers.system.detached_blocks import come_loose
+from damagepred.solvers.system.detached_blocks import detached_blocks
 
 if TYPE_CHECKING:
     from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
@@ -64,7 +64,7 @@ def goes_on(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
             ways.append(moved[run.free] - before)
         if not np.isfinite(moved).all():
             return False
-        if come_loose(run.model, moved, run.progress).any():
+        if detached_blocks(run.model, moved, run.progress).any():
             return True
         first, second = ways
         load = run.load_share * run.motion.load + run.progress * run.motion.live_load

@@ -95,7 +95,7 @@ def collapse_factor(case: Case, settings: Solver, top: float) -> tuple[float, fl
         pass
     seconds = time.process_time() - began
     assert last is not None
-    return top * (last.standing_progress if last.collapsed and quasi_static else stood / increments), seconds
+    return top * (last.last_stable_load_factor if last.collapsed and quasi_static else stood / increments), seconds
 
 
 __all__ = ["INCREMENTS", "assembly", "collapse_factor", "solve"]

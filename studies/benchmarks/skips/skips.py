@@ -134,9 +134,9 @@ def frozen_first() -> Iterator[None]:
 @contextmanager
 def blind() -> Iterator[None]:
     """Let the path step to its goal, without asking the tangent where it leads and when a bond breaks."""
-    from damagepred.solvers.quasi_static.continuation import Path
+    from damagepred.solvers.quasi_static.continuation import Continuation
 
-    with patch.object(Path, "foresee", lambda self, state, target: (state.displacement, 1.0)):
+    with patch.object(Continuation, "predict_next_event", lambda self, state, target: (state.displacement, 1.0)):
         yield
 
 
@@ -232,7 +232,7 @@ SKIPS: dict[str, Skip] = {
         ("dishing", "window", "no dpc"),
         put=frozen_first,
     ),
-    "foresee": Skip(
+    "predictor": Skip(
         "equilibria between which a bond's breaking is bracketed: the tangent tells where",
         "patched",
         ("dishing", "window", "no dpc", "random joints"),

@@ -21,7 +21,7 @@ MADE_IN_TIME = 0.02
 """The same of a run in time, whose blocks hit each other."""
 TAKEN = ("friction_work", "fracture_work", "crushing_work", "plastic_work", "released_energy", "damping_work")
 """What only takes energy."""
-OPTIONAL = {"deflection", "jack_load", "standing_progress", "broken_at"}
+OPTIONAL = {"deflection", "jack_load", "last_stable_load_factor", "broken_at"}
 """What an increment may leave open, being no number."""
 LAW_WITHIN = 1e-5
 """Share of a strength by which the law may be passed: bonds break beyond 1e-6 of theirs."""
