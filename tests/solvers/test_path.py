@@ -377,7 +377,7 @@ def on_a_plate(joint: Joint, drop: float) -> Assembly:
     return wall
 
 
-def between_piers(start_load_factor: float) -> Assembly:
+def between_piers(strength: float) -> Assembly:
     """A brick glued between two piers, the right one of which is pulled away; the left joint has its own strength."""
     # hardly any friction: it must not get jammed
     smooth = {"friction": 0.05, "brittle_shear": True}
@@ -386,7 +386,7 @@ def between_piers(start_load_factor: float) -> Assembly:
     brick = wall.add_block(rectangle(0.2, 0.0, 0.4, 0.1))
     for pier in piers:
         wall.support(pier)
-    wall.set_joint(piers[0], brick, Joint(tensile_strength=start_load_factor, cohesion=start_load_factor, **smooth))
+    wall.set_joint(piers[0], brick, Joint(tensile_strength=strength, cohesion=strength, **smooth))
     wall.move(piers[1], x=5e-3)
     return wall
 
