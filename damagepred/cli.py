@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from damagepred import screen
+from damagepred.enumerations import PathStatus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -742,6 +743,6 @@ def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
 def _ending(ds: xr.Dataset) -> int:
     """Print how a path ended, if early, and return the exit code."""
     ending = ds.attrs["status"]
-    if ending != "complete":
+    if ending != PathStatus.COMPLETE:
         screen.say(f"{ending}: {ds.attrs['status_message']}", error=True)
-    return {"failed": SOME_FAILED, "interrupted": INTERRUPTED}.get(ending, OK)
+    return {PathStatus.FAILED: SOME_FAILED, PathStatus.INTERRUPTED: INTERRUPTED}.get(ending, OK)

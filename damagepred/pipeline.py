@@ -15,7 +15,7 @@ from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Assembly, Kind, Limits, Model, wall_model, wall_size
+from damagepred.assembly import Assembly, Limits, Model, wall_model, wall_size
 from damagepred.damage import (
     GROUP_COUNTS,
     Frames,
@@ -26,12 +26,12 @@ from damagepred.damage import (
     judge,
     kept_rules,
 )
+from damagepred.enumerations import ContactKind, ContactState, PathStatus, ZoneState
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
 from damagepred.time_limit import time_limit
 
@@ -284,14 +284,14 @@ def _solve(
         run, count = dynamic_run(model, settings, dynamics), dynamics.outputs
         attributes |= run.attributes()
     steps: list[Step] = []
-    status, message = "complete", None
+    status, message = PathStatus.COMPLETE, None
     try:
         for step in follow(model, settings, judged, count, run):
             steps.append(step if store_zones else without_zone_fields(step))
             if on_step is not None:
                 on_step(step)
         if steps[-1].increment.collapsed:
-            status = "collapsed"
+            status = PathStatus.COLLAPSED
             last = steps[-1].increment
             message = f"part of the wall came loose in increment {last.number}"
             attributes["collapse_increment"] = last.number
@@ -305,10 +305,10 @@ def _solve(
     except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise
-        status = "failed" if isinstance(error, SolverError) else "interrupted"
+        status = PathStatus.FAILED if isinstance(error, SolverError) else PathStatus.INTERRUPTED
         message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
     method = settings.method if run is None else "dynamic"
-    ending: dict[str, object] = {"status": status, "status_message": message, "solver_method": method}
+    ending: dict[str, object] = {"status": status.value, "status_message": message, "solver_method": method}
     ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
     ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, settings, attributes | ending, store_zones)
@@ -387,7 +387,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         **lines.deviation(moved)._asdict(),
         "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
     }
-    control = model.interfaces.kind == Kind.CONTROL_JOINT
+    control = model.interfaces.kind == ContactKind.CONTROL_JOINT
     if control.any():
         for way, name in ((1.0, "opening"), (-1.0, "closing")):
             most = [float(joints.widest(way * s.increment.opening)[control].max()) for s in steps]

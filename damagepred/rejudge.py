@@ -15,7 +15,6 @@ from damagepred.archive.schema import (
     CATEGORIES,
     CATEGORY_VARIABLES,
     FLAG_FILL,
-    SAMPLE_STATUS,
     VARIABLES,
     category_attributes,
 )
@@ -35,8 +34,8 @@ from damagepred.damage import (
     sticking_limits,
     widest_gap,
 )
-from damagepred.damage.joints import DPC, FOOTING_INTERFACE
 from damagepred.damage.table import TABLES
+from damagepred.enumerations import ContactKind, ContactState, PathStatus, SampleStatus
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Damage
@@ -45,12 +44,9 @@ from damagepred.uq.capacity import sample_weights
 MEASURES = get_args(get_type_hints(Damage)["measure"])
 """Widths that a category is found by."""
 
-COLLAPSED = SAMPLE_STATUS.index("collapsed")
 
 AT_ONCE = 1 << 16
 """Samples judged at once: enough to be quick, few enough to take little memory."""
-
-CRACKED = VARIABLES["contact_state"].flags.index("cracked")
 
 
 class Rules(NamedTuple):
@@ -205,13 +201,13 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
     shape = joints.contact_x.shape
     opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
     verdicts = [
-        judge(joints, o.reshape(shape), s.reshape(shape), (c == CRACKED).reshape(shape), rules.settings, rules.table)
-        for o, s, c in zip(opening, slip, state)
+        judge(joints, o.reshape(shape), s.reshape(shape), c.reshape(shape), rules.settings, rules.table)
+        for o, s, c in zip(opening, slip, state == ContactState.CRACKED)
     ]
     values = {name: np.array([getattr(v, name) for v in verdicts]) for name in Verdict._fields}
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
-        if ds.attrs.get("status") == "collapsed":
+        if _collapsed(ds):
             fell = int(ds.attrs.get("collapse_increment", ds.sizes["increment"] - 1))
             values[name][fell:] = rules.table.highest
     for name, value in values.items():
@@ -295,7 +291,7 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     old = was.values.reshape(rows, -1)
     width = _widths(ds, prefix, by_band, rules.settings).reshape(old.shape)
     group = _group(ds, prefix, rules.settings, old.shape)
-    status = ds["status"].values if many else np.array([COLLAPSED * (ds.attrs.get("status") == "collapsed")])
+    fell = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
     for part in _parts(rows):
@@ -303,7 +299,7 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
         lacking = np.isfinite(width[part]) & np.isnan(groups)
         without_group += int(lacking.any(axis=1).sum()) if rules.settings.count_rule else 0
         new[part] = np.where(np.isfinite(width[part]), rules.table.by_width_and_group(width[part], groups), FLAG_FILL)
-        reached = _beyond_the_end(new[part], old[part], status[part] == COLLAPSED, rules.table.highest, same)
+        reached = _beyond_the_end(new[part], old[part], fell[part], rules.table.highest, same)
         open_end += reached.size
         followed = min(followed, int(reached.min(initial=followed)))
     ds[f"{prefix}{name}"] = (was.dims, new.reshape(was.shape), was.attrs)
@@ -349,6 +345,10 @@ def _group(ds: xr.Dataset, prefix: str, settings: Damage, shape: tuple[int, ...]
         return None
     position = int(np.flatnonzero(ds["group_count"].values == settings.group_count)[0])
     return np.asarray(ds[name].values[..., position]).reshape(shape)
+
+
+def _collapsed(wall: xr.Dataset) -> bool:
+    return bool(wall.attrs.get("status") == PathStatus.COLLAPSED)
 
 
 def _beyond_the_end(new: Int8Array, old: Int8Array, fell: BoolArray, highest: int, same: bool) -> Int8Array:
@@ -421,7 +421,7 @@ def shares(ds: xr.Dataset) -> dict[int, Share]:
     worst = category.reshape(rows, -1).max(axis=1)
     highest = int(ds.attrs.get("highest_category", len(CATEGORIES) - 1))
     if "sample" in ds["damage_category"].dims and "status" in ds:
-        worst = np.where((ds["status"].values == SAMPLE_STATUS.index("failed")) & (worst < highest), -1, worst)
+        worst = np.where((ds["status"].values == SampleStatus.FAILED) & (worst < highest), -1, worst)
     weight = sample_weights(ds) if "sample" in ds.sizes else np.ones(rows)
     every = range(-1 if (worst < 0).any() else 0, max(highest, int(worst.max())) + 1)
     return {c: Share(int((worst == c).sum()), float(np.average(worst == c, weights=weight))) for c in every}
@@ -430,7 +430,7 @@ def shares(ds: xr.Dataset) -> dict[int, Share]:
 def has_dpc(ds: xr.Dataset) -> bool:
     """Return whether an archived wall, or those of a study, have a dpc."""
     if "contact_kind" in ds:
-        return bool((ds["contact_kind"].values == DPC).any())
+        return bool((ds["contact_kind"].values == ContactKind.DPC).any())
     return "dpc" in _scene(ds)
 
 
@@ -444,7 +444,7 @@ def shown_gaps(ds: xr.Dataset) -> list[str]:
     """
     dpc = has_dpc(ds)
     opened = "footing_opening_max" in ds and float(ds["footing_opening_max"].max()) > HAIRLINE
-    known = "footing_opening_max" in ds and FOOTING_INTERFACE in ds["contact_kind"].values
+    known = "footing_opening_max" in ds and ContactKind.FOOTING_INTERFACE in ds["contact_kind"].values
     return ["dpc"] * dpc + ["footing"] * (known and (opened or not dpc))
 
 

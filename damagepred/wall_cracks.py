@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import KINDS, VARIABLES, Variable, dataset
+from damagepred.archive.schema import Variable, dataset
 from damagepred.arguments import checked
 from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
 from damagepred.damage.bricks import links_of
 from damagepred.damage.growth import PARTS
 from damagepred.damage.tracing import ORIENTATIONS, Links
+from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 
@@ -44,7 +45,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "piece_crack": Variable(_PIECE, "1", "number of the crack that the piece of joint belongs to"),
     "piece_on_path": Variable(_PIECE, "1", "place of the piece in the crack's longest course, from 0; -1 on a branch"),
     "piece_along": Variable(_PIECE, "m", "place of the piece along the crack's mean line, 0 at its middle"),
-    "piece_kind": Variable(_PIECE, None, "what the piece lies in", (*KINDS, "block")),
+    "piece_kind": Variable(_PIECE, None, "what the piece lies in", (*flag_meanings(ContactKind), "block")),
     **{
         f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
         for end in ("start", "end")
@@ -141,7 +142,7 @@ class WallCracks:
 
     def _step(self, increment: int) -> list[Numbered]:
         at = {name: self.ds[f"contact_{name}"].values[increment] for name in ("opening", "slip", "state")}
-        cracked = at["state"] == VARIABLES["contact_state"].flags.index("cracked")
+        cracked = at["state"] == ContactState.CRACKED
         return self.growth.step(
             increment, at["opening"], at["slip"], cracked, self._links(increment, at["opening"], at["slip"], cracked)
         )
@@ -152,7 +153,8 @@ class WallCracks:
         x, y, zones = (self.ds[name].values for name in ("gridpoint_x", "gridpoint_y", "zone_gridpoint"))
         hairline = self.growth.hairline
         part = (cracked & (opening > hairline)) | (np.abs(slip) > hairline)
-        return links_of(self.growth.pieces, part, x, y, zones, self.ds["zone_state"].values[increment] > 0)
+        yielded = self.ds["zone_state"].values[increment] != ZoneState.ELASTIC
+        return links_of(self.growth.pieces, part, x, y, zones, yielded)
 
     @cached_property
     def _first(self) -> dict[int, Numbered]:
@@ -246,7 +248,7 @@ class WallCracks:
             "piece_crack": np.full(len(number), one.number),
             "piece_on_path": np.where(on_path, np.arange(len(number)), -1),
             "piece_along": along(crack.along),
-            "piece_kind": np.where(known, self.joints.kind[np.maximum(number, 0) // q], len(KINDS)),
+            "piece_kind": np.where(known, self.joints.kind[np.maximum(number, 0) // q], len(ContactKind)),
             "piece_x": at[0],
             "piece_y": at[1],
             "piece_x_start": place[:, 0, 0],

@@ -11,11 +11,12 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import study_dims
 from damagepred.archive.schema import VARIABLES, dataset, name_categories
 from damagepred.damage import damage_table, kept_rules
+from damagepred.enumerations import SampleStatus
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
-COMPLETE, COLLAPSED, FAILED, MISSING = range(4)
+COMPLETE, COLLAPSED, FAILED, MISSING = SampleStatus
 
 
 def made_up_study(

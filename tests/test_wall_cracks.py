@@ -8,9 +8,9 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.files import read_dataset, write_dataset
-from damagepred.archive.schema import KINDS
 from damagepred.damage import JointMap, find_cracks
 from damagepred.damage.growth import PARTS, WALL
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Dpc, Joint, Movement, Opening, Scene, Solver, Wall
 from damagepred.wall_cracks import CRACK_VARIABLES, WallCracks, crack_frame
@@ -159,7 +159,7 @@ def test_bricks_that_have_failed_join_cracks(wall: xr.Dataset, found: xr.Dataset
     profile = damagepred.crack_profile(failed)
     in_brick = np.isnan(profile["piece_opening"].values)
     assert in_brick.any()
-    assert (profile["piece_kind"].values[in_brick] == len(KINDS)).all()
+    assert (profile["piece_kind"].values[in_brick] == len(ContactKind)).all()
 
 
 @pytest.mark.slow

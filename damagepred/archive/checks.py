@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.archive.schema import CATEGORIES, FLAG_FILL, SAMPLE_STATUS, VARIABLES
+from damagepred.archive.schema import CATEGORIES, FLAG_FILL, VARIABLES
+from damagepred.enumerations import SOLVED
 from damagepred.errors import DamagedError, InputError
 from damagepred.input_files import parse_toml
 
@@ -41,7 +42,6 @@ NUMBERS = {
 }
 """Global attributes that readers take as text, and as a number between two bounds."""
 
-SOLVED = (SAMPLE_STATUS.index("complete"), SAMPLE_STATUS.index("collapsed"))
 
 Columns = Mapping[str, tuple[tuple[Any, ...], NDArray[Any], Mapping[Any, Any]]]
 """Dimensions, values and attributes by name."""

@@ -36,13 +36,11 @@ from damagepred.archive.digest import read_signed_json, signed, signed_json, stu
 from damagepred.archive.files import read_dataset, write_dataset, write_whole
 from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
-from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS, SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset
 from damagepred.arguments import checked
+from damagepred.enumerations import UNSOLVED, FailureKind, SampleStatus
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
 from damagepred.input_files import as_text, read_bytes, read_text
-
-MISSING = SAMPLE_STATUS.index("missing")
-FAILED = SAMPLE_STATUS.index("failed")
 
 _BEGUN = (".lock", ".writer", ".stop", "parts", "failures", "manifest.json", "design.nc")
 """What may stand in a folder before a study does."""
@@ -313,7 +311,7 @@ class StudyFolder:
         try:
             return self.checked_failure(sample)
         except InputError as error:
-            return {"sample": sample, "reason": "unknown", "message": str(error)}
+            return {"sample": sample, "reason": FailureKind.UNKNOWN, "message": str(error)}
 
     def checked_failure(self, sample: int) -> dict[str, Any]:
         """Return the record of one failed sample.
@@ -338,7 +336,7 @@ class StudyFolder:
         sample : int
             Its number.
         reason : str
-            One word: diverged, not_converged, bad_input, timeout, worker_died, error.
+            A ``FailureKind``.
         message : str
             What happened, in full.
         inputs : mapping
@@ -457,7 +455,7 @@ class StudyFolder:
             if variable.dims == ("sample",):
                 ds[str(name)] = variable
         ds.attrs.update(design.attrs)
-        ds.attrs["samples_failed"] = int((ds["status"].values == FAILED).sum())
+        ds.attrs["samples_failed"] = int((ds["status"].values == SampleStatus.FAILED).sum())
         return ds, left_out
 
     def consolidate(self) -> None:
@@ -506,7 +504,7 @@ class _Pieces:
             if "sample" in column.dims and before is not None and before.shape[1:] != column.values.shape[1:]:
                 raise DamagedError(f"{file}: {name} is of another shape than in other parts.")
         # a sample that had failed may have run again since
-        keep = np.full(len(rows), True) if numbers is not None else ~np.isin(part["status"].values, (MISSING, FAILED))
+        keep = np.full(len(rows), True) if numbers is not None else ~np.isin(part["status"].values, UNSOLVED)
         if "environment" in part:
             part = part | {"environment": self._renumbered(part["environment"], file)}
         for name, column in part.items():
@@ -537,18 +535,18 @@ class _Pieces:
 
     def is_missing(self, sample: int) -> bool:
         """Whether a sample never came to a result; one that failed once may have after all."""
-        return sample < self.samples and self._status()[sample] in (MISSING, FLAG_FILL)
+        return sample < self.samples and self._status()[sample] in (SampleStatus.MISSING, FLAG_FILL)
 
     def mark_failed(self, sample: int) -> None:
         """Give a sample that never came to a result its status."""
-        self._status()[sample] = FAILED
+        self._status()[sample] = SampleStatus.FAILED
 
     def _status(self) -> np.ndarray:
-        return self.values.setdefault("status", np.full(self.samples, MISSING, dtype=np.int8))
+        return self.values.setdefault("status", np.full(self.samples, SampleStatus.MISSING, dtype=np.int8))
 
     def dataset(self) -> xr.Dataset:
         status = self._status()
-        status[status == FLAG_FILL] = MISSING
+        status[status == FLAG_FILL] = SampleStatus.MISSING
         known = {"sample": np.arange(self.samples), **self.values}
         known |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}
         ds = dataset(known, {}, {"status": ("sample",), **self.dims})

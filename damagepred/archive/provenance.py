@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import SAMPLE_STATUS
+from damagepred.enumerations import SOLVED
 from damagepred.errors import DamagedError
 from damagepred.one_thread import blas_libraries
 from damagepred.version import __version__, kernel_hash
@@ -135,7 +135,7 @@ def programs(ds: xr.Dataset) -> dict[str, int]:
     ds : xarray.Dataset
         With ``status`` and, unless all samples are of older versions, ``environment``.
     """
-    solved = ds["status"].values < SAMPLE_STATUS.index("failed")
+    solved = np.isin(ds["status"].values, SOLVED)
     table: list[Environment] = []
     rows = np.full(int(solved.sum()), -1)
     if "environment" in ds:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
+
 SCHEMA_VERSION = 5
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
@@ -67,11 +69,9 @@ _ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "
 
 GROWING_GROUND = {"ground_states": "each that of the surface movement reached"}
 """Attribute of ``surface_movement`` in paths that ran through the grounds of growing movement; older ones lack it."""
-KINDS = ("bed_joint", "head_joint", "dpc", "footing_interface", "soil", "support", "footing_section", "control_joint")
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
 """Categories by the measure that was chosen, and by the width of the widest crack band."""
-SAMPLE_STATUS = ("complete", "collapsed", "failed", "missing")
 
 VARIABLES: dict[str, Variable] = {
     # the path
@@ -215,7 +215,7 @@ VARIABLES: dict[str, Variable] = {
     # contacts
     "contact_x": Variable(_CONTACT, "m", "place of the contact along the wall"),
     "contact_y": Variable(_CONTACT, "m", "height of the contact"),
-    "contact_kind": Variable(_CONTACT, None, "what the contact lies in", KINDS),
+    "contact_kind": Variable(_CONTACT, None, "what the contact lies in", flag_meanings(ContactKind)),
     "contact_interface": Variable(_CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"),
     "contact_joint": Variable(_CONTACT, "1", "mortar joint the contact belongs to"),
     "contact_length": Variable(_CONTACT, "m", "length of joint the contact stands for"),
@@ -231,7 +231,7 @@ VARIABLES: dict[str, Variable] = {
     "contact_slip": Variable((*_STEP, *_CONTACT), "m", "plastic slip along the joint"),
     "contact_normal_stress": Variable((*_STEP, *_CONTACT), "Pa", "normal stress, tension positive"),
     "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
-    "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", ("intact", "cracked", "slipping")),
+    "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", flag_meanings(ContactState)),
     "contact_broken_at": Variable(
         _CONTACT, "1", "share of the full movement at which the bond broke, NaN where it holds or there was none"
     ),
@@ -283,12 +283,12 @@ VARIABLES: dict[str, Variable] = {
         (*_STEP, *_ZONE),
         None,
         "what yields in the zone",
-        ("elastic", "shear", "tension", "shear_and_tension", "yielded"),
+        flag_meanings(ZoneState),
         mesh=_ON_ZONES,
     ),
     # a study
     "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
-    "status": Variable(("sample",), None, "how the sample ended", SAMPLE_STATUS),
+    "status": Variable(("sample",), None, "how the sample ended", flag_meanings(SampleStatus)),
     "limit_deflection": Variable(
         ("sample",), "m", "deflection at which jacks or supports carried nothing any more; NaN if the path went on"
     ),

@@ -1,7 +1,7 @@
 """From descriptions to arrays: blocks, the interfaces between them, the law of each."""
 
 from damagepred.assembly.assembly import GRAVITY, Assembly
-from damagepred.assembly.model import Kind, Model
+from damagepred.assembly.model import Model
 from damagepred.assembly.size import NO_LIMITS, Limits, WallSize, wall_size
 from damagepred.assembly.wall import footing_alone, wall_geometry, wall_model
 
@@ -9,7 +9,6 @@ __all__ = [
     "GRAVITY",
     "NO_LIMITS",
     "Assembly",
-    "Kind",
     "Limits",
     "Model",
     "WallSize",

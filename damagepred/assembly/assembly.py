@@ -23,13 +23,7 @@ from damagepred.assembly.interfaces import (
     place_contacts,
 )
 from damagepred.assembly.mesh import default_zone_size, mesh_of
-from damagepred.assembly.model import (
-    Blocks,
-    Jambs,
-    Kind,
-    Model,
-    Supports,
-)
+from damagepred.assembly.model import Blocks, Jambs, Model, Supports
 from damagepred.assembly.points import Amount, Hold, Traction, Where, edge_loads, held_too
 from damagepred.assembly.properties import (
     Fields,
@@ -39,6 +33,7 @@ from damagepred.assembly.properties import (
     lump_block_elasticity,
     no_tension_joint,
 )
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import BlockMaterial, Joint, Solver
@@ -54,7 +49,7 @@ FARTHEST = 1e4
 
 NO_JAMBS = Jambs.none()
 
-NEVER_CUT = (Kind.SUPPORT, Kind.CONTROL_JOINT)
+NEVER_CUT = (ContactKind.SUPPORT, ContactKind.CONTROL_JOINT)
 """Interfaces that stay whole without a bond, too: bearings in a point, and gaps."""
 
 
@@ -64,7 +59,7 @@ class Grounded(NamedTuple):
     block: int
     x: float | None
     material: int
-    kind: Kind
+    kind: ContactKind
     width: float = BEARING
 
 
@@ -116,8 +111,8 @@ class Assembly:
         self._zone_size: list[float | None] = []
         self._thickness: list[float] = []
         self._joint_materials = [joint or Joint()]
-        self._pairs: dict[tuple[int, int], tuple[int, Kind | None]] = {}
-        self._levels: dict[int, tuple[int, Kind]] = {}
+        self._pairs: dict[tuple[int, int], tuple[int, ContactKind | None]] = {}
+        self._levels: dict[int, tuple[int, ContactKind]] = {}
         self._ground: list[Grounded] = []
         self._bearings: list[Grounded] = []
         self._ground_profile: Callable[[FloatArray], FloatArray] | None = None
@@ -179,7 +174,7 @@ class Assembly:
         return number
 
     @checked
-    def set_joint(self, a: int, b: int, joint: Joint, kind: Kind | None = None) -> None:
+    def set_joint(self, a: int, b: int, joint: Joint, kind: ContactKind | None = None) -> None:
         """Give the joint between two blocks its own material, and optionally its kind.
 
         Parameters
@@ -188,7 +183,7 @@ class Assembly:
             The blocks, in either order.
         joint : Joint
             Material.
-        kind : Kind, optional
+        kind : ContactKind, optional
             What it is; by default told from its direction.
         """
         self._check(a)
@@ -196,7 +191,7 @@ class Assembly:
         self._pairs[min(a, b), max(a, b)] = (_numbered(self._joint_materials, joint), kind)
 
     @checked
-    def set_joint_above(self, course: int, joint: Joint, kind: Kind = Kind.DPC) -> None:
+    def set_joint_above(self, course: int, joint: Joint, kind: ContactKind = ContactKind.DPC) -> None:
         """Give the whole bed joint on top of a course (counted from 0) its own material and kind."""
         self._joint_materials.append(joint)
         self._levels[course] = (len(self._joint_materials) - 1, kind)
@@ -207,7 +202,7 @@ class Assembly:
         blocks: Iterable[int],
         displacement: Callable[[FloatArray], FloatArray] | None = None,
         joint: Joint | None = None,
-        kind: Kind = Kind.FOOTING_INTERFACE,
+        kind: ContactKind = ContactKind.FOOTING_INTERFACE,
         growth: Callable[[FloatArray, float], FloatArray] | None = None,
     ) -> None:
         """Let the underside of blocks rest on a ground whose every point moves vertically as prescribed.
@@ -220,7 +215,7 @@ class Assembly:
             x (m) -> vertical displacement at full movement (m, upwards); None: the ground stays.
         joint : Joint, optional
             Joint between them and the ground.
-        kind : Kind
+        kind : ContactKind
             What the interfaces are.
         growth : callable, optional
             Instead of ``displacement``, where the form of the ground changes as its movement grows: x (m), load factor
@@ -259,7 +254,7 @@ class Assembly:
         require_number("x", x, float(corners.min()) - rounding, float(corners.max()) + rounding, unit="m")
         require_number("width", width, 0.0, float(np.ptp(corners)), unit="m", open_low=True)
         material = _numbered(self._joint_materials, joint)
-        self._bearings.append(Grounded(self._check(block), float(x), material, Kind.SUPPORT, width))
+        self._bearings.append(Grounded(self._check(block), float(x), material, ContactKind.SUPPORT, width))
 
     @checked
     def support(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
@@ -430,7 +425,7 @@ class Assembly:
         self,
         solver: Solver | None = None,
         deformable: frozenset[int] | None = None,
-        no_tension: frozenset[Kind] = frozenset(),
+        no_tension: frozenset[ContactKind] = frozenset(),
     ) -> Geometry:
         """Find the interfaces and place their contacts.
 
@@ -440,7 +435,7 @@ class Assembly:
             Its quadrature is used, and what it says of zones.
         deformable : frozenset of int, optional
             Blocks that are cut into zones, whatever the settings say.
-        no_tension : frozenset of Kind
+        no_tension : frozenset of ContactKind
             Kinds of interface without a bond, besides those whose joint material has none.
 
         Raises
@@ -634,7 +629,7 @@ class Assembly:
     def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]) -> tuple[Int8Array, IntArray]:
         """Tell kind and material of each interface: by direction, then by level, then by pair."""
         level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
-        kind = np.where(level, Kind.BED_JOINT, Kind.HEAD_JOINT).astype(np.int8)
+        kind = np.where(level, ContactKind.BED_JOINT, ContactKind.HEAD_JOINT).astype(np.int8)
         material = np.zeros(len(kind), dtype=np.int64)
         first_ground = len(kind) - len(grounded)
         inner = np.arange(len(kind)) < first_ground

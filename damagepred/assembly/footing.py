@@ -20,8 +20,9 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly.assembly import BEARING, Assembly, rectangle
 from damagepred.assembly.bond import Brick
 from damagepred.assembly.interfaces import Geometry
-from damagepred.assembly.model import Jacks, JointProperties, Kind
+from damagepred.assembly.model import Jacks, JointProperties
 from damagepred.assembly.section import Sections, concrete_sections
+from damagepred.enumerations import ContactKind
 from damagepred.scene import Footing, Joint, Scene
 
 SHEAR_AREA = 5.0 / 6.0
@@ -117,12 +118,12 @@ def add_footing(
         for left, right in itertools.pairwise(ends)
     ]
     for left, right in itertools.pairwise(blocks):
-        assembly.set_joint(left, right, Joint(), Kind.FOOTING_SECTION)
+        assembly.set_joint(left, right, Joint(), ContactKind.FOOTING_SECTION)
     for i in [] if alone else lowest:
         for at in np.flatnonzero((ends[:-1] < bricks[i].right - 1e-9) & (ends[1:] > bricks[i].left + 1e-9)):
-            assembly.set_joint(blocks[at], i, Joint(), Kind.FOOTING_INTERFACE)
+            assembly.set_joint(blocks[at], i, Joint(), ContactKind.FOOTING_INTERFACE)
     if found.on_soil:
-        assembly.rest_on_ground(blocks, kind=Kind.SOIL)
+        assembly.rest_on_ground(blocks, kind=ContactKind.SOIL)
     for x in found.supports:
         # where two segments meet, both are carried: else a wall were not its own mirror image
         here = under(ends, x)
@@ -179,7 +180,7 @@ def section_law(
         Cross-section and material.
     """
     face, blocks = geometry.interfaces, geometry.blocks
-    here = np.flatnonzero(face.kind == Kind.FOOTING_SECTION)
+    here = np.flatnonzero(face.kind == ContactKind.FOOTING_SECTION)
     if not here.size:
         return properties, None
     h = blocks.x[face.block_b[here]] - blocks.x[face.block_a[here]]

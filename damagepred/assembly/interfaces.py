@@ -10,8 +10,9 @@ import numpy as np
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.assembly.geometry import SharedEdges
 from damagepred.assembly.mesh import Mesh
-from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints, Kind
+from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints
 from damagepred.assembly.quadrature import quadrature
+from damagepred.enumerations import ContactKind
 from damagepred.scene import Solver
 
 
@@ -105,7 +106,7 @@ def bodies_of(
 def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[IntArray, Joints]:
     """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
     course = np.append(blocks.course, -1)[edges.b]
-    is_bed = ~np.isin(kind, (Kind.HEAD_JOINT, Kind.CONTROL_JOINT)) & (course >= 0)
+    is_bed = ~np.isin(kind, (ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT)) & (course >= 0)
     count = len(blocks.x) + 1
     key = np.where(is_bed, edges.b, count * (1 + edges.a) + edges.b)
     _, first, joint = np.unique(key, return_index=True, return_inverse=True)

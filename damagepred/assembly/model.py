@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -13,19 +12,6 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
-
-
-class Kind(IntEnum):
-    """What an interface is."""
-
-    BED_JOINT = 0
-    HEAD_JOINT = 1
-    DPC = 2
-    FOOTING_INTERFACE = 3
-    SOIL = 4
-    SUPPORT = 5
-    FOOTING_SECTION = 6
-    CONTROL_JOINT = 7
 
 
 class Blocks(NamedTuple):
@@ -67,7 +53,7 @@ class Interfaces(NamedTuple):
     body_a, body_b : array of int (m,)
         The bodies that move the two sides: the block itself if it is rigid, or a piece of its facet.
     kind : array of int8 (m,)
-        A ``Kind``.
+        A ``ContactKind``.
     joint : array of int (m,)
         Number of the mortar joint the interface belongs to: strengths that vary from joint to joint are the same
         for all interfaces of one joint.
@@ -110,7 +96,7 @@ class Joints(NamedTuple):
     Attributes
     ----------
     kind : array of int8 (j,)
-        A ``Kind``.
+        A ``ContactKind``.
     course : array of int (j,)
         Course of the unit on a bed, or of the perpend; -1 where there are no courses.
     x, y : array (j,)

@@ -28,7 +28,7 @@ from damagepred.assembly.footing import (
 )
 from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground
 from damagepred.assembly.mesh import default_zone_size
-from damagepred.assembly.model import Jambs, Kind, Model, Supports
+from damagepred.assembly.model import Jambs, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import (
     block_law,
@@ -37,6 +37,7 @@ from damagepred.assembly.properties import (
     lump_block_elasticity,
     no_tension_joint,
 )
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import (
@@ -103,7 +104,7 @@ def _geometry(
     solver: Solver,
     found: Foundation | None,
     deformable: frozenset[int] | None,
-    no_tension: frozenset[Kind],
+    no_tension: frozenset[ContactKind],
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
     # the movement says nothing about the bricks; its default is too much for a short wall
@@ -116,10 +117,10 @@ def _geometry(
         chosen = None if deformable is None else number in deformable
         assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course, chosen))
     if dpc_course is not None:
-        assembly.set_joint_above(dpc_course - 1, Joint(), Kind.DPC)
+        assembly.set_joint_above(dpc_course - 1, Joint(), ContactKind.DPC)
     meet = parted(scene, bricks)
     for left, right, _ in meet:
-        assembly.set_joint(left, right, Joint(), Kind.CONTROL_JOINT)
+        assembly.set_joint(left, right, Joint(), ContactKind.CONTROL_JOINT)
     footing = np.empty(0, dtype=np.int64)
     if found is None:
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
@@ -181,12 +182,12 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare)
 
 
-def _no_tension(scene: Scene) -> frozenset[Kind]:
+def _no_tension(scene: Scene) -> frozenset[ContactKind]:
     """Return the kinds of interface whose material has no bond."""
     material, materials = IN_KIND.copy(), _joint_materials(scene)
     if not _own_bed(scene):
         material[material == BED] = MORTAR
-    return frozenset(kind for kind in Kind if no_tension_joint(materials[material[kind]]))
+    return frozenset(kind for kind in ContactKind if no_tension_joint(materials[material[kind]]))
 
 
 def _own_bed(scene: Scene) -> bool:

@@ -10,15 +10,12 @@ import numpy as np
 from scipy import sparse
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
+from damagepred.enumerations import ContactKind
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from damagepred.damage.bands import BandGauges
-
-
-BED_JOINT, HEAD_JOINT, DPC, FOOTING_INTERFACE, SOIL, SUPPORT, FOOTING_SECTION, CONTROL_JOINT = range(8)
-"""Kinds of interface, as the archive's flag values of ``contact_kind``."""
 
 
 class Ends(NamedTuple):
@@ -61,7 +58,7 @@ class JointMap:
     start, end : array (m, 2)
         Ends of each interface (m).
     kind : array of int8 (m,)
-        See ``BED_JOINT`` and the names beside it.
+        See ``ContactKind.BED_JOINT`` and the names beside it.
     contact_x, contact_y, contact_length : array (m, q)
         Place of each contact and the length it stands for (m).
     blocks : array of int (m, 2)
@@ -127,24 +124,24 @@ class JointMap:
     @cached_property
     def is_dpc(self) -> BoolArray:
         """Which interfaces are the dpc, (m,)."""
-        return self.kind == DPC
+        return self.kind == ContactKind.DPC
 
     @cached_property
     def is_wall(self) -> BoolArray:
         """Which interfaces are mortar joints of the wall proper, (m,): above the dpc, or all where there is none."""
-        mortar = (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
+        mortar = (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
         return mortar & (self.middle_y > self.dpc_level)
 
     @cached_property
     def is_base(self) -> BoolArray:
         """Which interfaces are mortar joints below the dpc, (m,)."""
-        mortar = (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
+        mortar = (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
         return mortar & (self.middle_y <= self.dpc_level)
 
     @cached_property
     def is_footing(self) -> BoolArray:
         """Which interfaces are the bed between the first course and the footing, or what the wall stands on, (m,)."""
-        return self.kind == FOOTING_INTERFACE
+        return self.kind == ContactKind.FOOTING_INTERFACE
 
     @cached_property
     def dpc(self) -> IntArray:
@@ -318,7 +315,7 @@ class JointMap:
 
     def _parted(self, number: IntArray) -> IntArray:
         """Give corners at a control joint, where the leaf is parted, another number on its right than on its left."""
-        gap = self.kind == CONTROL_JOINT
+        gap = self.kind == ContactKind.CONTROL_JOINT
         if not gap.any():
             return number
         ends = np.stack((self.start[:, 0], self.end[:, 0]), axis=1)

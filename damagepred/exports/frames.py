@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import CATEGORY_VARIABLES, SAMPLE_STATUS
+from damagepred.archive.schema import CATEGORY_VARIABLES
 from damagepred.arguments import checked, require_results
+from damagepred.enumerations import SampleStatus, flag_meanings
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +79,8 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
     frame = ds[alone].reset_coords(drop=True).to_dataframe()
     if "status" in frame:
-        frame["status"] = [SAMPLE_STATUS[s] for s in ds["status"].values]
+        names = flag_meanings(SampleStatus)
+        frame["status"] = [names[s] for s in ds["status"].values]
     for name in (
         "damage_category",
         "damage_category_band",

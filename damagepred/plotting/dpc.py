@@ -10,7 +10,8 @@ from matplotlib.colors import Normalize
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.damage.joints import DPC, FOOTING_INTERFACE, JointMap
+from damagepred.damage.joints import JointMap
+from damagepred.enumerations import ContactKind
 from damagepred.plotting.colours import path_colours
 from damagepred.plotting.sheet import (
     MM,
@@ -48,7 +49,7 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     InputError
         If the dataset is not of one wall.
     """
-    return _draw_opening(ds, ax, DPC)
+    return _draw_opening(ds, ax, ContactKind.DPC)
 
 
 @checked
@@ -67,11 +68,11 @@ def draw_footing_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     InputError
         If the dataset is not of one wall.
     """
-    return _draw_opening(ds, ax, FOOTING_INTERFACE)
+    return _draw_opening(ds, ax, ContactKind.FOOTING_INTERFACE)
 
 
 def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
-    part, name = ("dpc", "dpc") if kind == DPC else ("footing", "bed on the footing")
+    part, name = ("dpc", "dpc") if kind == ContactKind.DPC else ("footing", "bed on the footing")
     require(
         ds,
         (
@@ -92,7 +93,9 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
     ax.set_xlim(left, right)
     title = title_of(ds, "wall")
     if not (ds["contact_kind"].values == kind).any():
-        say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course" if kind == DPC else f"no {name}")
+        say_nothing_to_draw(
+            ax, "no dpc: this wall has no damp-proof course" if kind == ContactKind.DPC else f"no {name}"
+        )
         set_title(ax, title)
         return ax
     place, opening, pieces = opening_along(ds, kind)
@@ -145,7 +148,7 @@ def open_stretches(place: FloatArray, opening: FloatArray, threshold: float) -> 
     return [(float(a), float(b)) for a, b in zip(ends[::2], ends[1::2])]
 
 
-def opening_along(ds: xr.Dataset, kind: int = DPC) -> tuple[FloatArray, FloatArray, list[IntArray]]:
+def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArray, FloatArray, list[IntArray]]:
     """Return the opening of the dpc, or of another bed, from left to right, up to the ends of its joints.
 
     Parameters

@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
-from damagepred.damage.joints import SOIL
+from damagepred.enumerations import ContactKind
 from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, path_colours
 from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import (
@@ -165,7 +165,7 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         return x, rise * MM
 
     ax = _along(ds, ax, "footing gone up (mm)", form)
-    x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, SOIL)
+    x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, ContactKind.SOIL)
     if len(x):
         ax.plot(
             x,

@@ -8,17 +8,8 @@ import numpy as np
 import xarray as xr
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.damage.joints import (
-    BED_JOINT,
-    CONTROL_JOINT,
-    DPC,
-    FOOTING_INTERFACE,
-    FOOTING_SECTION,
-    HEAD_JOINT,
-    SOIL,
-    SUPPORT,
-    JointMap,
-)
+from damagepred.damage.joints import JointMap
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting.sheet import require
 
@@ -177,22 +168,22 @@ class Faces:
     @property
     def is_mortar(self) -> BoolArray:
         """Which are mortar joints between bricks, (m,)."""
-        return (self.kind == BED_JOINT) | (self.kind == HEAD_JOINT)
+        return (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
 
     @property
     def is_footing(self) -> BoolArray:
         """Which lie between wall and footing, (m,)."""
-        return self.kind == FOOTING_INTERFACE
+        return self.kind == ContactKind.FOOTING_INTERFACE
 
     @property
     def is_dpc(self) -> BoolArray:
         """Which are the dpc, (m,)."""
-        return self.kind == DPC
+        return self.kind == ContactKind.DPC
 
     @property
     def is_control(self) -> BoolArray:
         """Which lie in control joints, (m,)."""
-        return self.kind == CONTROL_JOINT
+        return self.kind == ContactKind.CONTROL_JOINT
 
     def pick(self, chosen: BoolArray) -> Faces:
         """Return those where ``chosen`` (m,) is True."""
@@ -243,14 +234,14 @@ def footing_blocks(ds: xr.Dataset) -> BoolArray:
     faces, (points, block) = Faces.of(ds, 0), corners(ds)
     found = np.zeros(ds.sizes["block"], dtype=np.bool_)
     below, _ = faces.pick(faces.is_footing).neighbours(points, block)
-    ours = faces.pick(np.isin(faces.kind, (FOOTING_SECTION, SOIL, SUPPORT)))
+    ours = faces.pick(np.isin(faces.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT)))
     for side in (below, *ours.neighbours(points, block)):
         found[side[side >= 0]] = True
     return found
 
 
 def ground_profile(
-    ds: xr.Dataset, increment: int, kind: int = FOOTING_INTERFACE
+    ds: xr.Dataset, increment: int, kind: int = ContactKind.FOOTING_INTERFACE
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
 
@@ -264,7 +255,7 @@ def ground_profile(
     increment : int
         Position of the increment.
     kind : int
-        FOOTING_INTERFACE for what is right under the wall, SOIL for what is under the footing.
+        ContactKind.FOOTING_INTERFACE for what is right under the wall, ContactKind.SOIL for what is under the footing.
     """
     footing = np.flatnonzero(ds["contact_kind"].values == kind)
     if not footing.size:

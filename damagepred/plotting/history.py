@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
-from damagepred.damage.joints import DPC
+from damagepred.enumerations import ContactKind
 from damagepred.plotting.categories import shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
@@ -56,7 +56,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     measure = movement_measure(ds)
     x = ds["time"].values if in_time else ds[measure].values * MM
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
-    has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == DPC).any())
+    has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == ContactKind.DPC).any())
     band = ds["crack_band_width_max"].values * MM if "crack_band_width_max" in ds.variables else crack
     has_footing = "contact_kind" in ds.variables and "footing" in shown_gaps(ds)
     footing = ds["footing_opening_max"].values * MM if has_footing else np.zeros_like(x)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from damagepred.archive.files import write_whole
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
-from damagepred.damage.joints import DPC
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, StudyError
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
@@ -118,7 +118,7 @@ def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArr
 
 
 def _opening_width(ds: xr.Dataset) -> Figure:
-    if not (ds["contact_kind"].values == DPC).any():
+    if not (ds["contact_kind"].values == ContactKind.DPC).any():
         return figure_of(draw_opening_width_change(ds))
     figure = new_figure(12.0, 5.0)
     left, right = figure.subplots(1, 2, sharey=True)

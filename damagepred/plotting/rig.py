@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.damage.joints import SOIL
+from damagepred.enumerations import ContactKind
 from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR, SOIL_COLOUR
 from damagepred.plotting.geometry import footing_rise, ground_profile, polygons
 from damagepred.plotting.sheet import KN, plain_number
@@ -91,7 +91,7 @@ def draw_soil(ax: Axes, ds: xr.Dataset, increment: int, factor: float, label: bo
     label : bool
         Whether the line has a label for a legend.
     """
-    x, height, rise = ground_profile(ds, increment, SOIL)
+    x, height, rise = ground_profile(ds, increment, ContactKind.SOIL)
     if len(x):
         name = "surface of the ground but for the footing" if label else "_soil"
         ax.plot(x, height + factor * rise, color=SOIL_COLOUR, linewidth=1.4, zorder=3.5, label=name)

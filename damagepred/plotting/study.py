@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.plotting.categories import highest_of, name_of, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
@@ -28,10 +28,6 @@ from damagepred.plotting.sheet import (
 )
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility import movement_measure
-
-COLLAPSED = SAMPLE_STATUS.index("collapsed")
-FAILED = SAMPLE_STATUS.index("failed")
-MISSING = SAMPLE_STATUS.index("missing")
 
 NOT_KNOWN = -1
 """In place of a category: the wall was not followed as far."""
@@ -101,11 +97,11 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
         worst = np.maximum.accumulate(category[sample, known[sample]].astype(np.int64))
         last = np.searchsorted(x, grid + slack, side="right") - 1
         # a category beyond the last width: the rest was left out on purpose, it is not unknown
-        ended = status[sample] == COLLAPSED or worst[-1] >= highest or len(solved_x) < len(x)
+        ended = status[sample] == SampleStatus.COLLAPSED or worst[-1] >= highest or len(solved_x) < len(x)
         paths.category[sample] = worst[np.maximum(last, 0)]
         paths.width[sample] = np.interp(grid, solved_x, width[sample, solved[sample]])
         paths.width[sample, grid > solved_x[-1] + slack] = np.inf if ended else np.nan
-        final = highest if status[sample] == COLLAPSED else worst[-1]
+        final = highest if status[sample] == SampleStatus.COLLAPSED else worst[-1]
         paths.category[sample, grid > x[-1] + slack] = final if ended else NOT_KNOWN
     return paths
 
@@ -261,7 +257,11 @@ def count_walls(ds: xr.Dataset) -> str:
     """Say how many walls a study has, and how many of them collapsed, failed or are missing."""
     status = ds["status"].values
     parts = [f"{len(status)} walls"]
-    for value, word in ((COLLAPSED, "collapsed"), (FAILED, "failed"), (MISSING, "not run yet")):
+    for value, word in (
+        (SampleStatus.COLLAPSED, "collapsed"),
+        (SampleStatus.FAILED, "failed"),
+        (SampleStatus.MISSING, "not run yet"),
+    ):
         if (number := int((status == value).sum())) > 0:
             parts.append(f"{number} {word}")
     return ", ".join(parts)

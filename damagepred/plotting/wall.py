@@ -16,7 +16,7 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
-from damagepred.damage.joints import SOIL
+from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.plotting.categories import name_of, table_of
 from damagepred.plotting.colours import (
     BRICK_COLOURS,
@@ -270,7 +270,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
         when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     category = int(ds["damage_category"].values[increment])
     scale = "to scale" if factor == 1.0 else f"drawn {plain_number(factor)} times too large"
-    early = "limit" in ds.attrs or ds.attrs.get("status", "complete") != "complete"
+    early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)
     set_title(
         ax,
@@ -311,12 +311,12 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
     if faces.is_footing.any():
         lifted = float(faces.opening[faces.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
-        whole = (faces.kind == SOIL).any() or "jack_load" in ds.variables
+        whole = (faces.kind == ContactKind.SOIL).any() or "jack_load" in ds.variables
         handles.append(Patch(color=FOOTING_COLOUR, label=f"{'' if whole else 'top of '}footing{off}"))
         handles.append(
             Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label="top of footing before any movement")
         )
-    if (faces.kind == SOIL).any():
+    if (faces.kind == ContactKind.SOIL).any():
         label = "surface of the ground as it would be without the footing"
         handles.append(Line2D([], [], color=SOIL_COLOUR, linewidth=1.4, label=label))
     return handles

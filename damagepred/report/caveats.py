@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import study_cautions, wall_cautions
+from damagepred.enumerations import PathStatus
 from damagepred.formatting import chance, length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
@@ -79,7 +80,7 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
         What it was made from.
     """
     said = []
-    if str(ds.attrs.get("status", "complete")) != "complete":
+    if ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE:
         said.append(f"The path ended early: {ds.attrs.get('status_message', ds.attrs['status'])}.")
     strengths = (
         "This is one wall with the values stated. Real joints scatter, and scatter decides where walls crack and how "

@@ -6,15 +6,13 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import work_done
-from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.arrays import FloatArray
+from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.exceedance import exceedance, walls
 from damagepred.uq.fragility import movement_measure
-
-FAILED, MISSING = SAMPLE_STATUS.index("failed"), SAMPLE_STATUS.index("missing")
 
 _WORK = (
     ("external_work", "work of dead load and movement"),
@@ -195,7 +193,7 @@ def category_name(ds: xr.Dataset, category: int) -> str:
 def common_movement(ds: xr.Dataset) -> float:
     """Return the movement (m) to which every wall of a study was moved; NaN if none was solved."""
     movement = np.asarray(ds[movement_measure(ds)].values, dtype=np.float64)
-    run = ds["status"].values < FAILED
+    run = np.isin(ds["status"].values, SOLVED)
     if movement.ndim != 2 or not run.any():
         return float("nan")
     return float(np.nanmax(movement[run], axis=1).min())

@@ -12,6 +12,7 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
+from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
 from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words, shares
@@ -20,7 +21,7 @@ from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
-from damagepred.report.quality import FAILED, MISSING, category_name, common_movement, monte_carlo, study_quality
+from damagepred.report.quality import category_name, common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.campaign.words import duration
@@ -75,7 +76,7 @@ def study_page(
     """
     ds = folder.results()
     settings = read_frozen(folder.study_text())
-    if not (ds["status"].values < FAILED).any():
+    if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
     curves = _fitted(ds, None, confidence, bootstrap)
     at_limits = curves
@@ -129,7 +130,7 @@ def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float, bootstrap:
 
 def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
     status = ds["status"].values
-    missing, failed = int((status == MISSING).sum()), int((status == FAILED).sum())
+    missing, failed = int((status == SampleStatus.MISSING).sum()), int((status == SampleStatus.FAILED).sum())
     said = []
     if missing:
         said.append(
@@ -150,7 +151,8 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
 
 def _facts(ds: xr.Dataset, curves: xr.Dataset) -> list[tuple[str, str]]:
     status, measure = ds["status"].values, named(str(curves.attrs["intensity_measure"]))
-    facts = [("Walls", f"{int((status < FAILED).sum())} solved of {len(status)}, each with other joints and movement")]
+    solved = int(np.isin(status, SOLVED).sum())
+    facts = [("Walls", f"{solved} solved of {len(status)}, each with other joints and movement")]
     for number_, category in enumerate(curves["category"].values):
         one = curves.isel(category=number_)
         reached, count = int(one["reached"]), int(one["reached"]) + int(one["not_reached"])
@@ -186,7 +188,7 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
         ["walls asked for", str(len(status))],
         *(
             [f"walls {word}", str(int((status == value).sum()))]
-            for value, word in ((0, "complete"), (1, "collapsed"), (2, "failed"), (3, "not run yet"))
+            for value, word in zip(SampleStatus, ("complete", "collapsed", "failed", "not run yet"))
         ),
         ["seed", str(how.seed)],
         ["sampler", how.sampler + (f", {how.replicates} independent scrambles" if how.replicates > 1 else "")],

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.errors import InputError
 from damagepred.formatting import length, named, number
 from damagepred.rejudge import footing_gap_note, measure_in_words, shown_gaps
@@ -76,13 +77,14 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
 
 
 def _warnings(ds: xr.Dataset) -> list[str]:
-    status = str(ds.attrs.get("status", "complete"))
+    status = str(ds.attrs.get("status", PathStatus.COMPLETE))
     message = str(ds.attrs.get("status_message", ""))
     gap = footing_gap_note(ds)
     said = [f"{gap[0].upper()}{gap[1:]}."] if gap else []
-    if status in ("complete", "collapsed"):
-        fell = [f"The wall collapsed: {message}" if message else "The wall collapsed."] if status == "collapsed" else []
-        return fell + said
+    if status in (PathStatus.COMPLETE, PathStatus.COLLAPSED):
+        if status == PathStatus.COLLAPSED:
+            said.insert(0, f"The wall collapsed: {message}" if message else "The wall collapsed.")
+        return said
     return [
         f"The path is not complete: {status}{': ' + message if message else ''}. What follows is of its first part.",
         *said,
@@ -175,7 +177,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
             plotting.draw_history(ds),
         )
     )
-    if (ds["contact_kind"].values == ds_kind("dpc")).any():
+    if (ds["contact_kind"].values == ContactKind.DPC).any():
         parts.append(
             drawing(
                 "dpc",
@@ -238,13 +240,6 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
         f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
         draw_wall(ds),
     )
-
-
-def ds_kind(word: str) -> int:
-    """Return the value of ``contact_kind`` for a kind of joint."""
-    from damagepred.archive.schema import KINDS
-
-    return KINDS.index(word)
 
 
 def _path_table(ds: xr.Dataset) -> Table:

@@ -9,9 +9,9 @@ from damagepred.errors import SolverError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.increment import ContactState, Increment
+from damagepred.solvers.state.increment import Increment
 
-__all__ = ["ContactState", "Increment", "solve_path"]
+__all__ = ["Increment", "solve_path"]
 
 
 @each_with_one_blas_thread

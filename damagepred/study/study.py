@@ -17,13 +17,14 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.files import write_dataset
-from damagepred.archive.folder import FAILED, MISSING, StudyFolder
+from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import environment, program, programs, provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
 from damagepred.damage import damage_table
+from damagepred.enumerations import UNSOLVED, SampleStatus
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
@@ -246,9 +247,14 @@ class Study:
         try:
             folder.tidy()
             asked = self.settings.study.samples if samples is None else int(samples)
-            drawn, known = self._prepare(folder, asked, (MISSING, FAILED) if retry_failed else (MISSING,), mix_versions)
+            drawn, known = self._prepare(
+                folder,
+                asked,
+                UNSOLVED if retry_failed else (SampleStatus.MISSING,),
+                mix_versions,
+            )
             if retry_failed:
-                failures = set(np.flatnonzero(known == FAILED).tolist()) | folder.failed_samples()
+                failures = set(np.flatnonzero(known == SampleStatus.FAILED).tolist()) | folder.failed_samples()
                 folder.forget_failures({i for i in failures if i < asked})
             values = self.design.wall_values(drawn)
             finished, failures = folder.finished(), folder.failed_samples()
@@ -329,7 +335,7 @@ class Study:
                 if isinstance(result, Lost):
                     folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
                     message = f"sample {result.sample}: {result.reason}: {result.message}"
-                elif result.status == FAILED:
+                elif result.status == SampleStatus.FAILED:
                     message = f"sample {result.sample}: {result.message}"
                 values.pop(result.sample, None)
                 state = Progress(state.total, state.done + 1, state.failed + bool(message), message)
@@ -346,12 +352,16 @@ class Study:
     # -- folder ---------------------------------------------------------------------------------------------------
 
     def _prepare(
-        self, folder: StudyFolder, asked: int, run: tuple[int, ...] = (MISSING,), mix_versions: bool = False
+        self,
+        folder: StudyFolder,
+        asked: int,
+        run: tuple[int, ...] = (SampleStatus.MISSING,),
+        mix_versions: bool = False,
     ) -> tuple[int, Int8Array]:
         """Make or check the folder and its design; return the number of samples drawn, and the status of each."""
         if not folder.exists:
             folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
-            return asked, np.full(asked, MISSING, dtype=np.int8)
+            return asked, np.full(asked, SampleStatus.MISSING, dtype=np.int8)
         folder.require()
         frozen = read_frozen(folder.study_text())
         was, now = frozen.to_dict(), self.settings.to_dict()
@@ -381,7 +391,9 @@ class Study:
             self.write_design(folder, drawn)
         if drawn != manifest["samples"] or manifest["schema_version"] != SCHEMA_VERSION:
             folder.write_manifest({**manifest, "samples": drawn})
-        return drawn, np.concatenate((status, np.full(max(0, drawn - len(status)), MISSING, dtype=np.int8)))
+        return drawn, np.concatenate(
+            (status, np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8))
+        )
 
     def _sound(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> Int8Array:
         """Set damaged files aside; refuse to run samples beside those of other versions; return the status of all."""

@@ -26,10 +26,10 @@ import xarray as xr
 
 from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
+from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError
 from damagepred.uq.intensity import check_states, intensity_values
 
-COMPLETE, COLLAPSED, FAILED = 0, 1, 2
 """Values of a sample's status that the fit uses; what is missing is left out."""
 
 ROUNDING = 1e-9
@@ -161,7 +161,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     if ds["damage_category"].ndim > 1:
         check_states(ds, intensity)
     status = np.asarray(ds["status"].values)
-    known = np.isin(status, (COMPLETE, COLLAPSED, FAILED))
+    known = np.isin(status, (*SOLVED, SampleStatus.FAILED))
     count, kinds = int(known.sum()), len(categories)
     lower, upper = np.empty((kinds, count)), np.empty((kinds, count))
     end = np.empty(count)
@@ -188,7 +188,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
         alike = alike and not single and bool((movement == marks).all())
         done = to.stop
     end = np.where(end > 0, end, largest)  # a wall of which nothing is known was to go as far as any
-    failed = (status[known] == FAILED)[None, :] & np.isinf(upper)
+    failed = (status[known] == SampleStatus.FAILED)[None, :] & np.isinf(upper)
     weight = sample_weights(ds)[known]
     increments = 1 if single else ds.sizes["increment"] - 1
     return Walls(

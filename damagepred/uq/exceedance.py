@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import censored_before, probability_reached, read_capacities, require_categories
@@ -20,15 +21,7 @@ from damagepred.uq.estimate import (
     probability,
     student_factor,
 )
-from damagepred.uq.fragility import (
-    COLLAPSED,
-    COMPLETE,
-    FAILED,
-    capacities,
-    fair_weights,
-    fit_lognormal,
-    movement_measure,
-)
+from damagepred.uq.fragility import capacities, fair_weights, fit_lognormal, movement_measure
 from damagepred.uq.fragility.bands import FEW_WALLS, posterior_band, resampled_band
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
@@ -129,7 +122,7 @@ def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_fail
     if "damage_category" not in ds:
         nothing = np.empty(0)
         return Walls(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, np.empty(0, dtype=bool))
-    known = np.flatnonzero(np.isin(ds["status"].values, (COMPLETE, COLLAPSED, FAILED)))
+    known = np.flatnonzero(np.isin(ds["status"].values, (*SOLVED, SampleStatus.FAILED)))
     found = capacities(ds, category, name)
     good = ~found.failed | keep_failed
     replicates = int(ds.attrs.get("replicates", 1))

@@ -17,10 +17,10 @@ import time
 from collections.abc import Callable
 
 from damagepred.assembly import wall_model
+from damagepred.enumerations import ZoneState
 from damagepred.kernels.jit import rule
 from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Scene, Solver, Wall
-from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 CYCLES, REPEATS = 20, 41

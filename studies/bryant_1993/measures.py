@@ -9,7 +9,7 @@ import xarray as xr
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
-from damagepred.damage.joints import BED_JOINT, DPC, HEAD_JOINT
+from damagepred.enumerations import ContactKind
 from damagepred.plotting.dpc import open_stretches
 from damagepred.plotting.stress import block_stress, one_of
 
@@ -93,7 +93,7 @@ class Dpc:
 
 def _contacts_along(ds: xr.Dataset) -> IntArray:
     """Return the numbers of the contacts of the dpc from left to right; of one place by interface."""
-    dpc = np.flatnonzero(ds["contact_kind"].values == DPC)
+    dpc = np.flatnonzero(ds["contact_kind"].values == ContactKind.DPC)
     _, face = np.unique(ds["contact_interface"].values[dpc], return_inverse=True)
     x = ds["contact_x"].values[dpc]
     middle = (np.bincount(face, x) / np.bincount(face))[face]
@@ -164,12 +164,12 @@ class AroundWindow:
         left, sill = float(ds["opening_left"][0]), float(ds["opening_sill"][0])
         width, height = float(ds["opening_width"][0]), float(ds["opening_height"][0])
         x, y = ds["block_x"].values, ds["block_y"].values
-        level = float(ds["contact_y"].values[ds["contact_kind"].values == DPC].max())
+        level = float(ds["contact_y"].values[ds["contact_kind"].values == ContactKind.DPC].max())
         near = (x > left - AROUND) & (x < left + width + AROUND) & (y > max(level, sill - AROUND))
         near &= y < sill + height + AROUND
         stress = block_stress(ds, increment)[near]
         cx, cy, kind = (ds[f"contact_{name}"].values for name in ("x", "y", "kind"))
-        under = (kind == HEAD_JOINT) & (cx > left) & (cx < left + width) & (cy > level) & (cy < sill)
+        under = (kind == ContactKind.HEAD_JOINT) & (cx > left) & (cx < left + width) & (cy > level) & (cy < sill)
         broken = ds["contact_interface"].values[under & (ds["contact_state"].values[increment] == 1)]
         return cls(float(one_of(stress, "xx").max()), float(one_of(stress, "largest").max()), len(np.unique(broken)))
 
@@ -177,5 +177,7 @@ class AroundWindow:
 def cracked_above_dpc(ds: xr.Dataset, increment: int) -> int:
     """Return how many mortar joints above the dpc have broken."""
     kind, y = ds["contact_kind"].values, ds["contact_y"].values
-    mortar = ((kind == BED_JOINT) | (kind == HEAD_JOINT)) & (y > y[kind == DPC].max())
+    mortar = ((kind == ContactKind.BED_JOINT) | (kind == ContactKind.HEAD_JOINT)) & (
+        y > y[kind == ContactKind.DPC].max()
+    )
     return len(np.unique(ds["contact_interface"].values[mortar & (ds["contact_state"].values[increment] == 1)]))

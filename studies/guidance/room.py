@@ -20,8 +20,8 @@ from drawing import draw
 from tables import Case, markdown, put_in, rows_of, write_table
 
 from damagepred import open_study
-from damagepred.archive.schema import SAMPLE_STATUS
 from damagepred.damage.limits import construction_limits
+from damagepred.enumerations import SampleStatus
 from damagepred.input_files import read_toml
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
@@ -125,7 +125,7 @@ def walls_of(place: Path, samples: int | None) -> xr.Dataset:
     """Return the walls there are of a study, the first so many if it is said: other studies may have asked for more."""
     ds = open_study(place)
     ds = ds.isel(sample=slice(0, samples))
-    return ds.isel(sample=np.flatnonzero(ds["status"].values != SAMPLE_STATUS.index("missing")))
+    return ds.isel(sample=np.flatnonzero(ds["status"].values != SampleStatus.MISSING))
 
 
 def run_study(folder: Path, arguments: Sequence[str] | None = None) -> int:

@@ -24,7 +24,7 @@ from transient import transient_table
 from walls import INCREMENTS, Case, brittle_case, dry_case, numbers, unique_cases
 
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Kind
+from damagepred.enumerations import ContactKind
 from damagepred.scene import Solver
 
 HERE = Path(__file__).resolve().parent
@@ -45,7 +45,7 @@ def compare(case: Case, quasi: Result, explicit: Result) -> Row:
     """Return by how much two results differ at the end of the path, relative to the largest of the explicit one."""
     model = case.model()
     face = model.interfaces
-    on_dpc = face.kind == Kind.DPC
+    on_dpc = face.kind == ContactKind.DPC
     mortar = model.properties.tensile_strength > 0
 
     def opening(result: Result) -> FloatArray:

@@ -10,8 +10,9 @@ from walls import Case
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
+from damagepred.enumerations import ContactState
 from damagepred.scene import Solver
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.state.joint_history import JointHistory, fields_of
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 

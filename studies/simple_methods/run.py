@@ -27,7 +27,7 @@ from walls import Case, cases, elastic, read_settings, scene_of
 from damagepred import Scene, solve
 from damagepred.archive.files import write_whole
 from damagepred.damage import load_strain_table, load_table, simple_category
-from damagepred.damage.joints import HEAD_JOINT
+from damagepred.enumerations import ContactKind
 from damagepred.errors import SolverError
 from damagepred.plotting.sheet import DPI
 
@@ -72,7 +72,7 @@ def path_of(case: Case, settings: dict[str, Any]) -> pd.DataFrame:
         )
     count = settings["increments"] + 1
     ratio = np.linspace(0.0, 1.0, count) / settings["largest_one_in"]
-    perpends = (wall["contact_kind"].values == HEAD_JOINT) & (wall["contact_y"].values > above_dpc(scene))
+    perpends = (wall["contact_kind"].values == ContactKind.HEAD_JOINT) & (wall["contact_y"].values > above_dpc(scene))
     parted = wall["contact_opening"].values[:, perpends] * (wall["contact_state"].values[:, perpends] == 1)
     beam = simple_category(scene, ratio)
     rows: dict[str, Any] = {

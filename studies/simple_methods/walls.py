@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred import Scene
 from damagepred.assembly import wall_geometry
-from damagepred.damage.joints import FOOTING_INTERFACE
+from damagepred.enumerations import ContactKind
 
 SETTINGS = Path(__file__).with_name("settings.toml")
 
@@ -88,7 +88,7 @@ def elastic(scene: Scene, settings: dict[str, Any], lifts: bool) -> tuple[Scene,
     scene = replace(scene, joint=joint)
     if scene.dpc is not None:
         return scene, {}
-    base = wall_geometry(scene).joints.kind == FOOTING_INTERFACE
+    base = wall_geometry(scene).joints.kind == ContactKind.FOOTING_INTERFACE
     return scene, {
         "joint.tensile_strength": np.where(base, 0.0, strength),
         "joint.cohesion": np.where(base, 0.0, 2 * strength),

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import binomtest
 
-FAILED = 2
+from damagepred.enumerations import SampleStatus
 
 
 def read_at(ds: xr.Dataset, movement: float) -> xr.Dataset:
@@ -40,8 +40,8 @@ def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list
     """
     worst = _worst(ds)
     # a wall that failed after it had reached a category has reached it; before, it is not known
-    lost = (ds["status"].values == FAILED) & (ds["damage_category"].values[:, -1] < 0)
-    known_paths = ds["status"].values <= FAILED
+    lost = (ds["status"].values == SampleStatus.FAILED) & (ds["damage_category"].values[:, -1] < 0)
+    known_paths = ds["status"].values <= SampleStatus.FAILED
     rows = []
     for category in range(1, categories + 1):
         known = known_paths & (~lost | (worst >= category))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from damagepred import Scene
-from damagepred.assembly.model import Kind
+from damagepred.enumerations import ContactKind
 from damagepred.pipeline import model_of
 from damagepred.solvers import solve_path
 
@@ -42,7 +42,7 @@ def solved(scene: Scene, settings: dict[str, Any]) -> list[str]:
     chosen = time.process_time()
     last = list(solve_path(model, solver, scene.movement.increments))[-1]
     done = time.process_time()
-    dpc = model.interfaces.kind == Kind.DPC
+    dpc = model.interfaces.kind == ContactKind.DPC
     mesh = model.mesh
     openings = [1e3 * float(last.opening[which].max(initial=0.0)) for which in (dpc, ~dpc)]
     return [

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from damagepred import Assembly
-from damagepred.assembly import GRAVITY, Kind, wall_model
+from damagepred.assembly import GRAVITY, wall_model
 from damagepred.assembly.bond import lay_bricks
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Movement, Scene, Solver, Wall
 from damagepred.solvers import solve_path
@@ -94,10 +95,10 @@ def test_kinds_come_from_direction():
     wall.rest_on_ground([0, 2])
     face = wall.build().interfaces
     assert sorted(face.kind.tolist()) == [
-        Kind.BED_JOINT,
-        Kind.HEAD_JOINT,
-        Kind.FOOTING_INTERFACE,
-        Kind.FOOTING_INTERFACE,
+        ContactKind.BED_JOINT,
+        ContactKind.HEAD_JOINT,
+        ContactKind.FOOTING_INTERFACE,
+        ContactKind.FOOTING_INTERFACE,
     ]
 
 
@@ -105,25 +106,25 @@ def test_set_joint_in_either_order_and_with_a_kind():
     strong = Joint(cohesion=1e6)
     for a, b in ((0, 1), (1, 0)):
         wall = stack(3)
-        wall.set_joint(a, b, strong, Kind.DPC)
+        wall.set_joint(a, b, strong, ContactKind.DPC)
         model = wall.build()
         mine = (model.interfaces.block_a == 0) & (model.interfaces.block_b == 1)
         assert mine.sum() == 1
         assert (model.properties.cohesion[mine] == 1e6).all()
-        assert (model.interfaces.kind[mine] == Kind.DPC).all()
+        assert (model.interfaces.kind[mine] == ContactKind.DPC).all()
         assert (model.properties.cohesion[~mine] == 0.375e6).all()
-        assert (model.interfaces.kind[~mine] == Kind.BED_JOINT).all()
+        assert (model.interfaces.kind[~mine] == ContactKind.BED_JOINT).all()
 
 
 def test_set_joint_where_a_vertex_divides_the_common_edge():
     wall = Assembly()
     wall.add_block([(0, 0), (1, 0), (1, 1), (0.3, 1), (0, 1)])
     wall.add_block([(0, 1), (1, 1), (1, 2), (0, 2)])
-    wall.set_joint(0, 1, Joint(cohesion=7.0, tensile_strength=0.0), Kind.DPC)
+    wall.set_joint(0, 1, Joint(cohesion=7.0, tensile_strength=0.0), ContactKind.DPC)
     model = wall.build()
     assert sorted(model.interfaces.length) == pytest.approx([0.3, 0.7])
     assert (model.properties.cohesion == 7.0).all()
-    assert (model.interfaces.kind == Kind.DPC).all()
+    assert (model.interfaces.kind == ContactKind.DPC).all()
 
 
 def test_set_joint_above_a_course():
@@ -133,7 +134,7 @@ def test_set_joint_above_a_course():
             wall.add_block([(x + i, y + course) for x, y in UNIT], course=course)
     wall.set_joint_above(0, Joint(friction=0.1))
     model = wall.build()
-    dpc = model.interfaces.kind == Kind.DPC
+    dpc = model.interfaces.kind == ContactKind.DPC
     assert dpc.sum() == 2
     assert (model.interfaces.y[dpc] == 1.0).all()
     assert (model.properties.friction[dpc] == 0.1).all()

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind, wall_geometry, wall_model
+from damagepred.assembly import wall_geometry, wall_model
 from damagepred.assembly.bond import Brick, lay_bricks
 from damagepred.assembly.footing import segment_ends
 from damagepred.assembly.model import Model
 from damagepred.assembly.wall import footing_alone
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Footing, Joint, Mound, Movement, Opening, Rig, Scene, Soil, Solver, Wall
 
@@ -92,7 +93,7 @@ def test_a_symmetric_wall_has_a_symmetric_footing(length: float, movement: Movem
     pieces = segments(model)
     np.testing.assert_allclose(pieces[::-1, :2], length - pieces[:, 1::-1], atol=2e-9)
     face = model.interfaces
-    below = np.isin(face.kind, (Kind.SOIL, Kind.SUPPORT))
+    below = np.isin(face.kind, (ContactKind.SOIL, ContactKind.SUPPORT))
     x = (face.x[below, None] + face.normal_y[below, None] * face.contact_offset[below]).ravel()
     area = face.contact_area[below].ravel()
     there, back = np.lexsort((area, np.round(x, 6))), np.lexsort((area, np.round(length - x, 6)))
@@ -113,31 +114,31 @@ def test_segments_are_joined_to_each_other_and_to_the_bricks_on_them():
     model = wall_model(scene)
     face, footing = model.interfaces, model.footing
     assert footing is not None
-    section = face.kind == Kind.FOOTING_SECTION
+    section = face.kind == ContactKind.FOOTING_SECTION
     assert section.sum() == len(footing) - 1
     assert (np.sort(face.block_a[section]) == footing[:-1]).all()
     assert (face.block_b[section] == face.block_a[section] + 1).all()
     np.testing.assert_allclose(face.normal_x[section], 1.0)
     np.testing.assert_allclose(face.length[section], scene.footing.depth)
     np.testing.assert_allclose(face.contact_area[section].sum(axis=1), 0.3 * 0.3)
-    bed = face.kind == Kind.FOOTING_INTERFACE
+    bed = face.kind == ContactKind.FOOTING_INTERFACE
     assert face.length[bed].sum() == pytest.approx(WALL.length - DOOR.width)
     np.testing.assert_allclose(face.contact_area[bed].sum(axis=1), face.length[bed] * WALL.thickness)
     np.testing.assert_array_equal(face.y[bed], 0.0)
     assert np.isin(face.block_a[bed], footing).all() ^ np.isin(face.block_b[bed], footing).all()
     assert not ((face.x[bed] > DOOR.x) & (face.x[bed] < DOOR.right)).any()
-    soil = face.kind == Kind.SOIL
+    soil = face.kind == ContactKind.SOIL
     assert face.length[soil].sum() == pytest.approx(WALL.length)
     np.testing.assert_allclose(face.contact_area[soil].sum(axis=1), face.length[soil] * 0.3)
     assert (face.block_a[soil] == model.n_blocks).all()
-    assert not (face.kind == Kind.SUPPORT).any()
+    assert not (face.kind == ContactKind.SUPPORT).any()
 
 
 def test_sections_have_the_stiffness_of_the_beam():
     footing = Footing(width=0.4, depth=0.5, elastic_modulus=20e9, poisson_ratio=0.25)
     model = footing_alone(Scene(wall=WALL, footing=footing, movement=GROUND, opening=(DOOR,)))
     face, law = model.interfaces, model.properties
-    section = face.kind == Kind.FOOTING_SECTION
+    section = face.kind == ContactKind.FOOTING_SECTION
     h = model.blocks.x[face.block_b[section]] - model.blocks.x[face.block_a[section]]
     np.testing.assert_allclose(law.normal_stiffness[section], 20e9 / h)
     bending = (law.normal_stiffness[:, None] * face.contact_area * face.contact_offset**2).sum(axis=1)[section]
@@ -154,18 +155,18 @@ def test_the_bed_on_the_footing_is_mortar_or_its_own():
         solver = Solver(lump_block_elasticity=False)
         scene = Scene(wall=WALL, footing=Footing(joint=joint), movement=GROUND, solver=solver)
         model = wall_model(scene)
-        bed = model.interfaces.kind == Kind.FOOTING_INTERFACE
+        bed = model.interfaces.kind == ContactKind.FOOTING_INTERFACE
         used = joint or scene.joint
         assert (model.properties.normal_stiffness[bed] == used.normal_stiffness).all()
         assert (model.properties.cohesion[bed] == used.cohesion).all()
-        others = model.interfaces.kind == Kind.BED_JOINT
+        others = model.interfaces.kind == ContactKind.BED_JOINT
         assert (model.properties.normal_stiffness[others] == scene.joint.normal_stiffness).all()
 
 
 def test_on_the_bed_half_a_brick_is_lumped_and_nothing_of_the_footing():
     scene = Scene(wall=WALL, movement=GROUND)
     model = wall_model(scene)
-    bed = model.interfaces.kind == Kind.FOOTING_INTERFACE
+    bed = model.interfaces.kind == ContactKind.FOOTING_INTERFACE
     exact = 1 / (1 / scene.joint.normal_stiffness + 0.075 / 2 / scene.block.elastic_modulus)
     np.testing.assert_allclose(model.properties.normal_stiffness[bed], exact)
 
@@ -175,7 +176,7 @@ def test_the_soil_swells_in_dishing_and_shrinks_in_doming(kind: str, stiffness: 
     movement = Movement(kind=kind, shape="mound")  # type: ignore[arg-type]
     soil = Soil(swelling_stiffness=2e6, shrinking_stiffness=6e6, friction=0.4)
     model = footing_alone(Scene(wall=WALL, movement=movement, soil=soil))
-    below = model.interfaces.kind == Kind.SOIL
+    below = model.interfaces.kind == ContactKind.SOIL
     assert (model.properties.normal_stiffness[below] == stiffness).all()
     assert (model.properties.shear_stiffness[below] == stiffness).all()
     assert (model.properties.friction[below] == 0.4).all()
@@ -188,7 +189,7 @@ def test_the_ground_moves_as_the_mound_says():
     model = wall_model(scene)
     face = model.interfaces
     ground = len(model.ground.full.normal)
-    assert (face.kind[-ground:] == Kind.SOIL).all()
+    assert (face.kind[-ground:] == ContactKind.SOIL).all()
     x = face.x[-ground:, None] + face.normal_y[-ground:, None] * face.contact_offset[-ground:]
     moved = -model.ground.full.normal  # what the joint does not open
     np.testing.assert_allclose(np.abs(moved), 0.7 * 0.03 * np.abs(2 * x / 4.8 - 1) ** 3, atol=1e-12)
@@ -202,7 +203,7 @@ def test_supports_stand_where_the_rig_says():
     scene = Scene(wall=WALL, movement=JACKS, rig=rig)
     model = wall_model(scene)
     face = model.interfaces
-    bearing = face.kind == Kind.SUPPORT
+    bearing = face.kind == ContactKind.SUPPORT
     x = np.round(face.x[bearing], 3)
     assert set(np.round(x, 2)) == {0.3, 2.4, 4.5}
     stiffness = (model.properties.normal_stiffness[:, None] * face.contact_area).sum(axis=1)[bearing]
@@ -306,7 +307,7 @@ def test_a_footing_of_zones_is_one_block_and_measured_at_its_gridpoints(movement
     assert mesh is not None
     assert model.footing is not None
     assert len(model.footing) == 1
-    assert not (wall_geometry(scene).interfaces.kind == Kind.FOOTING_SECTION).any()
+    assert not (wall_geometry(scene).interfaces.kind == ContactKind.FOOTING_SECTION).any()
     assert model.deflection is not None
     moved = np.zeros(model.size)
     own = np.flatnonzero(mesh.gridpoint_block == model.footing[0])

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, Kind, wall_model
+from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.quadrature import quadrature
+from damagepred.enumerations import ContactKind
 from damagepred.scene import ControlJoint, Dpc, Joint, Movement, Scene, Solver, Wall
 
 # Abramowitz and Stegun, table 25.6: abscissas on [-1, 1] and weights that sum to 2
@@ -102,33 +103,36 @@ DRY = Joint(tensile_strength=0.0, cohesion=0.0)
 SMALL = Wall(length=1.2, height=0.45)
 
 
-def kinds_cut(scene: Scene) -> set[Kind]:
+def kinds_cut(scene: Scene) -> set[ContactKind]:
     """Return the kinds of interface that no longer are the whole common edge of two blocks."""
     face = wall_model(scene).interfaces
     edge = np.stack((face.block_a, face.block_b, face.kind), axis=1)
     _, number, count = np.unique(edge, axis=0, return_inverse=True, return_counts=True)
-    return {Kind(k) for k in face.kind[(count > 1)[number.ravel()]]}
+    return {ContactKind(k) for k in face.kind[(count > 1)[number.ravel()]]}
 
 
 @pytest.mark.parametrize(
     ("parts", "expected"),
     {
         "bonded": ({}, set()),
-        "dpc": ({"dpc": Dpc()}, {Kind.DPC}),
-        "dry": ({"joint": DRY}, {Kind.BED_JOINT, Kind.HEAD_JOINT, Kind.FOOTING_INTERFACE}),
+        "dpc": ({"dpc": Dpc()}, {ContactKind.DPC}),
+        "dry": ({"joint": DRY}, {ContactKind.BED_JOINT, ContactKind.HEAD_JOINT, ContactKind.FOOTING_INTERFACE}),
         "no strength at the apex": (
             {"joint": Joint(cohesion=0.0)},
-            {Kind.BED_JOINT, Kind.HEAD_JOINT, Kind.FOOTING_INTERFACE},
+            {ContactKind.BED_JOINT, ContactKind.HEAD_JOINT, ContactKind.FOOTING_INTERFACE},
         ),
         "dpc with a bond in shear that breaks": ({"dpc": Dpc(cohesion=1e5)}, set()),
-        "soil": ({"movement": Movement(shape="mound")}, {Kind.SOIL}),
+        "soil": ({"movement": Movement(shape="mound")}, {ContactKind.SOIL}),
         "control joint": ({"control_joint": (ControlJoint(x=0.6, width=0.01),)}, set()),
         "other quadrature": ({"dpc": Dpc(), "solver": Solver(contacts_per_interface=5)}, set()),
-        "asked for": ({"dpc": Dpc(), "solver": Solver(quadrature="midpoint", no_tension_subdivisions=2)}, {Kind.DPC}),
+        "asked for": (
+            {"dpc": Dpc(), "solver": Solver(quadrature="midpoint", no_tension_subdivisions=2)},
+            {ContactKind.DPC},
+        ),
         "refused": ({"dpc": Dpc(), "solver": Solver(no_tension_subdivisions=1)}, set()),
     }.values(),
 )
-def test_interfaces_without_a_bond_are_cut_and_no_others(parts: dict, expected: set[Kind]):
+def test_interfaces_without_a_bond_are_cut_and_no_others(parts: dict, expected: set[ContactKind]):
     given = {"wall": SMALL, "movement": Movement(central_deflection=1e-4), **parts}
     assert kinds_cut(Scene(**given)) == expected
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.assembly import GRAVITY, Kind, wall_geometry, wall_model
+from damagepred.assembly import GRAVITY, wall_geometry, wall_model
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
@@ -74,7 +75,7 @@ def test_roof_load_stands_on_what_is_left_beside_an_opening_to_the_top():
 def test_dpc_lies_between_its_courses_and_nowhere_else(bryant: Scene):
     geometry = wall_geometry(bryant)
     face = geometry.interfaces
-    dpc = face.kind == Kind.DPC
+    dpc = face.kind == ContactKind.DPC
     np.testing.assert_allclose(face.y[dpc], 0.15, atol=1e-12)  # on top of two courses
     assert face.length[dpc].sum() == pytest.approx(6.0)
     at_level = np.isclose(face.y, 0.15) & (face.normal_y > 0.5)
@@ -89,17 +90,17 @@ def test_dpc_lies_between_its_courses_and_nowhere_else(bryant: Scene):
 @pytest.mark.parametrize("course", [1, 5, 31])
 def test_dpc_on_another_course(course: int):
     face = wall_geometry(Scene(dpc=Dpc(course=course))).interfaces
-    np.testing.assert_allclose(face.y[face.kind == Kind.DPC], 0.075 * course, rtol=1e-12)
+    np.testing.assert_allclose(face.y[face.kind == ContactKind.DPC], 0.075 * course, rtol=1e-12)
 
 
 def test_no_dpc_no_dpc():
-    assert not (wall_geometry(Scene()).interfaces.kind == Kind.DPC).any()
+    assert not (wall_geometry(Scene()).interfaces.kind == ContactKind.DPC).any()
 
 
 def test_footing_interface_is_under_the_bottom_course_alone_and_not_under_doors(house: Scene):
     geometry = wall_geometry(house)
     face, n = geometry.interfaces, len(geometry.blocks.x)
-    ground = face.kind == Kind.FOOTING_INTERFACE
+    ground = face.kind == ContactKind.FOOTING_INTERFACE
     assert (face.block_a[ground] == n).all()  # the ground
     assert (face.block_a[~ground] < n).all()
     assert (geometry.blocks.course[face.block_b[ground]] == 0).all()
@@ -114,18 +115,18 @@ def test_footing_interface_is_under_the_bottom_course_alone_and_not_under_doors(
 
 def test_dpc_ends_at_the_door(house: Scene):
     face = wall_geometry(house).interfaces
-    assert face.length[face.kind == Kind.DPC].sum() == pytest.approx(6.0 - 0.84)
+    assert face.length[face.kind == ContactKind.DPC].sum() == pytest.approx(6.0 - 0.84)
 
 
 def test_bed_and_head_joints_by_direction(bryant: Scene):
     face = wall_geometry(bryant).interfaces
-    head = face.kind == Kind.HEAD_JOINT
+    head = face.kind == ContactKind.HEAD_JOINT
     assert (np.abs(face.normal_x[head]) == 1).all()
-    assert (face.normal_y[face.kind == Kind.BED_JOINT] == 1).all()
+    assert (face.normal_y[face.kind == ContactKind.BED_JOINT] == 1).all()
     # 24 and 25 perpends in turn; half-brick contacts between courses: 50 of them on each of 30 beds and the dpc
     assert head.sum() == 16 * (24 + 25)
-    assert (face.kind == Kind.BED_JOINT).sum() == 30 * 50
-    assert (face.kind == Kind.DPC).sum() == 50 * bryant.solver.no_tension_parts
+    assert (face.kind == ContactKind.BED_JOINT).sum() == 30 * 50
+    assert (face.kind == ContactKind.DPC).sum() == 50 * bryant.solver.no_tension_parts
 
 
 def test_contacts_stand_for_the_whole_area_of_their_interface(house: Scene):
@@ -158,10 +159,10 @@ def test_arms_are_those_of_a_rigid_rotation(house: Scene):
 
 def test_joints_of_the_bryant_wall(bryant: Scene):
     joints = wall_geometry(bryant).joints
-    beds = np.isin(joints.kind, (Kind.BED_JOINT, Kind.DPC, Kind.FOOTING_INTERFACE))
+    beds = np.isin(joints.kind, (ContactKind.BED_JOINT, ContactKind.DPC, ContactKind.FOOTING_INTERFACE))
     assert beds.sum() == 816  # one under each brick
     assert (~beds).sum() == 16 * (24 + 25)
-    first = joints.x[(joints.course == 1) & (joints.kind == Kind.BED_JOINT)]
+    first = joints.x[(joints.course == 1) & (joints.kind == ContactKind.BED_JOINT)]
     np.testing.assert_allclose(first, [0.06, *(0.24 * np.arange(1, 25)), 5.94], atol=1e-12)
 
 
@@ -178,7 +179,7 @@ def test_interfaces_under_one_brick_are_one_joint(bryant: Scene):
 
 def test_paper_s_strengths_everywhere(bryant: Scene):
     model = wall_model(bryant)
-    dpc = model.interfaces.kind == Kind.DPC
+    dpc = model.interfaces.kind == ContactKind.DPC
     law = model.properties
     for name, mortar, membrane in (
         ("tensile_strength", 0.453e6, 0.0),
@@ -197,7 +198,7 @@ def test_paper_s_strengths_everywhere(bryant: Scene):
 def test_dpc_with_its_own_stiffness():
     scene = Scene(dpc=Dpc(normal_stiffness=1e9), solver=Solver(lump_block_elasticity=False))
     model = wall_model(scene)
-    dpc = model.interfaces.kind == Kind.DPC
+    dpc = model.interfaces.kind == ContactKind.DPC
     assert (model.properties.normal_stiffness[dpc] == 1e9).all()
     assert (model.properties.normal_stiffness[~dpc] == 82e9).all()
     assert (model.properties.shear_stiffness == 36e9).all()
@@ -208,17 +209,17 @@ def test_block_elasticity_in_series_with_bed_and_perpend():
     model = wall_model(Scene(wall=Wall(length=2.4, height=0.45)))
     face, k_n, k_s = model.interfaces, model.properties.normal_stiffness, model.properties.shear_stiffness
     g = 9e9 / (2 * 1.19)
-    bed = face.kind == Kind.BED_JOINT
+    bed = face.kind == ContactKind.BED_JOINT
     np.testing.assert_allclose(k_n[bed], 1 / (1 / 82e9 + 0.075 / 9e9), rtol=1e-12)
     np.testing.assert_allclose(k_s[bed], 1 / (1 / 36e9 + 0.075 / g), rtol=1e-12)
-    head = face.kind == Kind.HEAD_JOINT
+    head = face.kind == ContactKind.HEAD_JOINT
     whole = head & (np.abs(face.x - 1.2) < 0.9)
     np.testing.assert_allclose(k_n[whole], 1 / (1 / 82e9 + 0.24 / 9e9), rtol=1e-12)
     np.testing.assert_allclose(k_s[whole], 1 / (1 / 36e9 + 0.24 / g), rtol=1e-12)
     beside_a_half = head & (np.abs(face.x - 0.12) < 1e-9)
     assert beside_a_half.any()
     np.testing.assert_allclose(k_n[beside_a_half], 1 / (1 / 82e9 + 0.18 / 9e9), rtol=1e-12)
-    ground = face.kind == Kind.FOOTING_INTERFACE  # the ground adds nothing
+    ground = face.kind == ContactKind.FOOTING_INTERFACE  # the ground adds nothing
     np.testing.assert_allclose(k_n[ground], 1 / (1 / 82e9 + 0.0375 / 9e9), rtol=1e-12)
 
 
@@ -226,7 +227,7 @@ def test_the_paper_counts_joint_compliance_twice():
     """86 mm blocks of E = 9000 MPa in series with 82 N/mm3 make 3950 MPa."""
     scene = Scene(wall=Wall(length=2.4, height=0.86, block_height=0.086))
     model = wall_model(scene)
-    bed = model.interfaces.kind == Kind.BED_JOINT
+    bed = model.interfaces.kind == ContactKind.BED_JOINT
     assert model.properties.normal_stiffness[bed][0] * 0.086 == pytest.approx(3950e6, rel=2e-3)
 
 
@@ -239,9 +240,9 @@ def test_without_lumping_the_joints_alone_are_elastic():
 def test_tension_stops_at_the_apex_of_the_cone():
     joint = Joint(tensile_strength=0.8e6, cohesion=0.3e6, friction=0.75)
     model = wall_model(Scene(joint=joint, dpc=Dpc()))
-    mortar = model.interfaces.kind != Kind.DPC
+    mortar = model.interfaces.kind != ContactKind.DPC
     np.testing.assert_allclose(model.properties.tensile_strength[mortar], 0.4e6)
-    assert model.apex_limited == (wall_geometry(Scene(dpc=Dpc())).joints.kind != Kind.DPC).sum()
+    assert model.apex_limited == (wall_geometry(Scene(dpc=Dpc())).joints.kind != ContactKind.DPC).sum()
 
 
 def test_no_friction_no_apex():
@@ -271,7 +272,7 @@ def test_no_fracture_energy_breaks_at_once(bryant: Scene):
 
 def test_tension_falls_to_nothing_where_the_area_below_it_is_the_fracture_energy():
     model = wall_model(Scene(joint=Joint(fracture_energy=20.0), dpc=Dpc()))
-    law, dpc = model.properties, model.interfaces.kind == Kind.DPC
+    law, dpc = model.properties, model.interfaces.kind == ContactKind.DPC
     np.testing.assert_allclose(law.critical_opening[~dpc], 2 * 20.0 / 0.453e6, rtol=1e-14)
     assert (law.critical_opening[dpc] == 0.0).all()  # nothing to soften
     assert (law.tensile_strength[dpc] == 0.0).all()
@@ -290,9 +291,9 @@ def test_where_the_elastic_joint_holds_more_the_bond_breaks_at_once():
     held = strength**2 / (2 * law.normal_stiffness)
     expected = np.where(held < 2.5, 2 * 2.5 / strength, 0.0)
     np.testing.assert_allclose(law.critical_opening, expected, rtol=1e-14)
-    whole = (model.interfaces.kind == Kind.HEAD_JOINT) & (np.abs(model.interfaces.x - 3.0) < 2.0)
+    whole = (model.interfaces.kind == ContactKind.HEAD_JOINT) & (np.abs(model.interfaces.x - 3.0) < 2.0)
     assert (law.critical_opening[whole] == 0.0).all()
-    assert (law.critical_opening[model.interfaces.kind == Kind.BED_JOINT] > 0.0).all()
+    assert (law.critical_opening[model.interfaces.kind == ContactKind.BED_JOINT] > 0.0).all()
     alone = wall_model(Scene(joint=joint, solver=Solver(lump_block_elasticity=False))).properties
     assert (alone.critical_opening > 0.0).all()
     tough = wall_model(Scene(joint=Joint(fracture_energy=10.0))).properties
@@ -306,7 +307,7 @@ def test_fields_of_fracture_energy_and_strength(house: Scene):
     energy, tension = rng.uniform(5.0, 20.0, len(joints)), rng.uniform(0.1e6, 0.4e6, len(joints))
     tension[5] = 0.0
     model = wall_model(scene, {"joint.fracture_energy": energy, "joint.tensile_strength": tension})
-    mortar = model.interfaces.kind != Kind.DPC
+    mortar = model.interfaces.kind != ContactKind.DPC
     at = model.interfaces.joint[mortar]
     found = model.properties.critical_opening[mortar]
     np.testing.assert_allclose(found[at != 5], (2 * energy / np.maximum(tension, 1.0))[at[at != 5]], rtol=1e-14)
@@ -324,7 +325,7 @@ def test_a_field_gives_each_joint_its_own_value_and_leaves_the_other_material_al
     count = len(geometry.joints.kind)
     tension, friction = 1e3 + np.arange(count), 0.2 + 1e-4 * np.arange(count)
     model = wall_model(house, {"joint.tensile_strength": tension, "dpc.friction": friction})
-    face, dpc = model.interfaces, model.interfaces.kind == Kind.DPC
+    face, dpc = model.interfaces, model.interfaces.kind == ContactKind.DPC
     np.testing.assert_array_equal(model.properties.tensile_strength[~dpc], tension[face.joint[~dpc]])
     assert (model.properties.tensile_strength[dpc] == 0).all()
     np.testing.assert_array_equal(model.properties.friction[dpc], friction[face.joint[dpc]])
@@ -378,7 +379,7 @@ def test_the_ground_moves_as_the_profile_tells(kind: str):
     scene = Scene(movement=Movement(kind=kind, shape="parabola", central_deflection=0.01))
     model = wall_model(scene)
     face = model.interfaces
-    ground = face.kind == Kind.FOOTING_INTERFACE
+    ground = face.kind == ContactKind.FOOTING_INTERFACE
     x = face.x[ground][:, None] + face.contact_offset[ground]
     sign = 1 if kind == "doming" else -1
     np.testing.assert_allclose(model.ground.full.normal, sign * 0.04 * (x / 6) * (1 - x / 6), atol=1e-15)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from damagepred.damage import JointMap, Verdict, judge
-from damagepred.damage.joints import BED_JOINT, DPC, FOOTING_INTERFACE, HEAD_JOINT
+from damagepred.enumerations import ContactKind
 from damagepred.scene import Damage
 
 HALF, COURSE = 0.12, 0.075
@@ -37,7 +37,13 @@ class Pattern:
 
         for r in range(self.rows):
             for i in range(self.columns):
-                kind = FOOTING_INTERFACE if r == 0 else DPC if r == self.dpc else BED_JOINT
+                kind = (
+                    ContactKind.FOOTING_INTERFACE
+                    if r == 0
+                    else ContactKind.DPC
+                    if r == self.dpc
+                    else ContactKind.BED_JOINT
+                )
                 self.lines["bed", i, r] = len(kinds)
                 places.append(((i + 0.5) * self.half, r * COURSE))
                 normals.append((0.0, 1.0))
@@ -49,7 +55,7 @@ class Pattern:
                     self.lines["head", i, r] = len(kinds)
                     places.append((i * self.half, (r + 0.5) * COURSE))
                     normals.append((1.0, 0.0))
-                    kinds.append(HEAD_JOINT)
+                    kinds.append(ContactKind.HEAD_JOINT)
                     lengths.append(COURSE)
                     blocks.append((brick(i - 1, r), brick(i, r)))
         middle = np.array(places) + np.array(self.origin)

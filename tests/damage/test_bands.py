@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from damagepred.assembly import wall_model
 from damagepred.damage import JointMap, judge
-from damagepred.damage.joints import BED_JOINT, HEAD_JOINT
+from damagepred.enumerations import ContactKind
 from damagepred.pipeline import gauges, solve
 from damagepred.scene import ControlJoint, Damage, Dpc, Movement, Opening, Scene, Solver, Wall
 from tests.damage.pattern import Pattern
@@ -113,11 +113,11 @@ ROW, COLUMN = (0.96, 1.2, 1.44, 1.68), (0.225, 0.3, 0.375, 0.45)
 
 
 def heads(*x: float, y: float = 0.3375) -> dict:
-    return {(HEAD_JOINT, place, y): 1.0 for place in x}
+    return {(ContactKind.HEAD_JOINT, place, y): 1.0 for place in x}
 
 
 def beds(*y: float, x: float = 1.26) -> dict:
-    return {(BED_JOINT, x, place): 1.0 for place in y}
+    return {(ContactKind.BED_JOINT, x, place): 1.0 for place in y}
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_any_quadrature_reads_the_same(quadrature: str, contacts: int):
     """Rigid bricks in a row turn one against the other: joints open in proportion to the height, 3 mm in all at top."""
     solver = Solver(quadrature=quadrature, contacts_per_interface=contacts)
     joints = gauges(wall_model(replace(PLAIN, solver=solver))).joints
-    own = (joints.kind == HEAD_JOINT) & (np.abs(joints.middle_y - 0.3375) < 1e-6)
+    own = (joints.kind == ContactKind.HEAD_JOINT) & (np.abs(joints.middle_y - 0.3375) < 1e-6)
     own &= (joints.start[:, 0] > 0.9) & (joints.start[:, 0] < 1.5)
     assert own.sum() == 3
     opening = np.where(own[:, None], (joints.contact_y - 0.3) / COURSE * MM, 0.0)

@@ -11,7 +11,7 @@ import damagepred
 from damagepred.assembly import wall_model
 from damagepred.damage import Growth, JointMap, judge
 from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, WALL
-from damagepred.damage.joints import DPC
+from damagepred.enumerations import ContactKind
 from damagepred.pipeline import joint_map
 from damagepred.plotting.dpc import opening_along
 from damagepred.plotting.geometry import Faces
@@ -104,7 +104,9 @@ def test_archives_pictures_and_cracks_read_the_same_widest_opening(rule: tuple[A
         )
     )
     widest = ds["dpc_opening_max"].values
-    assert (widest[1:] > 1.001 * ds["contact_opening"].values[1:, ds["contact_kind"].values == DPC].max(axis=1)).all()
+    assert (
+        widest[1:] > 1.001 * ds["contact_opening"].values[1:, ds["contact_kind"].values == ContactKind.DPC].max(axis=1)
+    ).all()
     again = damagepred.judge_again(ds)
     assert again["dpc_opening_max"].values == pytest.approx(widest, rel=1e-9)
     assert again["crack_width_max"].values == pytest.approx(ds["crack_width_max"].values, rel=1e-9)

@@ -8,8 +8,8 @@ import pytest
 from damagepred.damage import HAIRLINE, Growth, Numbered, find_cracks
 from damagepred.damage.bricks import links_of
 from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, DPC_SLIP, WALL
-from damagepred.damage.joints import CONTROL_JOINT, HEAD_JOINT
 from damagepred.damage.tracing import DIAGONAL, HORIZONTAL, STEPPED, VERTICAL, Links, Pieces
+from damagepred.enumerations import ContactKind
 from tests.damage.pattern import COURSE, HALF, Pattern
 
 MM = 1e-3
@@ -383,7 +383,7 @@ def test_orientation_of_a_slope_through_bricks_is_diagonal():
     ]
 
 
-@pytest.mark.parametrize("kind", [HEAD_JOINT, CONTROL_JOINT])
+@pytest.mark.parametrize("kind", [ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT])
 def test_a_control_joint_parts_cracks(kind: int):
     """Beds cracked on either side of a perpend meet at its foot; where it is a control joint, the leaf ends there."""
     wall = Pattern()
@@ -394,7 +394,7 @@ def test_a_control_joint_parts_cracks(kind: int):
         if ("head", 6, r) in wall.lines:
             kinds[wall.place("head", 6, r)] = kind
     wall.map = dataclasses.replace(wall.map, kind=kinds)
-    expected = 1 if kind == HEAD_JOINT else 2
+    expected = 1 if kind == ContactKind.HEAD_JOINT else 2
     assert len(cracks(wall)) == expected
     assert wall.judge().crack_count == expected
     assert len(find_cracks(wall.map, wall.opening, wall.slip, wall.cracked).width) == expected

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize, nnls
 
+from damagepred.enumerations import ZoneState
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone import law as zone_law
 from damagepred.kernels.zone.law import BOTH, ELASTIC, NO_LIMIT, SHEAR, TENSION, zone_elasticity, zone_strength
-from damagepred.solvers.state.increment import ZoneState
 
 E, NU = 9e9, 0.19
 PLANES = {"stress": False, "strain": True}

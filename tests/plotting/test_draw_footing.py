@@ -6,9 +6,7 @@ import xarray as xr
 from matplotlib.collections import PolyCollection
 
 import damagepred
-from damagepred.archive.schema import KINDS
-from damagepred.damage import joints
-from damagepred.damage.joints import SOIL
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting import (
     draw_footing,
@@ -35,10 +33,6 @@ def arrows(ax):
 
 def words(ax):
     return [t.get_text() for t in ax.texts]
-
-
-def test_kinds_of_interfaces_are_in_step():
-    assert [getattr(joints, name.upper()) for name in KINDS] == list(range(len(KINDS)))
 
 
 def test_the_footing_is_told_from_bricks(on_jacks, on_mound, on_dpc):
@@ -85,7 +79,7 @@ def test_a_wall_on_a_mound_is_drawn_with_the_surface_of_the_ground(on_mound):
     factor = 3.0
     ax = draw_wall(on_mound, exaggeration=factor)
     (line,) = [line for line in ax.lines if line.get_label().startswith("surface")]
-    x, height, rise = ground_profile(on_mound, -1, SOIL)
+    x, height, rise = ground_profile(on_mound, -1, ContactKind.SOIL)
     depth = Footing(depth=0.05).depth
     assert height == pytest.approx(np.full(len(x), -depth))
     np.testing.assert_allclose(line.get_ydata(), height + factor * rise)
@@ -198,7 +192,7 @@ def test_what_has_no_footing_is_refused(on_dpc):
 
 def test_slipped_joints_are_marked_if_asked_for(on_jacks):
     slipped = on_jacks.copy(deep=True)
-    closed = (slipped.contact_kind.values == joints.DPC) & (slipped.contact_opening.values[-1] <= 0)
+    closed = (slipped.contact_kind.values == ContactKind.DPC) & (slipped.contact_opening.values[-1] <= 0)
     assert closed.any()
     slipped["contact_slip"].values[-1] = np.where(closed, 1e-3, 0.0)
     (marks,) = collection(draw_wall(slipped, slips=True), "slips")

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_rgba
 
 import damagepred
-from damagepred.damage.joints import DPC
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting import draw_dpc_opening, draw_history, draw_opening_width_change
 from damagepred.plotting.colours import CATEGORY_COLOURS
@@ -26,7 +26,7 @@ def test_dpc_lines_carry_the_openings_in_mm(on_dpc):
     ax = draw_dpc_opening(on_dpc)
     x, opening, _ = opening_along(on_dpc)
     assert (np.diff(x) >= -1e-12).all()
-    of_dpc = on_dpc.contact_kind.values == DPC
+    of_dpc = on_dpc.contact_kind.values == ContactKind.DPC
     assert np.sort(opening[-1]).tolist() == np.sort(on_dpc.contact_opening.values[-1, of_dpc]).tolist()
     last = [line for line in ax.lines if len(line.get_xdata()) == len(x)][-1]
     assert last.get_xdata() == pytest.approx(x)

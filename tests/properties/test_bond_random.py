@@ -5,9 +5,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from damagepred.assembly import Kind, wall_geometry
+from damagepred.assembly import wall_geometry
 from damagepred.assembly.bond import lay_bricks
 from damagepred.assembly.geometry import refuse_overlaps
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Scene
 from tests.properties.strategies import openings
@@ -103,7 +104,7 @@ def test_walls(scene: Scene):
     for y in levels[1:-1]:
         expected = common(solid(scene, y - 1e-5), solid(scene, y + 1e-5))
         assert face.length[beds & (np.abs(heights - y) < 1e-6)].sum() == pytest.approx(expected, abs=1e-6)
-    ground = face.kind == Kind.FOOTING_INTERFACE
+    ground = face.kind == ContactKind.FOOTING_INTERFACE
     assert face.length[ground].sum() == pytest.approx(sum(b - a for a, b in solid(scene, 1e-5)), abs=1e-6)
     assert (ground == ~inner).all()
 
@@ -150,7 +151,7 @@ def test_joints(scene: Scene):
     """One joint for the bed under each brick, one for each perpend, course by course."""
     geometry = wall_geometry(scene)
     face, joints, n = geometry.interfaces, geometry.joints, len(geometry.blocks.x)
-    head = face.kind == Kind.HEAD_JOINT
+    head = face.kind == ContactKind.HEAD_JOINT
     beds = {int(b): set(face.joint[(face.block_b == b) & ~head]) for b in range(n)}
     for brick, found in beds.items():
         assert len(found) <= 1
@@ -159,7 +160,7 @@ def test_joints(scene: Scene):
     assert len(below) == sum(1 for v in beds.values() if v)  # no two bricks share one
     assert len(set(face.joint[head])) == head.sum()
     assert len(joints.kind) == len(below) + head.sum()
-    ground = joints.kind == Kind.FOOTING_INTERFACE
+    ground = joints.kind == ContactKind.FOOTING_INTERFACE
     assert (np.diff(ground.astype(int)) >= 0).all()  # the ground last
     assert (np.diff(joints.course[~ground]) >= 0).all()
     for course in np.unique(joints.course):

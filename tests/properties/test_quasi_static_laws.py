@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import Model, wall_model
+from damagepred.enumerations import ContactState
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 from tests.validation.test_quasi_static_balance import unbalanced
 
 LAWS: dict[str, dict[str, Any]] = {

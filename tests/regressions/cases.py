@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from damagepred import fit_fragility, open_study
-from damagepred.archive.folder import FAILED, StudyFolder
+from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import wall_model
+from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
 from damagepred.kernels.interface.equilibrium import commit_joint_history
 from damagepred.pipeline import dynamic_run, follow
@@ -158,7 +159,7 @@ def sample(settings: Callable[[], StudySettings]) -> Callable[[Path], Ready]:
         def work() -> None:
             part.unlink(missing_ok=True)
             outcomes = run_batch(str(place.path), [(1, values)])
-            assert outcomes[0].status < FAILED, outcomes
+            assert outcomes[0].status < SampleStatus.FAILED, outcomes
             assert part.is_file()
 
         return Ready(work, 1e-3)

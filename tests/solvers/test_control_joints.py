@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred.assembly import Kind, Model, wall_geometry, wall_model
+from damagepred.assembly import Model, wall_geometry, wall_model
 from damagepred.assembly.interfaces import ground_movement
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.pipeline import follow
 from damagepred.scene import ControlJoint, Damage, Dpc, Dynamics, Joint, Loads, Movement, Opening, Scene, Solver, Wall
@@ -142,7 +143,7 @@ def pushed(solver: Solver, width: float, by: float) -> float:
         prescribed=dofs, prescribed_displacement=moved, start=np.zeros(6), after_load=np.zeros(6, dtype=bool)
     )
     step = last_step(replace(model, supports=supports), described.solver, 2)
-    return -float(step.increment.normal_stress[model.interfaces.kind == Kind.CONTROL_JOINT].mean())
+    return -float(step.increment.normal_stress[model.interfaces.kind == ContactKind.CONTROL_JOINT].mean())
 
 
 @pytest.mark.parametrize("solver", [QUASI_STATIC, EXPLICIT], ids=["quasi_static", "explicit"])
@@ -158,7 +159,7 @@ def test_a_control_joint_is_no_crack():
     assert ds.control_joint_opening_max[-1] > 2e-3
     assert ds.crack_width_max[-1] == 0.0
     assert ds.damage_category[-1] == 0
-    at_joint = ds.contact_kind == Kind.CONTROL_JOINT
+    at_joint = ds.contact_kind == ContactKind.CONTROL_JOINT
     assert at_joint.sum() > 0
     assert (ds.contact_state.values[:, at_joint] == 0).all()
     np.testing.assert_allclose(ds.contact_normal_stress.values[:, at_joint], 0.0)
@@ -184,7 +185,7 @@ def test_beside_a_window_that_reaches_the_top():
     window = Opening(x=0.96, y=0.45, width=0.48, height=0.45)
     described = scene(0.96, opening=(window,), dpc=Dpc())
     ds = damagepred.solve(described)
-    at_joint = ds.contact_kind.values == Kind.CONTROL_JOINT
+    at_joint = ds.contact_kind.values == ContactKind.CONTROL_JOINT
     assert ds.contact_y.values[at_joint].max() < 0.45
     assert ds.control_joint_opening_max[-1] > 1e-4
 
@@ -204,7 +205,9 @@ def test_a_joint_that_closes_at_one_end_only_is_found_by_the_condensed_wall():
         damagepred.solve(tall, solver=Solver(condense=condense, lump_block_elasticity=False))
         for condense in (True, False)
     )
-    closed = condensed["contact_normal_stress"].values[:, condensed["contact_kind"].values == Kind.CONTROL_JOINT] < 0
+    closed = (
+        condensed["contact_normal_stress"].values[:, condensed["contact_kind"].values == ContactKind.CONTROL_JOINT] < 0
+    )
     assert (closed.any(axis=1) & ~closed.all(axis=1)).any()
     for name in ("block_displacement_x", "block_displacement_y"):
         np.testing.assert_allclose(condensed[name], whole[name], atol=1e-7)

@@ -8,9 +8,9 @@ import pytest
 import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactState
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Solver, Wall
 from damagepred.solvers.dynamics import DynamicRun
-from damagepred.solvers.state.increment import ContactState
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, stack, started, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, Kind, wall_model
+from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactKind, ContactState
 from damagepred.scene import Joint, Movement, Solver
-from damagepred.solvers import ContactState
 from damagepred.solvers.explicit.load_path import ExplicitPath, explicit_path
 from damagepred.solvers.state.joint_history import fields_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
@@ -95,7 +95,7 @@ def test_a_mirrored_wall_moves_as_in_a_mirror():
     for step in (1, 4):
         one, other = ends[0][step].displacement, ends[1][step].displacement[twin] * (-1.0, 1.0, -1.0)
         assert np.abs(one - other)[:, :2].max() < 0.01 * np.abs(one)[:, :2].max()
-    dpc = [np.sort(p[4].opening[m.interfaces.kind == Kind.DPC].ravel()) for p, m in zip(ends, models)]
+    dpc = [np.sort(p[4].opening[m.interfaces.kind == ContactKind.DPC].ravel()) for p, m in zip(ends, models)]
     np.testing.assert_allclose(*dpc, atol=0.01 * dpc[0].max())
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh
 
-from damagepred.assembly import Kind, Model, wall_model
+from damagepred.assembly import Model, wall_model
 from damagepred.assembly.section import SectionMemory
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
@@ -54,12 +55,12 @@ def both(scene: Scene) -> tuple[Model, list[Increment], list[Increment]]:
 
 def dpc_opening(model: Model, increment: Increment) -> float:
     """Return the largest opening of the dpc (m)."""
-    return float(increment.opening[model.interfaces.kind == Kind.DPC].max())
+    return float(increment.opening[model.interfaces.kind == ContactKind.DPC].max())
 
 
 def support_loads(model: Model, increment: Increment) -> float:
     """Return what all supports carry (N, upwards)."""
-    here = model.interfaces.kind == Kind.SUPPORT
+    here = model.interfaces.kind == ContactKind.SUPPORT
     return -float((increment.normal_stress[here] * model.interfaces.contact_area[here]).sum())
 
 
@@ -197,7 +198,7 @@ def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
 def test_supports_push_only_where_they_do_not_hold_the_footing_down() -> None:
     """Bearings that hold down are no such supports, whatever they would keep if they broke."""
     model = wall_model(on_jacks(rig=Rig(support="lift_off")))
-    supports = np.flatnonzero(model.interfaces.kind == Kind.SUPPORT)
+    supports = np.flatnonzero(model.interfaces.kind == ContactKind.SUPPORT)
     assert supports.size == 2
     np.testing.assert_array_equal(unilateral_supports(model), supports)
     strength, left = model.properties.tensile_strength.copy(), model.properties.residual_tensile_strength.copy()
@@ -301,7 +302,7 @@ def on_mound() -> Scene:
 def test_mound_that_lifts_off_is_the_quasi_static_one() -> None:
     model, explicit, quasi_static = both(on_mound())
     agree(model, explicit, quasi_static, 0.005)
-    lifted = explicit[-1].opening[model.interfaces.kind == Kind.SOIL]
+    lifted = explicit[-1].opening[model.interfaces.kind == ContactKind.SOIL]
     assert (lifted > 0.0).any()
     assert (lifted < 0.0).any()
 

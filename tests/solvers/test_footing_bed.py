@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred.archive.schema import KINDS
 from damagepred.assembly import wall_model
 from damagepred.damage import load_table
+from damagepred.enumerations import ContactKind
 from damagepred.rejudge import footing_gap_note
 from damagepred.scene import Damage, Dpc, Footing, Joint, Movement, Scene, Solver, Wall
 
 MM = 1e-3
-BED = KINDS.index("footing_interface")
+BED = ContactKind.FOOTING_INTERFACE
 LOOSE = Joint(tensile_strength=0.0, cohesion=0.0)
 STRONG = Joint(tensile_strength=1e8, cohesion=1e8)
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, Kind, Model, wall_model
+from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactKind, ContactState
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import ContactState, Increment, explicit, quasi_static, solve_path
+from damagepred.solvers import Increment, explicit, quasi_static, solve_path
 from damagepred.solvers import symmetry as half
 from damagepred.solvers.explicit import explicit_path
 from damagepred.solvers.symmetry import Half, symmetric_half
@@ -218,7 +219,7 @@ def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
     """The half has only half of the opening, at the stress of the whole: pulled elastically, then open."""
     accuracy = {"displacement": 1e-3, "stress": 1e-2} if solver is EXPLICIT else {"displacement": 1e-6, "stress": 1e-6}
     pulled, open_ = two_piers(1e-5), two_piers(4e-3)
-    axis = (pulled.interfaces.x == 0.5) & (pulled.interfaces.kind == Kind.HEAD_JOINT)
+    axis = (pulled.interfaces.x == 0.5) & (pulled.interfaces.kind == ContactKind.HEAD_JOINT)
     assert axis.sum() == 2
     _, (one, whole) = compare(pulled, solver, 1, **accuracy)
     assert whole.normal_stress[axis].max() > 1e4
@@ -237,7 +238,7 @@ def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
 def test_a_joint_on_the_axis_softens_as_in_the_whole_wall(solver: Solver) -> None:
     """Its tension falls to nothing over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
     model = two_piers(0.25e-3, fracture_energy=10.0)
-    axis = (model.interfaces.x == 0.5) & (model.interfaces.kind == Kind.HEAD_JOINT)
+    axis = (model.interfaces.x == 0.5) & (model.interfaces.kind == ContactKind.HEAD_JOINT)
     _, (one, whole) = compare(model, solver, 1, displacement=1e-3, stress=1e-2)
     softening = (whole.state[axis] == ContactState.CRACKED) & (whole.normal_stress[axis] > 5e3)
     assert softening.any()
@@ -328,13 +329,13 @@ def test_the_half_is_half_the_wall(name: str) -> None:
     assert (np.flatnonzero(with_ground) == np.arange(len(face.x))[-len(part.ground.full.normal) :]).all()
     assert face.block_b.max() < n
     assert len(part.ground.full.normal) == len(part.ground.full.shear) == with_ground.sum()
-    axis = with_ground & (face.kind == Kind.HEAD_JOINT)
-    inner = whole.interfaces.kind != Kind.FOOTING_INTERFACE
+    axis = with_ground & (face.kind == ContactKind.HEAD_JOINT)
+    inner = whole.interfaces.kind != ContactKind.FOOTING_INTERFACE
     # a joint on the axis is there whole, and the bed joints that the axis cuts are there in half
     area = face.contact_area.sum(axis=1)
-    kept = area[~axis & (face.kind != Kind.FOOTING_INTERFACE)].sum() + area[axis].sum() / 2
+    kept = area[~axis & (face.kind != ContactKind.FOOTING_INTERFACE)].sum() + area[axis].sum() / 2
     assert kept == pytest.approx(whole.interfaces.contact_area[inner].sum() / 2)
-    assert area[face.kind == Kind.FOOTING_INTERFACE].sum() == pytest.approx(
+    assert area[face.kind == ContactKind.FOOTING_INTERFACE].sum() == pytest.approx(
         whole.interfaces.contact_area[~inner].sum() / 2
     )
 

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, Kind, Model
+from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import Jacks
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE, LAW
 from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
@@ -131,7 +132,7 @@ def test_states_of_contacts() -> None:
     history.cracked[0, 0] = True
     history.slip[0, :2] = -1e-9
     assert contact_states(model, history).tolist() == [[1, 2, 0]]
-    control = model.interfaces._replace(kind=np.full_like(model.interfaces.kind, Kind.CONTROL_JOINT))
+    control = model.interfaces._replace(kind=np.full_like(model.interfaces.kind, ContactKind.CONTROL_JOINT))
     assert contact_states(replace(model, interfaces=control), history).tolist() == [[0, 0, 0]]
 
 
@@ -141,7 +142,7 @@ def beam() -> Model:
     edges = [0.0, 0.3, 0.7, 1.2]
     blocks = [wall.add_block(rectangle(a, 0.0, b, 0.2)) for a, b in pairwise(edges)]
     for block in (0, 1):
-        wall.set_joint(block, block + 1, Joint(), Kind.FOOTING_SECTION)
+        wall.set_joint(block, block + 1, Joint(), ContactKind.FOOTING_SECTION)
     for block, x in ((0, 0.1), (1, 0.695), (2, 1.15)):
         wall.bear(blocks[block], x, width=0.01)
     return wall.build(STIFF)
@@ -150,7 +151,7 @@ def beam() -> Model:
 def test_supports_and_sections_carry_what_their_contacts_do() -> None:
     model = beam()
     face = model.interfaces
-    support = np.flatnonzero(face.kind == Kind.SUPPORT)
+    support = np.flatnonzero(face.kind == ContactKind.SUPPORT)
     sigma, tau, opening = (np.zeros(face.contact_area.shape) for _ in range(3))
     for k, carries in zip(support[np.argsort(face.x[support])], (300.0, 900.0, -120.0), strict=True):
         sigma[k] = -carries / face.contact_area[k].sum()

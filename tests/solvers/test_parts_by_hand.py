@@ -9,6 +9,7 @@ import pytest
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.section import SectionMemory
+from damagepred.enumerations import ZoneState
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.explicit.jacks import VOLUME
 from damagepred.kernels.interface.equilibrium import (
@@ -25,7 +26,6 @@ from damagepred.solvers.explicit import load_path
 from damagepred.solvers.quasi_static.continuation import EnergyControl
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
-from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import picture
 from damagepred.solvers.system.detached_blocks import largest_elastic_displacement

@@ -9,10 +9,11 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 import damagepred
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import GRAVITY, rectangle
+from damagepred.enumerations import ContactState
 from damagepred.errors import ConvergenceError
 from damagepred.pipeline import QUALITY, model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import linear_system as equations

@@ -8,12 +8,12 @@ import pytest
 from damagepred import Assembly, Scene
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ZoneState
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.load_path import ExplicitPath
-from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.deformable_blocks import (
     facets_of,

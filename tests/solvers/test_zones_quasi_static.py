@@ -8,12 +8,12 @@ import pytest
 from damagepred import Assembly, Scene
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ZoneState
 from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.superelements import Solids
-from damagepred.solvers.state.increment import ZoneState
 from damagepred.solvers.state.zone_history import beyond_limits
 from damagepred.solvers.system.elastic_stiffness import (
     dead_load,

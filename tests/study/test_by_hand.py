@@ -14,6 +14,7 @@ import pytest
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column
 from damagepred.assembly import Limits, wall_geometry
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.scene.accuracy import Measured
@@ -24,7 +25,7 @@ from damagepred.study.campaign import stopping as running
 from damagepred.study.campaign.budget import require_affordable, sample_timeout
 from damagepred.study.campaign.cost_estimate import Estimate, zone_bytes
 from damagepred.study.campaign.dispatch import GivenExecutor
-from damagepred.study.campaign.sample import COLLAPSED, COMPLETE, kept_of_movement
+from damagepred.study.campaign.sample import kept_of_movement
 from damagepred.study.campaign.status import standing
 from damagepred.study.campaign.stopping import Ending, Look
 from damagepred.study.campaign.words import duration
@@ -209,11 +210,17 @@ def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest
     def row(value: int, size: int = 1) -> dict[str, Column]:
         return {"a": Column(("sample", "b"), np.full((1, size), value), {})}
 
-    for number, status in ((4, COMPLETE), (5, COLLAPSED), (6, sample.FAILED), (7, COMPLETE), (9, COMPLETE)):
+    for number, status in (
+        (4, SampleStatus.COMPLETE),
+        (5, SampleStatus.COLLAPSED),
+        (6, SampleStatus.FAILED),
+        (7, SampleStatus.COMPLETE),
+        (9, SampleStatus.COMPLETE),
+    ):
         keeper.add(number, status, row(number))
-    keeper.add(10, sample.FAILED, None)
-    keeper.add(11, COMPLETE, row(11))
-    keeper.add(12, COMPLETE, row(12, 2))
+    keeper.add(10, SampleStatus.FAILED, None)
+    keeper.add(11, SampleStatus.COMPLETE, row(11))
+    keeper.add(12, SampleStatus.COMPLETE, row(12, 2))
     keeper.write()
     keeper.write()
     assert written == [

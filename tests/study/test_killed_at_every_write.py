@@ -14,9 +14,10 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import read_dataset
-from damagepred.archive.folder import FAILED, StudyFolder
+from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import read_part, write_part
 from damagepred.cli import main
+from damagepred.enumerations import SampleStatus
 from damagepred.study import Study
 from damagepred.study.analyses.rare_event import rare_event
 from damagepred.study.analyses.two_level import run_two_level
@@ -42,7 +43,7 @@ def fail(folder: Path, sample: int) -> None:
     """Make a sample one that failed and left a part, as a solver does that gives up."""
     place = StudyFolder(folder)
     part = read_part(place.part_file(sample))
-    part["status"].values[:] = FAILED
+    part["status"].values[:] = SampleStatus.FAILED
     write_part(place.part_file(sample), part, place.study_hash)
     place.record_failure(sample, "not_converged", "made up", {})
     place.consolidate()
@@ -85,7 +86,7 @@ def one_study(
         if StudyFolder(folder).exists and not damaged:  # readable in between, and never more than is true
             report = standing(folder)
             assert report.done + report.remaining == report.total
-            assert report.failed <= int((wanted["status"] == FAILED).sum()) + 1
+            assert report.failed <= int((wanted["status"] == SampleStatus.FAILED).sum()) + 1
         go_on(folder)
         xr.testing.assert_identical(content(folder), wanted)
     raise AssertionError("did not come to an end")

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_geometry
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.study import Study, open_study
 from damagepred.study.analyses.two_level import levels, pilot_of, run_two_level
 from damagepred.study.campaign import sample
-from damagepred.study.campaign.sample import FAILED, Outcome, Solved
+from damagepred.study.campaign.sample import Outcome, Solved
 from damagepred.study.settings import StudySettings
 from damagepred.study.study import RunSummary
 from damagepred.uq.control_variate import PilotReport
@@ -107,7 +108,7 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
         found = solve(settings, design, sample, values)
         if sample % 4 or settings.study.fields_from is not None:
             return found
-        return Solved(Outcome(sample, FAILED, 0.01, "injected"), "error", None)
+        return Solved(Outcome(sample, SampleStatus.FAILED, 0.01, "injected"), "error", None)
 
     solve = sample.solve_sample
     monkeypatch.setattr(sample, "solve_sample", every_fourth_fails)

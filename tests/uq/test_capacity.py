@@ -8,13 +8,14 @@ import pytest
 import xarray as xr
 
 from damagepred.damage import damage_table
+from damagepred.enumerations import SampleStatus
 from damagepred.study.analyses import limit_state
 from damagepred.study.analyses.limit_state import Question, margin
 from damagepred.study.analyses.two_level import _hits
 from damagepred.study.analyses.variance_shares import output_of
 from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import COLLAPSED, FAILED, fit_fragility
+from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.running import running_probability
 from damagepred.uq.stopping import StopWhen
 from tests.study.test_rare import settings
@@ -32,7 +33,8 @@ def paths(seed: int, ended: bool) -> tuple[xr.Dataset, np.ndarray]:
     ds = study(np.full((40, len(limits)), np.inf), end=8e-3, increments=8, highest_category=len(limits))
     ds["damage_category"].values[:] = (width[:, :, None] >= np.array(limits)).sum(axis=2)
     if ended:
-        for wall, (at, status) in {5: (4, FAILED), 6: (5, COLLAPSED), 7: (1, FAILED)}.items():
+        failed, collapsed = SampleStatus.FAILED, SampleStatus.COLLAPSED
+        for wall, (at, status) in {5: (4, failed), 6: (5, collapsed), 7: (1, failed)}.items():
             ds["status"].values[wall] = status
             ds["damage_category"].values[wall, at:] = -1
             ds["central_deflection"].values[wall, at:] = np.nan
@@ -62,7 +64,7 @@ def test_all_agree_at_an_increment(category: int, mark: int, ended: bool) -> Non
     np.testing.assert_array_equal(hit, truth)
     np.testing.assert_array_equal(reached_by(known.upper, at), truth == 1.0)
     two_levels = _hits(ds, category, at, 40)
-    solved = ds["status"].values != FAILED
+    solved = ds["status"].values != SampleStatus.FAILED
     np.testing.assert_array_equal(two_levels[solved], truth[solved])
     found = exceedance(ds, category, at)
     assert found.failed + found.not_followed == np.isnan(truth).sum()

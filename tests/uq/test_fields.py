@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind, wall_geometry
+from damagepred.assembly import wall_geometry
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
 from damagepred.study.campaign.sample import joint_sequence
@@ -24,7 +25,7 @@ class Fields(NamedTuple):
     kind: np.ndarray
 
     def beds(self, course: int) -> np.ndarray:
-        return np.flatnonzero((self.course == course) & (self.kind == Kind.BED_JOINT))
+        return np.flatnonzero((self.course == course) & (self.kind == ContactKind.BED_JOINT))
 
 
 def field(mean: float, cov: float, lag: float, family: str = "lognormal") -> Variable:
@@ -75,7 +76,7 @@ def test_courses_are_independent(masonry: Fields):
 
 def test_beds_and_perpends_are_independent(masonry: Fields):
     values = masonry.values[TENSION]
-    heads = np.flatnonzero((masonry.course == 5) & (masonry.kind == Kind.HEAD_JOINT))
+    heads = np.flatnonzero((masonry.course == 5) & (masonry.kind == ContactKind.HEAD_JOINT))
     beds = masonry.beds(5)[: len(heads)]
     assert correlation(values[:, beds], values[:, heads]) == pytest.approx(0.0, abs=0.05)
 

@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.uq.fragility import Fit, capacities, fit_fragility, fit_lognormal
 
-COMPLETE, COLLAPSED, FAILED, MISSING = range(4)
+COMPLETE, COLLAPSED, FAILED, MISSING = SampleStatus
 NAMES = "negligible very_slight slight moderate severe"
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from damagepred.assembly import Kind
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
 from damagepred.study import Study
@@ -36,7 +36,7 @@ def drawn(fields: dict[str, Variable], correlation: float | None = None, samples
     return {place: np.array([v[place] for v in values]) for place in fields}
 
 
-def pairs(kind: Kind, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray]:
+def pairs(kind: ContactKind, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray]:
     """Joints of a kind that lie apart by so much."""
     x, y = PLACES.x, PLACES.y
     near = np.isclose(x[None, :] - x[:, None], dx, atol=1e-6) & np.isclose(y[None, :] - y[:, None], dy, atol=1e-6)
@@ -74,8 +74,10 @@ UNIT, COURSE = 0.24, 0.075
         ({"course_correlation": 0.4, "over": "wall"}, 0.0, 2 * COURSE, 0.4 ** (2 * COURSE / UNIT)),
     ],
 )
-@pytest.mark.parametrize("kind", [Kind.BED_JOINT, Kind.HEAD_JOINT])
-def test_the_correlation_is_as_stated_at_that_distance(field: dict, dx: float, dy: float, wanted: float, kind: Kind):
+@pytest.mark.parametrize("kind", [ContactKind.BED_JOINT, ContactKind.HEAD_JOINT])
+def test_the_correlation_is_as_stated_at_that_distance(
+    field: dict, dx: float, dy: float, wanted: float, kind: ContactKind
+):
     values = drawn({TENSION: variable(JointField(**field))}, samples=300)[TENSION]
     i, j = pairs(kind, dx, dy)
     got, error = found(values, i, j)
@@ -108,7 +110,9 @@ def test_the_marginal_is_kept_and_every_joint_scatters_alike():
 
 def test_kinds_of_joints_and_samples_are_independent():
     values = drawn({TENSION: variable(JointField(correlation_length=2.0))})[TENSION]
-    bed, head = (values[:, kind == PLACES.kind].mean(axis=1) for kind in (Kind.BED_JOINT, Kind.HEAD_JOINT))
+    bed, head = (
+        values[:, kind == PLACES.kind].mean(axis=1) for kind in (ContactKind.BED_JOINT, ContactKind.HEAD_JOINT)
+    )
     assert bed.std() > 0.2  # with such a length whole walls are strong or weak
     assert abs(np.corrcoef(bed, head)[0, 1]) < 3.5 / math.sqrt(600)
     assert abs(np.corrcoef(bed[1:], bed[:-1])[0, 1]) < 3.5 / math.sqrt(600)
@@ -129,11 +133,11 @@ def test_two_fields_are_correlated_in_one_joint_and_each_keeps_its_own(
     x, y = ((v - v.mean()) / v.std() for v in values.values())
     each = (x * y).mean(axis=1)
     assert each.mean() == pytest.approx(wanted, abs=3.5 * each.std() / math.sqrt(300))
-    i, j = pairs(Kind.BED_JOINT, UNIT, 0.0)
+    i, j = pairs(ContactKind.BED_JOINT, UNIT, 0.0)
     for place, field in ((TENSION, first), (COHESION, second)):
         got, error = found(values[place], i, j)
-        stated = stated_correlation(field, PLACES, np.flatnonzero(PLACES.kind == Kind.BED_JOINT))
-        of_pair = np.searchsorted(np.flatnonzero(PLACES.kind == Kind.BED_JOINT), [i[0], j[0]])
+        stated = stated_correlation(field, PLACES, np.flatnonzero(PLACES.kind == ContactKind.BED_JOINT))
+        of_pair = np.searchsorted(np.flatnonzero(PLACES.kind == ContactKind.BED_JOINT), [i[0], j[0]])
         assert got == pytest.approx(stated[tuple(of_pair)], abs=3.5 * error)
 
 
@@ -148,7 +152,7 @@ def test_fields_of_different_kinds_of_distributions_can_be_correlated():
     x, y = ((v - v.mean()) / v.std() for v in values.values())
     each = (x * y).mean(axis=1)
     assert each.mean() == pytest.approx(0.7, abs=3.5 * each.std() / math.sqrt(300))
-    i, j = pairs(Kind.BED_JOINT, UNIT, 0.0)
+    i, j = pairs(ContactKind.BED_JOINT, UNIT, 0.0)
     for place in fields:
         got, error = found(values[place], i, j)
         assert got == pytest.approx(math.exp(-UNIT / 0.5), abs=3.5 * error + 0.02)
@@ -189,7 +193,7 @@ def test_a_sample_is_the_same_whatever_was_drawn_before():
 def test_an_opening_parts_a_course_but_not_a_wall():
     scene = Scene(wall=Wall(length=2.4, height=0.6), opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.45),))
     places = joint_places(scene)
-    beds = np.flatnonzero(places.kind == Kind.BED_JOINT)
+    beds = np.flatnonzero(places.kind == ContactKind.BED_JOINT)
     row = beds[np.isclose(places.y[beds], places.y[beds].max())]
     left, right = row[places.x[row] < 1.0], row[places.x[row] > 1.4]
     a, b = np.searchsorted(beds, [left[-1], right[0]])
@@ -208,7 +212,7 @@ def test_weak_units_come_in_patches():
     values = drawn({TENSION: weak}, samples=200)[TENSION] < 0.7
     share = values.mean(axis=1)
     assert share.mean() == pytest.approx(0.05, abs=3.5 * share.std() / math.sqrt(200))
-    i, j = pairs(Kind.BED_JOINT, UNIT, 0.0)
+    i, j = pairs(ContactKind.BED_JOINT, UNIT, 0.0)
     assert (values[:, i] & values[:, j]).mean() > 3 * 0.05**2
 
 

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred.archive.schema import KINDS
+from damagepred.enumerations import ContactKind
 from damagepred.scene import (
     Damage,
     Dpc,
@@ -27,7 +27,7 @@ from damagepred.scene import (
     Wall,
 )
 
-FOOTING_BED = KINDS.index("footing_interface")
+FOOTING_BED = ContactKind.FOOTING_INTERFACE
 STUDIES = Path(__file__).parents[2] / "studies"
 FOLDERS = [str(STUDIES / "audit"), str(STUDIES / "benchmarks"), str(STUDIES / "benchmarks" / "stress")]
 WALL = Wall(length=1.2, height=0.6, block_length=0.3, block_height=0.15)

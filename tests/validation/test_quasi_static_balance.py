@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind, Model, wall_model
+from damagepred.assembly import Model, wall_model
+from damagepred.enumerations import ContactKind, ContactState
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 TOLERANCE = 1e-6
@@ -117,7 +118,7 @@ def test_openings_belong_to_the_displacements() -> None:
         arm = where[face.block_b < n][: len(block)] - centre[:, None]
         return np.stack((x[:, None] - turn[:, None] * arm[..., 1], y[:, None] + turn[:, None] * arm[..., 0]), -1)
 
-    inner = face.kind != Kind.FOOTING_INTERFACE
+    inner = face.kind != ContactKind.FOOTING_INTERFACE
     assert inner[: inner.sum()].all()
     count = int(inner.sum())
     jump = moved(face.block_b[:count]) - moved(face.block_a[:count])

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred.assembly import Kind
+from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 DATA = Path(__file__).resolve().parents[2] / "data"
@@ -126,5 +126,5 @@ def test_the_number_of_increments_does_not_matter(name: str, dpc: bool) -> None:
         assert float(end[widest]) == pytest.approx(float(ends[0][widest]), rel=2e-3)
         other = (end["contact_state"].values == 1) != (ends[0]["contact_state"].values == 1)
         # a contact of the dpc where the wall begins to rest may open between two increments, and shut again
-        assert (end["contact_kind"].values[other] == Kind.DPC).all()
+        assert (end["contact_kind"].values[other] == ContactKind.DPC).all()
         assert float(end["contact_length"].values[other].sum()) < 0.01 * scene.wall.length

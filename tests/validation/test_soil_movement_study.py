@@ -12,12 +12,13 @@ import pytest
 import xarray as xr
 
 import damagepred
+from damagepred.enumerations import SampleStatus
 from damagepred.study.settings import StudySettings
 from damagepred.uq.variable import Variable
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDY = ROOT / "studies" / "soil_movement"
-COMPLETE, FAILED = 0, 2
+COMPLETE, _, FAILED, _ = SampleStatus
 
 
 def module(name: str) -> ModuleType:

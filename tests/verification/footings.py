@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Kind, Model
+from damagepred.assembly import Model
 from damagepred.assembly.wall import footing_alone
+from damagepred.enumerations import ContactKind
 from damagepred.scene import Footing, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 
@@ -125,7 +126,7 @@ def level(model: Model, increment: Increment, x: FloatArray | float) -> FloatArr
     return found
 
 
-def reactions(model: Model, increment: Increment, kind: Kind) -> tuple[FloatArray, FloatArray]:
+def reactions(model: Model, increment: Increment, kind: ContactKind) -> tuple[FloatArray, FloatArray]:
     """Return places (m) and upward forces (N) of the contacts with the ground of one kind."""
     face = model.interfaces
     own = face.kind == kind
@@ -136,7 +137,7 @@ def reactions(model: Model, increment: Increment, kind: Kind) -> tuple[FloatArra
 def moments(model: Model, increment: Increment) -> tuple[FloatArray, FloatArray]:
     """Return places (m) and bending moments (N m, sagging positive) of the sections between segments."""
     face = model.interfaces
-    own = np.flatnonzero(face.kind == Kind.FOOTING_SECTION)
+    own = np.flatnonzero(face.kind == ContactKind.FOOTING_SECTION)
     turn = increment.displacement[face.block_b[own], 2] - increment.displacement[face.block_a[own], 2]
     # about the section's middle: stress times arm, taken from the contacts; opening at the underside is sagging
     tangent_y = -face.normal_x[own]

@@ -10,10 +10,10 @@ import pytest
 
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ZoneState
 from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Footing, Joint, Loads, Movement, Rig, Scene, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.state.increment import ZoneState
 
 ONE_STEP = Solver(step_energy_tolerance=1e9, symmetric_half=False)
 """One step each increment, so that trapezoidal rule and return mapping can be repeated from increments alone."""

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind, wall_model
+from damagepred.assembly import wall_model
 from damagepred.assembly.wall import footing_alone
+from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Joint, Movement, Rig, Solver, Wall
 from tests.verification.footings import (
     GRAVITY,
@@ -285,7 +286,7 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
         exact=exact,
         tolerance=2e-3,
     )
-    _, carried = reactions(model, last, Kind.SUPPORT)
+    _, carried = reactions(model, last, ContactKind.SUPPORT)
     verify(
         ENDS,
         case=case,
@@ -424,7 +425,7 @@ def brickwork(
     model = wall_model(scene)
     if courses > 1:
         face, law = model.interfaces, model.properties
-        stiff = face.kind == Kind.BED_JOINT
+        stiff = face.kind == ContactKind.BED_JOINT
         model = replace(
             model,
             properties=law._replace(

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred.assembly import Kind, wall_model
+from damagepred.assembly import wall_model
+from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Dpc, Loads, Mound, Movement, Soil, Solver, Wall
 from tests.verification.beam_on_ground import on_springs, timoshenko_on_bed
 from tests.verification.footings import (
@@ -164,7 +165,7 @@ def settled_by(strip: Strip, solver: Solver, stiffness: float, at: float, force:
     weight = 2 * force / strip.length + 4 * force * (stiffness * strip.width / strip.bending / 4) ** 0.25
     model = with_force(strip.on_soil(stiffness, pieces, load=weight), at, force)
     last = path_of(model, solver)[0]
-    assert (last.normal_stress[model.interfaces.kind == Kind.SOIL] < 0).all()
+    assert (last.normal_stress[model.interfaces.kind == ContactKind.SOIL] < 0).all()
     x = np.array([0.0, 0.5, 1.0]) * strip.length
     return -level(model, last, x) - (strip.line_weight + weight) / (stiffness * strip.width)
 
@@ -323,10 +324,10 @@ def test_the_footing_lifts_off(
         exact=exact,
         tolerance=2e-2,
     )
-    _, carried = reactions(model, last, Kind.SOIL)
+    _, carried = reactions(model, last, ContactKind.SOIL)
     off = 1 - (known.pressure > 0).mean()
     assert off > 0.05, "the footing must lift off"
-    share = model.interfaces.contact_area[model.interfaces.kind == Kind.SOIL].ravel() / (strip.width * length)
+    share = model.interfaces.contact_area[model.interfaces.kind == ContactKind.SOIL].ravel() / (strip.width * length)
     verify(
         LIFTS,
         case=case,
@@ -377,7 +378,7 @@ def test_the_footing_bends_over_a_step(verify: Verify, strip: Strip, depth: floa
         exact=-q * a**2 / 4,
         tolerance=1e-2,
     )
-    place, carried = reactions(model, last, Kind.SOIL)
+    place, carried = reactions(model, last, ContactKind.SOIL)
     verify(
         STEP,
         case=case,
@@ -424,7 +425,7 @@ def test_the_footing_is_lifted_at_its_end(verify: Verify, strip: Strip, rise: fl
     free, h = (24 * strip.bending * rise / q) ** 0.25, length / pieces
     assert free < 0.8 * length
     case = f"{1e3 * rise:g} mm, ℓ = {free:.3g} m, h = {h:.2g} m: {strip}"
-    place, carried = reactions(model, last, Kind.SOIL)
+    place, carried = reactions(model, last, ContactKind.SOIL)
     verify(
         LIFTED,
         case=case,

@@ -9,9 +9,10 @@ import pytest
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactState
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Rig, Solver
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.load_path import CALM_CHECKS, CHECK_EVERY
 from tests.validation.test_quasi_static_balance import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven

@@ -10,9 +10,9 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.points import Where
+from damagepred.enumerations import ZoneState
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment
-from damagepred.solvers.state.increment import ZoneState
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import moduli, point_forces, solved, zones_of
 

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.enumerations import ZoneState
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.zones import SIDE, ZONE, ZONE_TALLIES
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.facets import sides_of
-from damagepred.solvers.state.increment import ZonePicture, ZoneState
+from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.system.deformable_blocks import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.enumerations import ContactState
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import HOME, TALLIES
 from damagepred.kernels.dynamics.cycle import first_forces, run_steps
@@ -23,7 +24,7 @@ from damagepred.solvers.dynamics.contact_search import Near, find_near, nothing_
 from damagepred.solvers.dynamics.energy_balance import Audit, Counts
 from damagepred.solvers.dynamics.gridpoints import Grid, Wholes, by_point, grid_of, put_sides, set_off, zone_picture
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
-from damagepred.solvers.state.increment import ContactState, Increment
+from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import detached_blocks

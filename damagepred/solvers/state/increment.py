@@ -3,29 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import NamedTuple
 
 from damagepred.arrays import FloatArray, Int8Array
-
-
-class ContactState(IntEnum):
-    """What has become of a contact."""
-
-    INTACT = 0
-    CRACKED = 1
-    SLIPPING = 2
-
-
-class ZoneState(IntEnum):
-    """What a zone does at an increment; the first four are what ``kernels.zone_law.zone_return`` tells."""
-
-    ELASTIC = 0
-    SHEAR = 1
-    TENSION = 2
-    SHEAR_AND_TENSION = 3
-    YIELDED = 4
-    """Elastic now, but it has yielded before."""
 
 
 class ZonePicture(NamedTuple):

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array
-from damagepred.assembly import Kind, Model
+from damagepred.assembly import Model
+from damagepred.enumerations import ContactKind, ContactState
 from damagepred.kernels.interface.contact import contact_fields
-from damagepred.solvers.state.increment import ContactState
 
 
 class JointHistory(NamedTuple):
@@ -95,7 +95,7 @@ def fields_of(model: Model, history: JointHistory, displacement: FloatArray, pro
 
 def contact_states(model: Model, history: JointHistory) -> Int8Array:
     """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
-    control = (model.interfaces.kind == Kind.CONTROL_JOINT)[:, None]
+    control = (model.interfaces.kind == ContactKind.CONTROL_JOINT)[:, None]
     states = np.where(
         history.cracked,
         ContactState.CRACKED,

@@ -7,8 +7,9 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.assembly import Model
 from damagepred.assembly.mesh import SIDE_BY_SIDE
+from damagepred.enumerations import ZoneState
 from damagepred.kernels.zone.forces import return_all, zone_stresses, zones_beyond
-from damagepred.solvers.state.increment import ZonePicture, ZoneState
+from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.system.deformable_blocks import (
     block_moduli,
     facets_of,

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly import Kind, Model
+from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
+from damagepred.enumerations import ContactKind
 from damagepred.kernels.concrete_section.forces import section_values
 
 
@@ -32,7 +33,7 @@ class SectionForces(NamedTuple):
 
 def section_interfaces(model: Model) -> IntArray:
     """Return the interfaces between segments of the footing (s,), left to right."""
-    here = np.flatnonzero(model.interfaces.kind == Kind.FOOTING_SECTION)
+    here = np.flatnonzero(model.interfaces.kind == ContactKind.FOOTING_SECTION)
     return here[np.argsort(model.interfaces.x[here])]
 
 
@@ -144,7 +145,7 @@ def support_loads(model: Model, sigma: FloatArray) -> tuple[FloatArray, FloatArr
     -------
     tuple of array (p,), array (..., p)
     """
-    here = np.flatnonzero(model.interfaces.kind == Kind.SUPPORT)
+    here = np.flatnonzero(model.interfaces.kind == ContactKind.SUPPORT)
     load = -(sigma[..., here, :] * model.interfaces.contact_area[here]).sum(axis=-1)
     # where two segments meet, both bear on the one support
     at, which = np.unique(np.round(model.interfaces.x[here], 9), return_inverse=True)

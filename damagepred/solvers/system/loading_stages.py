@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly import Kind, Model
+from damagepred.assembly import Model
+from damagepred.enumerations import ContactKind
 
 
 def supported_during_load(model: Model) -> Model:
@@ -43,7 +44,7 @@ def unilateral_supports(model: Model) -> IntArray:
     """
     if model.jacks is None:
         return np.empty(0, dtype=np.int64)
-    return np.flatnonzero((model.interfaces.kind == Kind.SUPPORT) & (model.properties.tensile_strength == 0.0))
+    return np.flatnonzero((model.interfaces.kind == ContactKind.SUPPORT) & (model.properties.tensile_strength == 0.0))
 
 
 def level(model: Model) -> Model:

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import FLAG_FILL, SAMPLE_STATUS
+from damagepred.archive.schema import FLAG_FILL
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
@@ -24,8 +25,6 @@ from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.fragility import movement_measure, read_capacities
 from damagepred.uq.given_data import first_order, rank_correlation
 from damagepred.uq.ranks import interval_ranks
-
-MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
 
 
 def crossed_study(settings: StudySettings) -> StudySettings:
@@ -106,7 +105,7 @@ def output_of(ds: xr.Dataset, category: int | None = None, output: str | None = 
         raise InputError(
             f"output = '{output}': the study has no such result with one number a wall." + nearest(str(output), known)
         )
-    ran = np.flatnonzero(ds["status"].values != MISSING)
+    ran = np.flatnonzero(ds["status"].values != SampleStatus.MISSING)
     column = ds[output].isel(sample=ran)
     column = column.isel(increment=-1) if "increment" in column.dims else column
     value = np.asarray(column.values, dtype=np.float64)
@@ -184,7 +183,7 @@ def study_sensitivity(
         title=f"sensitivity of {ds.attrs.get('title', 'a study')}",
         output=found.name,
         share_censored=found.censored,
-        samples_failed=int((ds["status"].values == FAILED).sum()),
+        samples_failed=int((ds["status"].values == SampleStatus.FAILED).sum()),
         bootstrap_samples=resamples,
     )
 

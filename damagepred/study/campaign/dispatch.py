@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from damagepred.archive.folder import StudyFolder
+from damagepred.enumerations import FailureKind
 from damagepred.errors import InputError, StudyError
 from damagepred.study.campaign.sample import HANDED_BACK, Batch, Outcome, already_done, run_batch
 from damagepred.study.campaign.workers import WorkerDied
@@ -244,7 +245,7 @@ def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Ou
             return found
         sample = batch[0][0]
         if isinstance(error, TimeoutError):
-            return Lost(sample, "timeout", str(error) or "took longer than its time limit")
+            return Lost(sample, FailureKind.TIMEOUT, str(error) or "took longer than its time limit")
         if isinstance(error, WorkerDied | BrokenExecutor) or type(error).__name__ == "KilledWorker":
-            return Lost(sample, "worker_died", str(error) or "its worker process died")
+            return Lost(sample, FailureKind.WORKER_DIED, str(error) or "its worker process died")
         return Lost(sample, "error", f"{type(error).__name__}: {error}")

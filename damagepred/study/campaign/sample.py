@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
-from damagepred.archive.folder import FAILED, StudyFolder
+from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
 from damagepred.archive.schema import (
     CATEGORY_VARIABLES,
     FLAG_FILL,
     GROWING_GROUND,
-    SAMPLE_STATUS,
     VARIABLES,
     category_attributes,
 )
@@ -27,6 +26,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import damage_table, kept_rules
+from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_thread import one_blas_thread
 from damagepred.pipeline import Step, follow, model_of, path_values, shares_of_size, without_zone_fields
@@ -40,8 +40,6 @@ from damagepred.uq.wall_fields import JointPlaces
 HANDED_BACK = -1
 """Status of a sample that was not begun because the study is to stop."""
 
-COMPLETE, COLLAPSED = SAMPLE_STATUS.index("complete"), SAMPLE_STATUS.index("collapsed")
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -52,7 +50,7 @@ class Outcome:
     sample : int
         Its number.
     status : int
-        Index into ``SAMPLE_STATUS``, or ``HANDED_BACK``.
+        A ``SampleStatus``, or ``HANDED_BACK``.
     seconds : float
         Time it took.
     message : str
@@ -168,7 +166,7 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
                 outcomes.append(Outcome(sample, HANDED_BACK, 0.0))
                 continue
             solved = solve_sample(settings, design, sample, values)
-            if solved.outcome.status == FAILED:
+            if solved.outcome.status == SampleStatus.FAILED:
                 place.record_failure(sample, solved.reason, solved.outcome.message, values)
             keeper.add(sample, solved.outcome.status, solved.columns)
             outcomes.append(solved.outcome)
@@ -200,7 +198,7 @@ class _Keeper:
         self.rows: list[Columns] = []
 
     def add(self, sample: int, status: int, columns: Columns | None) -> None:
-        alone = status == FAILED  # may be run again, for which its part is removed
+        alone = status == SampleStatus.FAILED  # may be run again, for which its part is removed
         following = self.rows and sample == self.first + len(self.rows)
         if not following or alone or columns is None or not alike(self.rows[0], columns):
             self.write()
@@ -231,7 +229,7 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
     """Solve and judge one sample; whatever goes wrong with it is its own affair."""
     began = time.perf_counter()
     steps: list[Step] = []
-    status, reason, message = COMPLETE, "", ""
+    status, reason, message = SampleStatus.COMPLETE, "", ""
     model: Model | None = None
     try:
         scene, fields = sampled_wall(settings, design, sample, values)
@@ -239,11 +237,11 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
             steps.append(without_zone_fields(step))
             if step.increment.collapsed:
-                status = COLLAPSED
+                status = SampleStatus.COLLAPSED
             if step.verdict.damage_category >= settings.last_category:
                 break
     except Exception as error:  # whatever it is, the other samples go on, and this one is on record
-        status, reason, message = FAILED, _reason(error), f"{type(error).__name__}: {error}"
+        status, reason, message = SampleStatus.FAILED, _reason(error), f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
     columns = None if model is None or not steps else _row(settings, sample, status, seconds, model, steps)
     return Solved(Outcome(sample, status, seconds, message), reason, columns)
@@ -255,12 +253,12 @@ def _frozen(folder: str, text: str) -> tuple[StudySettings, Design]:
     return settings, settings.design()
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: Exception) -> FailureKind:
     if isinstance(error, DivergenceError):
-        return "diverged"
+        return FailureKind.DIVERGED
     if isinstance(error, ConvergenceError):
-        return "not_converged"
-    return "bad_input" if isinstance(error, DamagepredError) else "error"
+        return FailureKind.NOT_CONVERGED
+    return FailureKind.BAD_INPUT if isinstance(error, DamagepredError) else FailureKind.ERROR
 
 
 def _row(settings: StudySettings, sample: int, status: int, seconds: float, model: Model, steps: list[Step]) -> Columns:
@@ -280,7 +278,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     filled: dict[str, np.ndarray] = {}
     for name, column in values.items():
         if column.dtype == np.int8:
-            rest = FLAG_FILL if status == FAILED or last.ended else column[-1]
+            rest = FLAG_FILL if status == SampleStatus.FAILED or last.ended else column[-1]
         else:
             rest = np.nan if column.dtype.kind == "f" else -1
         tail = np.full((beyond, *column.shape[1:]), rest, dtype=column.dtype)

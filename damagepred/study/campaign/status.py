@@ -13,15 +13,14 @@ import xarray as xr
 from damagepred.archive.cautions import STUDIED, study_cautions
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
-from damagepred.archive.schema import CATEGORIES, SAMPLE_STATUS
+from damagepred.archive.schema import CATEGORIES
+from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.study.campaign.words import duration
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.estimate import effective_samples, probability
 
 READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDIED)
 """Results that it takes to tell where a study stands; the others are not read."""
-
-MISSING, FAILED = SAMPLE_STATUS.index("missing"), SAMPLE_STATUS.index("failed")
 
 
 @dataclass(frozen=True)
@@ -64,8 +63,8 @@ def standing(path: str | Path) -> Standing:
     folder = StudyFolder(path)
     ds = folder.results(READ)
     state = ds["status"].values
-    total, failed = len(state), int((state == FAILED).sum())
-    remaining = int((state == MISSING).sum())
+    total, failed = len(state), int((state == SampleStatus.FAILED).sum())
+    remaining = int((state == SampleStatus.MISSING).sum())
     lines = [
         f"{ds.attrs['title']}: {total - remaining} of {total} walls done, {failed} failed, {remaining} remaining",
     ]
@@ -75,7 +74,7 @@ def standing(path: str | Path) -> Standing:
             f"{duration(each)} a wall" + (f", about {duration(each * remaining)} of work left" if remaining else "")
         )
     if "weight" in ds and total > remaining:
-        weight = np.asarray(ds["weight"].values, dtype=np.float64)[state != MISSING]
+        weight = np.asarray(ds["weight"].values, dtype=np.float64)[state != SampleStatus.MISSING]
         lines.append(f"importance sampling: {effective_samples(weight):.0f} effective walls; shares are weighted")
     lines += _limits(ds)
     lines += [f"caution: {said}" for said in (*study_cautions(ds), *mixture(ds))]
@@ -120,12 +119,12 @@ def _limits(ds: xr.Dataset) -> list[str]:
 def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
     if "damage_category" not in ds:
         return []
-    good = ~np.isin(ds["status"].values, (MISSING, FAILED))
+    good = np.isin(ds["status"].values, SOLVED)
     worst = ds["damage_category"].values[good].reshape(good.sum(), -1).max(axis=1, initial=0)
     count = len(worst)
     if not count:
         return []
-    every, lost = sample_weights(ds), ds["status"].values == FAILED
+    every, lost = sample_weights(ds), ds["status"].values == SampleStatus.FAILED
     weight = every[good] if "weight" in ds else None
     replicates = int(ds.attrs.get("replicates", 1))
     label = np.flatnonzero(good) % replicates if replicates > 1 else None

@@ -16,11 +16,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.checks import SOLVED, check_values
+from damagepred.archive.checks import check_values
 from damagepred.archive.digest import read_signed_json, signature, study_hash
 from damagepred.archive.files import read_dataset
-from damagepred.archive.folder import MISSING, StudyFolder
+from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
+from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
 from damagepred.study.campaign.replay import BIT_FOR_BIT, replay
 from damagepred.study.campaign.words import duration
@@ -153,7 +154,7 @@ def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None
         )
     )
     found.notes += [f"{word}." for word in mixture(ds)]
-    if missing := int((ds["status"].values == MISSING).sum()):
+    if missing := int((ds["status"].values == SampleStatus.MISSING).sum()):
         found.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")
     if unsigned:
         found.notes.append(f"{unsigned} files have no digest, as those of older versions: values alone were checked.")

@@ -15,7 +15,7 @@ as such (censored), for leaving them out biases the curve to too small capacitie
 - ``stripes``: counts of walls at a few movements; ``surface``: against the movement and a second variable
 """
 
-from damagepred.uq.capacity import COLLAPSED, COMPLETE, FAILED, Capacities, capacities, read_capacities
+from damagepred.uq.capacity import Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.fit import FEWEST, CommonFit, Fit
 from damagepred.uq.fragility.grouped_data import fair_weights
@@ -26,9 +26,6 @@ from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
 from damagepred.uq.intensity import MEASURES, movement_measure
 
 __all__ = [
-    "COLLAPSED",
-    "COMPLETE",
-    "FAILED",
     "FEWEST",
     "MEASURES",
     "Capacities",

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray
+from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
-    COLLAPSED,
-    COMPLETE,
-    FAILED,
     Capacities,
     Walls,
     highest_category,
@@ -174,7 +172,7 @@ def fit_fragility(
         "bootstrap_seed": seed,
         "intensity_measure": name,
         "samples": len(walls.sample),
-        "samples_failed": int((ds["status"].values == FAILED).sum()),
+        "samples_failed": int((ds["status"].values == SampleStatus.FAILED).sum()),
         "curves_cross": int(_cross(columns)),
         **more,
     }
@@ -185,7 +183,7 @@ def fit_fragility(
 
 def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: str | None) -> str:
     """Check what was asked for; return the name of the intensity."""
-    if "status" in ds and not np.isin(ds["status"].values, (COMPLETE, COLLAPSED)).any():
+    if "status" in ds and not np.isin(ds["status"].values, SOLVED).any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
     for needed in ("damage_category", "status"):
         if needed not in ds:

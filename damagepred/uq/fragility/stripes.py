@@ -14,8 +14,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from damagepred.arguments import checked
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.uq.capacity import COMPLETE, sample_weights
+from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure
 
 
@@ -61,7 +62,7 @@ def stripes_from_counts(
     return xr.Dataset(
         {
             "damage_category": ("sample", np.repeat(category, walls.ravel())),
-            "status": ("sample", np.full(walls.sum(), COMPLETE, dtype=np.int8)),
+            "status": ("sample", np.full(walls.sum(), SampleStatus.COMPLETE, dtype=np.int8)),
             intensity: ("sample", np.repeat(at, walls.sum(axis=1)), words),
         },
         attrs={"title": title, "highest_category": categories - 1},

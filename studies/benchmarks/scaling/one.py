@@ -18,10 +18,10 @@ from cases import Case, Curve, curve_of, scene_of
 from cholesky import factorise
 
 from damagepred.assembly import Model, wall_model
+from damagepred.enumerations import ContactState, ZoneState
 from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.state.increment import ContactState, ZoneState
 
 ENOUGH, REPEATS = 3.0, 5
 """A path is timed 5 times (the median counts), but not again once it took 3 s in all."""

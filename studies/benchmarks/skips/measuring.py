@@ -11,10 +11,11 @@ from skips import Skip
 
 from damagepred.assembly import Model
 from damagepred.damage import judge
+from damagepred.enumerations import ContactState
 from damagepred.errors import SolverError
 from damagepred.pipeline import dynamic_run, joint_map, model_of
 from damagepred.scene import Scene
-from damagepred.solvers import ContactState, Increment, solve_path
+from damagepred.solvers import Increment, solve_path
 
 REPEATS, ENOUGH = 5, 2.0
 """Pairs of runs are repeated, to 5 at most, until they took 2 s; the fastest of each way counts: work of others on the

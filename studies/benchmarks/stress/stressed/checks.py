@@ -12,7 +12,8 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
-from damagepred.solvers import ContactState, Increment
+from damagepred.enumerations import ContactState
+from damagepred.solvers import Increment
 from stressed.case import Found
 
 MADE = 1e-3

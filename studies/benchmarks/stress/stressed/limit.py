@@ -16,7 +16,8 @@ from scipy.sparse import coo_array, csr_array, hstack
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.solvers import ContactState, Increment
+from damagepred.enumerations import ContactState
+from damagepred.solvers import Increment
 
 ENOUGH = 1e-7
 """Forces that are missing, over the mean weight of a block, that rounding explains."""

@@ -16,10 +16,11 @@ from unittest import mock
 import numpy as np
 
 from damagepred.assembly import Model
+from damagepred.enumerations import ContactState
 from damagepred.errors import DamagepredError
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Scene, Solver
-from damagepred.solvers import ContactState, solve_path
+from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics import run as in_time
 from damagepred.solvers.explicit import explicit_path
 from damagepred.solvers.time_stepping import scheme as explicit
