@@ -301,7 +301,7 @@ def _solve(
                 attributes["collapse_increment"] = first.number
             else:
                 attributes["collapse_progress"] = last.last_stable_load_factor
-                attributes["collapse_progress_uncertainty"] = last.progress - last.last_stable_load_factor
+                attributes["collapse_progress_uncertainty"] = last.load_factor - last.last_stable_load_factor
     except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise
@@ -371,7 +371,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """
     joints, lines, frames = gauges(model)
     moved = np.array([s.increment.displacement for s in steps])
-    progress = np.array([s.increment.progress for s in steps])
+    progress = np.array([s.increment.load_factor for s in steps])
     deflection = progress * model.central_deflection
     if model.deflection is not None:
         deflection = np.abs([s.increment.deflection for s in steps])

@@ -38,8 +38,8 @@ def cracked() -> DampedTimeStepping:
         solver=EXPLICIT,
     )
     run = DampedTimeStepping(wall_model(scene), scene.solver)
-    run.advance(2000, progress_to=0.0, load_to=1.0)
-    run.advance(4000, progress_to=1.0, load_to=1.0)
+    run.advance(2000, load_factor_to=0.0, load_to=1.0)
+    run.advance(4000, load_factor_to=1.0, load_to=1.0)
     return run
 
 
@@ -48,7 +48,7 @@ def nanoseconds(run: DampedTimeStepping, cycles: int = CYCLES, repeats: int = RE
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
-        run._cycle(cycles, run.load_share, run.progress, 0.0)
+        run._cycle(cycles, run.load_share, run.load_factor, 0.0)
         times.append(time.perf_counter() - start)
     return statistics.median(times) / cycles / run.model.n_contacts * 1e9
 

@@ -68,7 +68,7 @@ def main() -> None:
                     times[key].append(path(scene)[0])
             for key, found in steps.items():
                 taken, last = statistics.median(times[key]), found[-1].increment
-                deflection = last.progress * 8e-3 if key == "prescribed" else abs(last.deflection)
+                deflection = last.load_factor * 8e-3 if key == "prescribed" else abs(last.deflection)
                 spent = sum(s.increment.newton_iterations for s in found)
                 print(
                     f"{title:24} {key:20} {taken:9.3f}  {taken / statistics.median(times['prescribed']):5.2f}  "

@@ -56,7 +56,7 @@ def wall(block: BlockMaterial, blocks: str = "deformable", size: Wall | None = N
 def bent(block: BlockMaterial, size: Wall | None = None) -> DampedTimeStepping:
     """Return the wall still moving while it dishes by 1 mm."""
     run = wall(block, size=size)
-    run.advance(1500, progress_to=1.0, load_to=1.0)
+    run.advance(1500, load_factor_to=1.0, load_to=1.0)
     return run
 
 
@@ -72,7 +72,7 @@ def nanoseconds(work: Callable[[int], object], cycles: int = CYCLES, repeats: in
 
 def whole(run: DampedTimeStepping) -> Callable[[int], object]:
     """Return what runs cycles of the solver."""
-    return lambda cycles: run._cycle(cycles, run.load_share, run.progress, 0.0)
+    return lambda cycles: run._cycle(cycles, run.load_share, run.load_factor, 0.0)
 
 
 def alone(run: DampedTimeStepping) -> tuple[Callable[[int], object], Callable[[int], object]]:

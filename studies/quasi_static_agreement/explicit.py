@@ -44,7 +44,7 @@ def path_of(case: Case, solver: Solver) -> Result:
             inc, verdict = step.increment, step.verdict
             rows.append(
                 (
-                    inc.progress * model.central_deflection,
+                    inc.load_factor * model.central_deflection,
                     inc.base_reaction,
                     verdict.crack_width_max,
                     max(verdict.crack_width_max, verdict.base_crack_width_max),

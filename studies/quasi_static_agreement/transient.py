@@ -59,14 +59,14 @@ def meanwhile(model: Model, start: Increment, to_break: BoolArray, damping: floa
     history.slip[:] = start.slip
     history.cracked[:] = (start.state == ContactState.CRACKED) | to_break
     run = DampedTimeStepping(lasting, Solver(method="explicit", damping=damping))
-    run.restore(Checkpoint(np.append(start.displacement.ravel(), np.zeros(3)), history, 1.0, start.progress))
+    run.restore(Checkpoint(np.append(start.displacement.ravel(), np.zeros(3)), history, 1.0, start.load_factor))
     watched = (strength > 0) & ~history.cracked
     before = np.where(watched, start.normal_stress / np.where(strength > 0, strength, 1.0), 0.0)
     peak, at = before.copy(), np.zeros(before.shape, dtype=np.int64)
     load: FloatArray = before
     for cycle in range(1, CYCLES + 1):
         run.cycle(1)
-        stress = fields_of(lasting, run.joint_history(), run.motion.displacement, start.progress).normal_stress
+        stress = fields_of(lasting, run.joint_history(), run.motion.displacement, start.load_factor).normal_stress
         load = np.where(watched, stress / np.where(strength > 0, strength, 1.0), 0.0)
         at[load > peak] = cycle
         peak = np.maximum(peak, load)

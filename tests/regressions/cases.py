@@ -75,7 +75,7 @@ def explicit_cycle(wall: str) -> Callable[[Path], Ready]:
     def prepare(folder: Path) -> Ready:
         run, cycles = getattr(cycle_script, wall)(), 150
         return Ready(
-            lambda: run._cycle(cycles, run.load_share, run.progress, 0.0), cycles * run.model.n_contacts * 1e-9
+            lambda: run._cycle(cycles, run.load_share, run.load_factor, 0.0), cycles * run.model.n_contacts * 1e-9
         )
 
     return prepare

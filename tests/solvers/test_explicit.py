@@ -132,7 +132,7 @@ def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
         assert not path.equilibrate(number)[1]
         run = path.scheme
         history = run.joint_history()
-        field = fields_of(model, history, run.motion.displacement, run.progress)
+        field = fields_of(model, history, run.motion.displacement, run.load_factor)
         bond = np.where(
             history.cracked & (critical > 0),
             np.clip((critical - history.kappa) / np.where(critical > 0, critical - elastic, 1.0), 0.0, 1.0),

@@ -114,17 +114,17 @@ def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float
     agree(model, explicit, quasi_static)
     last = explicit[-1]
     assert last.ended == end
-    assert 0.0 < last.progress < 1.0
+    assert 0.0 < last.load_factor < 1.0
     for increment in explicit[:-1]:
         sign = -1.0 if kind == "dishing" else 1.0
-        assert increment.deflection == pytest.approx(sign * increment.progress * deflection, abs=DEFLECTION_FOUND)
+        assert increment.deflection == pytest.approx(sign * increment.load_factor * deflection, abs=DEFLECTION_FOUND)
 
 
 def test_path_goes_on_where_jacks_are_to_pull() -> None:
     scene = on_jacks(increments=2, rig=Rig(stop_at_zero=False))
     model, explicit, quasi_static = both(scene)
     agree(model, explicit, quasi_static)
-    assert explicit[-1].progress == 1.0
+    assert explicit[-1].load_factor == 1.0
     assert explicit[-1].jack_load < 0.0
 
 
@@ -212,7 +212,7 @@ def test_path_ends_at_once_where_supports_pull_in_the_level_state(method: str) -
     _, steps = path(on_jacks("doming", rig=Rig(jacks=(0.3, 2.1))), method=method)
     assert len(steps) == 1
     assert steps[0].ended == "supports"
-    assert steps[0].progress == 0.0
+    assert steps[0].load_factor == 0.0
 
 
 def cracking(law: str = "cracked") -> Scene:

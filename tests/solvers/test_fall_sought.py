@@ -55,19 +55,19 @@ def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypat
     def fall_once(state: Any, start_load_factor: float, cycles_share: float = 1.0) -> Any:
         if fell:
             return snap_through(state, start_load_factor, cycles_share)
-        fell.append(state.progress)
+        fell.append(state.load_factor)
         state.displacement[::3] += 1.0
         return state, np.inf
 
     def not_before(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
         worst = find(self, state, *arguments, **named)
-        return worst if fell or state.progress < 0.5 else 1.0
+        return worst if fell or state.load_factor < 0.5 else 1.0
 
     monkeypatch.setattr(path, "snap_through", fall_once)
     monkeypatch.setattr(Equilibrium, "find", not_before)
     assert path.advance(1.0, 1.0) == np.inf
     assert fell[0] - CONTROL.collapse_bracket <= path.last_stable_load_factor <= fell[0]
-    assert path.state.progress == fell[0]
+    assert path.state.load_factor == fell[0]
 
 
 def test_few_equilibria_are_sought_far_off_until_the_fall_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,7 +91,7 @@ def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch:
     path = Continuation(pushed(2, 10, 1.5), Solver())
     path.advance(1.0, 0.0)
     path.advance(1.0, 0.1)
-    _, worst = path.snap_through(path.state.at(1.0, 0.45), path.state.progress)
+    _, worst = path.snap_through(path.state.at(1.0, 0.45), path.state.load_factor)
     assert worst == np.inf
     assert sum(cycles) < 60_000
 
@@ -128,7 +128,7 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(path, "_halvings", CONTROL.least_halvings)  # halving has been in vain before
     monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
     assert path.advance(1.0, 1.0) < path.tolerance
-    assert path.state.progress == 1.0
+    assert path.state.load_factor == 1.0
 
 
 def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,12 +141,12 @@ def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(mon
     fell: list[float] = []
 
     def fall_at_the_end(state: Any, *_: Any) -> Any:
-        fell.append(state.progress)
+        fell.append(state.load_factor)
         state.displacement[6:8] += 1.0
         return state, np.inf
 
     def not_at_the_end(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
-        return 1.0 if state.progress == 1.0 else find(self, state, *arguments, **named)
+        return 1.0 if state.load_factor == 1.0 else find(self, state, *arguments, **named)
 
     def at_first_blindly(self: Continuation, state: Any, target: Any) -> Any:
         return predict_next_event(self, state, target) if fell else (state.displacement, 1.0)

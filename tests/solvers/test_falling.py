@@ -84,7 +84,7 @@ class Gliding:
         self.free, self.along = np.arange(3, 6), 3
         load = zeros.copy()
         load[self.along] = draws
-        self.progress, self.load_share = 0.0, 1.0
+        self.load_factor, self.load_share = 0.0, 1.0
         self.motion = SimpleNamespace(
             displacement=zeros.copy(),
             velocity=zeros.copy(),

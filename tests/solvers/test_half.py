@@ -124,7 +124,7 @@ def compare(
         bare = (model.properties.tensile_strength == 0.0)[:, None] & (whole.opening < 1e-8)
         np.testing.assert_array_equal(*((step.state == ContactState.CRACKED) & ~bare for step in (one, whole)))
         assert one.base_reaction == pytest.approx(weight, rel=10 * settings.tolerance_used)
-        assert (one.number, one.progress, one.collapsed) == (whole.number, whole.progress, whole.collapsed)
+        assert (one.number, one.load_factor, one.collapsed) == (whole.number, whole.load_factor, whole.collapsed)
     return pairs
 
 

@@ -195,15 +195,17 @@ def test_how_far_blocks_may_go() -> None:
     plate = 2000.0 * 9.81 * 0.1 * 6.0
     detachment_limit = DetachmentLimit.of(model)
     assert detachment_limit.always == pytest.approx(0.5 * np.sqrt(0.04) + 2.0 * (weight + plate) / bearing)
-    assert detachment_limit.with_progress == pytest.approx(2.0 * 3e-3 * 1.1)
-    assert detachment_limit.at(0.25) == pytest.approx(detachment_limit.always + 0.25 * detachment_limit.with_progress)
+    assert detachment_limit.with_load_factor == pytest.approx(2.0 * 3e-3 * 1.1)
+    assert detachment_limit.at(0.25) == pytest.approx(
+        detachment_limit.always + 0.25 * detachment_limit.with_load_factor
+    )
     dead, live = 2000.0 * 9.81 * 0.1 / 1e8, 500.0 / (1e8 * 0.1 * 0.4)
     assert largest_elastic_displacement(model, 0.0) == pytest.approx(dead)
     assert largest_elastic_displacement(model, 0.5) == pytest.approx(dead + 0.5 * live)
     wall.move(2, x=-0.02)
-    assert DetachmentLimit.of(wall.build(STIFF)).with_progress == pytest.approx(0.04)
+    assert DetachmentLimit.of(wall.build(STIFF)).with_load_factor == pytest.approx(0.04)
     jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.0, 1.0]), -0.05, 0.0, False, "")
-    assert DetachmentLimit.of(replace(model, jacks=jacks)).with_progress == pytest.approx(0.1)
+    assert DetachmentLimit.of(replace(model, jacks=jacks)).with_load_factor == pytest.approx(0.1)
 
 
 def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:

@@ -276,7 +276,7 @@ def test_bound_of_the_work_of_loads_by_hand() -> None:
     wall.load(0, x=-7.0, moment=3.0)
     wall.push(0, x=5.0, y=-11.0)
     run = DampedTimeStepping(wall.build(EXPLICIT), EXPLICIT)
-    run.motion.displacement[:3], run.progress = [-2e-3, 1e-3, -4e-3], 0.5
+    run.motion.displacement[:3], run.load_factor = [-2e-3, 1e-3, -4e-3], 0.5
     weight = 2000.0 * GRAVITY * 0.3 * 0.1 * 0.11
     assert run.work_of_loads() == pytest.approx(2e-3 * (7.0 + 2.5) + 1e-3 * (weight + 5.5) + 4e-3 * 3.0)
 

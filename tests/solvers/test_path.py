@@ -94,7 +94,7 @@ def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
     original = Continuation.fail_bonds
 
     def fail_bonds(self: Continuation, state: State, load: np.ndarray) -> np.ndarray:
-        seen.append((state.progress, load.copy()))
+        seen.append((state.load_factor, load.copy()))
         return original(self, state, load)
 
     monkeypatch.setattr(Continuation, "fail_bonds", fail_bonds)
@@ -115,7 +115,7 @@ def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytes
     original = Continuation.fail_bonds
 
     def fail_bonds(self: Continuation, state: State, load: np.ndarray) -> np.ndarray:
-        progress.append(state.progress)
+        progress.append(state.load_factor)
         before = state.history.cracked.copy()
         again = original(self, state, load)
         assert state.history.cracked[before].all()
@@ -278,8 +278,8 @@ def test_a_path_on_which_the_wall_must_jump_goes_on(monkeypatch: pytest.MonkeyPa
     original, hidden = Equilibrium.find, []
 
     def find(self: Equilibrium, state: State, start: np.ndarray | None = None, near: bool = False) -> float:
-        if 0.2 < state.progress <= 0.4 and len(hidden) < 8:
-            hidden.append(state.progress)
+        if 0.2 < state.load_factor <= 0.4 and len(hidden) < 8:
+            hidden.append(state.load_factor)
             return 1.0
         return original(self, state, start)
 
@@ -305,7 +305,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
     )
 
     def hides(state: State) -> bool:
-        return state.progress > 0.2 and len(hidden) < 4
+        return state.load_factor > 0.2 and len(hidden) < 4
 
     def no_find(self: Equilibrium, state: State, start: np.ndarray | None = None, near: bool = False) -> float:
         return 1.0 if hides(state) else find(self, state, start, near)
@@ -319,7 +319,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
         self: Continuation, state: State, start_load_factor: float, cycles_share: float = 1.0
     ) -> tuple[State, float]:
         found = snap_through(self, state, start_load_factor, cycles_share)
-        hidden.add(state.progress)
+        hidden.add(state.load_factor)
         return found
 
     monkeypatch.setattr(Continuation, "snap_through", then_shows)
@@ -331,7 +331,7 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
     assert len(steps) == len(without)
     largest = np.array([step.unbalanced_force_ratio for step in steps])
     assert 1e-6 < largest.max() < CONTROL.fallback_residual_tolerance
-    assert (largest[[step.progress < min(hidden) for step in steps]] < 1e-6).all()
+    assert (largest[[step.load_factor < min(hidden) for step in steps]] < 1e-6).all()
     assert largest[-1] < 1e-6
     for step, other in zip(steps, without, strict=True):
         widest = float(np.abs(other.opening).max())
@@ -422,7 +422,7 @@ def test_an_increment_without_equilibrium_names_itself_and_a_block(monkeypatch: 
     original = Equilibrium.find
 
     def find(self: Equilibrium, state: State, start: np.ndarray | None = None, near: bool = False) -> float:
-        return 1.0 if state.progress > 0.3 else original(self, state, start)
+        return 1.0 if state.load_factor > 0.3 else original(self, state, start)
 
     monkeypatch.setattr(Equilibrium, "find", find)
     monkeypatch.setattr(

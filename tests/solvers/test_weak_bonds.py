@@ -76,7 +76,7 @@ def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: 
     def counted(
         self: path.Continuation, state: path.State, start_load_factor: float, cycles_share: float = 1.0
     ) -> tuple[path.State, float]:
-        relaxed.append(state.progress)
+        relaxed.append(state.load_factor)
         return snap_through(self, state, start_load_factor, cycles_share)
 
     monkeypatch.setattr(path.Continuation, "snap_through", counted)

@@ -82,7 +82,7 @@ def test_a_margin_lies_where_the_width_passes_the_limit(
                 footing_opening_max=0.02,
                 damage_category=2 if width >= 1.0 else 0,
             )
-            yield SimpleNamespace(increment=SimpleNamespace(progress=k / 6), verdict=verdict)
+            yield SimpleNamespace(increment=SimpleNamespace(load_factor=k / 6), verdict=verdict)
 
     monkeypatch.setattr(capacity, "follow", made_up)
     assert margin(scene, fields, ASKED).least == pytest.approx(expected)

@@ -89,7 +89,7 @@ def test_the_limit_state_has_the_sign_of_the_others(wall: int, monkeypatch: pyte
             verdict = SimpleNamespace(
                 crack_width_max=one, crack_band_width_max=one, footing_opening_max=0.0, damage_category=int(category)
             )
-            yield SimpleNamespace(increment=SimpleNamespace(progress=k / 8), verdict=verdict)
+            yield SimpleNamespace(increment=SimpleNamespace(load_factor=k / 8), verdict=verdict)
 
     model = SimpleNamespace(central_deflection=8e-3, surface_movement=None, deflection=None)
     monkeypatch.setattr(limit_state, "model_of", lambda *given: model)

@@ -113,7 +113,7 @@ def test_limit_analysis_of_a_model_is_that_of_the_polygons() -> None:
     for share, falls in (("0.9", False), ("0.99", False), ("1.01", True)):
         case = all_cases()["near-mechanisms", f"tower of 2, {share} of the overhang"]
         step = found(case, "quasi-static, rigid").path[0]
-        assert cannot_stand(built(case, "quasi-static, rigid")[0], replace(step, progress=0.0)) == falls
+        assert cannot_stand(built(case, "quasi-static, rigid")[0], replace(step, load_factor=0.0)) == falls
 
 
 @pytest.mark.parametrize(("share", "verdicts"), [(0.1, {"right"}), (1.0, {"right"}), (2.0, {"refused"})])

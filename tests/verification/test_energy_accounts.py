@@ -110,8 +110,8 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
     still = np.zeros_like(now.displacement)
     moved = now.displacement - (still if before is None else before.displacement)
     on_points = moved_at_gridpoints(model, now) - (0.0 if before is None else moved_at_gridpoints(model, before))
-    dead_share, from_progress = (0.5, 0.0) if before is None else (1.0, before.progress)
-    live_share = 0.5 * (from_progress + now.progress)
+    dead_share, from_progress = (0.5, 0.0) if before is None else (1.0, before.load_factor)
+    live_share = 0.5 * (from_progress + now.load_factor)
     work = float(((dead_share * loads_of(model, "load") + live_share * loads_of(model, "live_load")) * moved).sum())
     for share, load in ((dead_share, model.edge_load), (live_share, model.live_edge_load)):
         work += 0.0 if load is None else share * float(load @ on_points)
@@ -132,7 +132,7 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
     for way, stress in ((case.rise, "normal_stress"), (case.drift, "shear_stress")):
         if way is not None:
             drawn = 0.5 * (getattr(now, stress) + getattr(before, stress))[ground] * area
-            work -= float((drawn * (way(x, now.progress) - way(x, before.progress))).sum())
+            work -= float((drawn * (way(x, now.load_factor) - way(x, before.load_factor))).sum())
     return work
 
 

@@ -78,14 +78,14 @@ def openings(model: Model, step: Increment) -> np.ndarray:
     opening = jump[..., 0] * face.normal_x[:, None] + jump[..., 1] * face.normal_y[:, None]
     if model.jacks is None:
         ground = face.block_a == n
-        opening[ground] -= uneven(where[ground, :, 0], step.progress)
+        opening[ground] -= uneven(where[ground, :, 0], step.load_factor)
     return opening
 
 
 def residual(model: Model, step: Increment) -> np.ndarray:
     """Return force and moment on each block (n, 3): all but those of supports (N, N m)."""
     loads = model.supports
-    acting = loads.load + step.progress * loads.live_load
+    acting = loads.load + step.load_factor * loads.live_load
     if model.jacks is not None:
         acting = acting + step.jack_load * model.jacks.push[: acting.size]
     loaded = replace(model, supports=loads._replace(load=acting))
@@ -109,7 +109,7 @@ def test_reported_forces_are_those_of_the_stresses(name: str, method: str) -> No
     free = np.ones((n, 3), dtype=np.bool_)
     free.ravel()[model.supports.prescribed] = False
     on_ground = (face.block_a == n)[:, None]
-    assert path[-1].progress == 1.0
+    assert path[-1].load_factor == 1.0
     for step in path:
         force = residual(model, step)
         ratio = np.abs(force) / weight
@@ -155,7 +155,7 @@ def check_deflection(model: Model, step: Increment) -> None:
     left, right = model.jacks.ends
     found = rise(0.5 * (left + right)) - 0.5 * (rise(left) + rise(right))
     assert step.deflection == pytest.approx(found, abs=1e-13)
-    assert step.deflection == pytest.approx(step.progress * model.jacks.deflection, abs=1.1e-7)
+    assert step.deflection == pytest.approx(step.load_factor * model.jacks.deflection, abs=1.1e-7)
 
 
 def check_breaks(model: Model, path: list[Increment]) -> None:
@@ -167,8 +167,8 @@ def check_breaks(model: Model, path: list[Increment]) -> None:
         assert now.broken_at is not None
         was = np.zeros_like(bonded) if before is None else before.state == ContactState.CRACKED
         new = (now.state == ContactState.CRACKED) & ~was & bonded
-        since = 0.0 if before is None else before.progress
-        assert ((now.broken_at[new] >= since) & (now.broken_at[new] <= now.progress)).all()
+        since = 0.0 if before is None else before.load_factor
+        assert ((now.broken_at[new] >= since) & (now.broken_at[new] <= now.load_factor)).all()
         still = (now.state != ContactState.CRACKED) | ~bonded
         assert np.isnan(now.broken_at[still]).all()
         if before is not None and before.broken_at is not None:

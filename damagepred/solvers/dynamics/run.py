@@ -175,7 +175,7 @@ class DynamicRun:
         """Physical time (s)."""
         return self.output * self.interval
 
-    def progress(self, time: FloatArray) -> FloatArray:
+    def load_factor(self, time: FloatArray) -> FloatArray:
         """Return the share of the movement that is reached at times (s)."""
         whole = self.dynamics.movement_time
         return np.zeros_like(time) if whole is None else gently(np.clip(time / whole, 0.0, 1.0))
@@ -203,7 +203,7 @@ class DynamicRun:
         """Run to the next output."""
         count = self.steps_each
         time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
-        drive = np.column_stack((self.base(time), self.progress(time)))
+        drive = np.column_stack((self.base(time), self.load_factor(time)))
         zones = 0 if self.grid is None else len(self.grid.zones)
         stretch = max(1, STRETCH // (len(self.scene.points) + zones))
         done = 0
@@ -240,23 +240,23 @@ class DynamicRun:
         if self.audit.out_of_bounds(ABSURD, MADE):
             self._diverged(self.time)
 
-    def _next_line(self, progress: FloatArray, first: int) -> tuple[Imposed, int]:
+    def _next_line(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:
         """Return the movement of the ground from a step on, and the step up to which it is a straight line.
 
         Parameters
         ----------
-        progress : array (steps + 1,)
+        load_factor : array (steps + 1,)
             Load factor at each step up to the next output.
         first : int
             The step.
         """
-        last, ground = len(progress) - 1, self.model.ground
-        if ground.proportional or progress[last] == progress[first]:
+        last, ground = len(load_factor) - 1, self.model.ground
+        if ground.proportional or load_factor[last] == load_factor[first]:
             return self.imposed, last
-        before = float(progress[first])
-        end = int(np.searchsorted(progress, before + 1.0 / self.dynamics.ground_pieces, side="right"))
+        before = float(load_factor[first])
+        end = int(np.searchsorted(load_factor, before + 1.0 / self.dynamics.ground_pieces, side="right"))
         end = min(max(end, first + 1), last)
-        after = float(progress[end])
+        after = float(load_factor[end])
         if after == before:
             return self.imposed, end
         lines = (
@@ -333,8 +333,8 @@ class DynamicRun:
         points = self.scene.points[: 2 * m * q].reshape(m, 2, q)
         at_home = points["status"] == HOME
         opening, shear = self._home_gaps()
-        progress = float(self.progress(np.array([self.time]))[0])
-        ground = model.ground.at(progress)
+        load_factor = float(self.load_factor(np.array([self.time]))[0])
+        ground = model.ground.at(load_factor)
         first = m - len(ground.normal)
         opening[first:] -= ground.normal[:, None, :]
         shear[first:] -= ground.shear[:, None, :]
@@ -345,11 +345,11 @@ class DynamicRun:
         if self.grid is not None and self.wholes is not None:
             moved[self.wholes.block] = self.wholes.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
-        loose = detached_blocks(model, moved.ravel(), progress)
+        loose = detached_blocks(model, moved.ravel(), load_factor)
         energy, acting = self.audit.balance(), self._acting()
         return Increment(
             number=self.output,
-            progress=progress,
+            load_factor=load_factor,
             displacement=moved[:-1],
             base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
             opening=opening.mean(axis=1),

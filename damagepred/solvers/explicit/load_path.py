@@ -42,7 +42,7 @@ SAFE = 0.9
 FALL_FOUND = 1e-3
 """Progress between a wall that stands under a live load and one that falls, at most."""
 NOTHING, CLOSE = 1e-4, 1e-4
-"""Share of all dead load that counts as no load; progress between two points that count as one."""
+"""Share of all dead load that counts as no load; load factor between two points that count as one."""
 ABSURD = 1e3
 """A displacement of that many wall sizes is no movement of a wall any more."""
 
@@ -80,9 +80,9 @@ class ExplicitPath:
         self.scheme.broken_at[:] = before.broken_at
         self.scheme.restore(before.checkpoint())
 
-    def apply(self, progress: float) -> None:
+    def apply(self, load_factor: float) -> None:
         """Ramp up the movement to a load factor, and the dead load if it is not there yet."""
-        self.scheme.advance(self.settings.ramp_cycles, progress_to=progress, load_to=1.0)
+        self.scheme.advance(self.settings.ramp_cycles, load_factor_to=load_factor, load_to=1.0)
         self.scheme.stop()
 
     def equilibrate(self, increment: int) -> tuple[float, bool]:
@@ -164,7 +164,7 @@ class ExplicitPath:
     def _missing_deflection(self) -> float:
         """Distance (m) of the deflection from the jacks' target; 0 without jacks."""
         scheme = self.scheme
-        return 0.0 if scheme.pump is None else abs(scheme.pump.missing(scheme.progress, scheme.motion.displacement))
+        return 0.0 if scheme.pump is None else abs(scheme.pump.missing(scheme.load_factor, scheme.motion.displacement))
 
     def _part_detached(self, increment: int, spent: int) -> bool:
         """Whether a part of the wall has detached.
@@ -177,7 +177,7 @@ class ExplicitPath:
         scheme = self.scheme
         if not (np.abs(scheme.motion.displacement) < self._displacement_limit).all():
             reason = "a displacement is beyond all bounds or no longer a number"
-        elif not detached_blocks(scheme.model, scheme.motion.displacement, scheme.progress).any():
+        elif not detached_blocks(scheme.model, scheme.motion.displacement, scheme.load_factor).any():
             return False
         elif scheme.kinetic_energy() > ENERGY_MARGIN * scheme.work_of_loads() > 0.0:
             reason = "blocks fly off with more energy than the loads can have given them"
@@ -202,14 +202,14 @@ class ExplicitPath:
         scheme = self.scheme
         model, displacement = scheme.model, scheme.motion.displacement
         # blocks have moved once more since the last cycle's joint law
-        fields = fields_of(model, scheme.joint_history(), displacement, scheme.progress)
+        fields = fields_of(model, scheme.joint_history(), displacement, scheme.load_factor)
         scheme.record_broken_bonds(fields.history.cracked)
         if scheme.sections is not None:
             response = section_response_of(model, scheme.sections.memory, displacement)
             set_linear_stresses(model, response, fields.normal_stress, fields.shear_stress)
         return Increment(
             number=number,
-            progress=scheme.progress,
+            load_factor=scheme.load_factor,
             displacement=displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
             opening=fields.opening,
             slip=fields.history.slip,
@@ -237,9 +237,9 @@ class ExplicitPath:
         number : int
             Increment.
         """
-        collapsed_at = self.scheme.progress
-        while collapsed_at - stable.progress > FALL_FOUND:
-            middle = 0.5 * (stable.progress + collapsed_at)
+        collapsed_at = self.scheme.load_factor
+        while collapsed_at - stable.load_factor > FALL_FOUND:
+            middle = 0.5 * (stable.load_factor + collapsed_at)
             self.scheme.restore(stable)
             self.apply(middle)
             try:
@@ -250,14 +250,14 @@ class ExplicitPath:
                 collapsed_at = middle
             else:
                 stable = self.scheme.checkpoint()
-        return stable.progress, collapsed_at
+        return stable.load_factor, collapsed_at
 
     def carried(self) -> float:
         """Support load (N) at whose end the path ends; see ``damagepred.solvers.system.zero_support_load``."""
         scheme = self.scheme
         if scheme.pump is None:
             return np.inf
-        fields = fields_of(scheme.model, scheme.joint_history(), scheme.motion.displacement, scheme.progress)
+        fields = fields_of(scheme.model, scheme.joint_history(), scheme.motion.displacement, scheme.load_factor)
         return carried(scheme.model, scheme.pump.load, fields.normal_stress)
 
     def find_zero_support_load(self, before: Checkpoint, load: float, number: int, ratio: float) -> float:
@@ -280,9 +280,9 @@ class ExplicitPath:
             Unbalanced force ratio at that load factor.
         """
         search = IllinoisRegulaFalsi(
-            before.progress,
+            before.load_factor,
             load,
-            self.scheme.progress,
+            self.scheme.load_factor,
             self.carried(),
             enough=NOTHING * float(np.abs(self.scheme.model.supports.load).sum()),
             close=CLOSE,
@@ -360,14 +360,14 @@ def explicit_path(
                 increment = replace(increment, broken_at=np.minimum(broken_at, collapsed_at))
             yield replace(
                 increment,
-                progress=collapsed_at,
+                load_factor=collapsed_at,
                 last_stable_load_factor=max(stable_at, 0.0),
                 cycles=scheme.cycles - cycles_before,
             )
             return
         yield increment
         if scheme.pump is not None:
-            scheme.pump.extrapolate_volume(scheme.progress)
+            scheme.pump.extrapolate_volume(scheme.load_factor)
             if number == 0:
                 scheme.pump.control_load()
         if number == 0 and model.supports.after_load.any():

@@ -191,7 +191,7 @@ class Continuation:
         trial = self.state.copy()
         worst = self.equilibrium.find(trial)
         if jumped := worst >= self.tolerance or self.equilibrium.has_diverged(trial):
-            trial, worst = self.snap_through(self.state, self.state.progress)
+            trial, worst = self.snap_through(self.state, self.state.load_factor)
         self.state = trial
         if worst < self.tolerance and not self.equilibrium.has_diverged(trial):
             self.commit(trial, unstable=True, snapped=jumped)
@@ -212,7 +212,7 @@ class Continuation:
             self._everything,
             model.interfaces,
             model.properties,
-            model.ground.at(state.progress),
+            model.ground.at(state.load_factor),
             state.history,
             state.displacement,
             self._no_strength,
@@ -250,8 +250,8 @@ class Continuation:
         return again
 
     def record_failures(self, state: State) -> None:
-        """Write down at which progress bonds broke that have broken since the last time."""
-        self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.progress
+        """Write down at which load factor bonds broke that have broken since the last time."""
+        self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.load_factor
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
         """Let the joints remember this equilibrium, which bonds that broke or a snap-through led to, or a step."""
@@ -260,7 +260,7 @@ class Continuation:
             self.equilibrium.equations.active,
             model.interfaces,
             model.properties,
-            model.ground.at(state.progress),
+            model.ground.at(state.load_factor),
             state.history,
             state.displacement,
             self.never_opened,
@@ -278,7 +278,7 @@ class Continuation:
         )
 
     def _support_power(self, state: State) -> float:
-        """Return the work of what moves the supports per progress (J)."""
+        """Return the work of what moves the supports per load factor (J)."""
         supports = self.model.supports
         if not supports.prescribed_displacement.any():
             return 0.0
@@ -287,10 +287,10 @@ class Continuation:
 
     # -- steps ------------------------------------------------------------------------------------------------------
 
-    def advance(self, load: float, progress: float) -> float:
+    def advance(self, load: float, load_factor: float) -> float:
         """Follow the path to a load and a movement, bond by bond; return the unbalanced ratio there."""
         state, options = self.state, self.options.continuation
-        goal = (load, progress)
+        goal = (load, load_factor)
         minimum_event_step = options.minimum_event_step * distance(state, goal)
         overloaded_point: Point | None = None  # the nearest point at which a bond is known to be overloaded
         collapse_point: Point | None = None  # the nearest point at which the wall is known to fall
@@ -315,7 +315,7 @@ class Continuation:
             if collapse_point is not None and distance(state, collapse_point) <= bracket:
                 # bonds that failed before the collapse point
                 collapsed_state.history.cracked[state.history.cracked] = True
-                self.last_stable_load_factor, self.state = state.progress, collapsed_state
+                self.last_stable_load_factor, self.state = state.load_factor, collapsed_state
                 return collapse_residual
             target = next_point or next_target(
                 state,
@@ -352,7 +352,7 @@ class Continuation:
                 self._relaxes = self._all_weak
                 diverged, jumped = trial, True
                 trial, worst = self.snap_through(
-                    state.at(*target), state.progress, 1.0 if collapse_point is None else options.collapse_relaxation
+                    state.at(*target), state.load_factor, 1.0 if collapse_point is None else options.collapse_relaxation
                 )
                 if near and collapse_point is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
                     diverged = state.at(*target)
@@ -361,10 +361,10 @@ class Continuation:
                         trial, worst, jumped = diverged, far_off, False
                 loose = [s for s in (trial, diverged) if detached_blocks(self.model, s.displacement, target[1]).any()]
             if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
-                self.last_stable_load_factor = state.progress
+                self.last_stable_load_factor = state.load_factor
                 if loose or collapse_point is None:
                     collapsed_state = loose[0] if loose else trial
-                collapsed_state = replace(collapsed_state, load=target[0], progress=target[1])
+                collapsed_state = replace(collapsed_state, load=target[0], load_factor=target[1])
                 self.state, collapse_residual = collapsed_state, worst
                 if distance(state, target) <= bracket or (collapse_point is None and not loose):
                     return worst
@@ -400,7 +400,7 @@ class Continuation:
                 state, worst = self.redistribute_failures(trial, worst)
                 next_point, overloaded_point, halvings, event_cuts, accepted_steps = None, None, 0, 0, 0
                 if worst >= self.tolerance or self.equilibrium.has_diverged(state):
-                    self.last_stable_load_factor, self.state = trial.progress, state
+                    self.last_stable_load_factor, self.state = trial.load_factor, state
                     return worst
             else:
                 overloaded_point, event_cuts = target, event_cuts + 1
@@ -416,11 +416,11 @@ class Continuation:
         """Return where the tangent takes the blocks by a target, and at which share of the way a bond breaks."""
         equilibrium, supports = self.equilibrium, self.model.supports
         equilibrium.equations.update(equilibrium.tangent)
-        load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.progress)
-        ahead = replace(state, load=target[0], progress=target[1], displacement=state.displacement.copy())
+        load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.load_factor)
+        ahead = replace(state, load=target[0], load_factor=target[1], displacement=state.displacement.copy())
         step, _ = equilibrium.solve(load_increment, equilibrium.gap(ahead, state.displacement))
         ahead.displacement += step
-        ahead.displacement[supports.prescribed] = supports.displacement(ahead.progress)
+        ahead.displacement[supports.prescribed] = supports.displacement(ahead.load_factor)
         equilibrium.complete(ahead)
         if equilibrium.has_diverged(ahead):
             return state.displacement, 1.0
@@ -456,8 +456,8 @@ class Continuation:
         volume = equilibrium.volume_per_deflection()
         for resting in relax_dynamically(self.model, state, start_load_factor, cycles_share, volume, self.options):
             if equilibrium.jacks is not None:
-                resting.jack = equilibrium.jacks.load_at(resting.progress, resting.jack)
-            if detached_blocks(self.model, resting.displacement, resting.progress).any():
+                resting.jack = equilibrium.jacks.load_at(resting.load_factor, resting.jack)
+            if detached_blocks(self.model, resting.displacement, resting.load_factor).any():
                 return resting, np.inf
             if equilibrium.solids is not None:
                 equilibrium.solids.open_where_plastic(resting.plastic)
@@ -503,7 +503,7 @@ class Continuation:
             worst = self.equilibrium.find(trial)
             snapped = worst >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:
-                trial, worst = self.snap_through(state, state.progress)
+                trial, worst = self.snap_through(state, state.load_factor)
             if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
                 return trial, worst
             state = trial
@@ -527,7 +527,7 @@ class Continuation:
         contact_stresses(
             model.interfaces,
             model.properties,
-            model.ground.at(state.progress),
+            model.ground.at(state.load_factor),
             state.history,
             state.displacement,
             opening,
@@ -555,7 +555,7 @@ class Continuation:
         worst, self.largest_accepted_residual = max(worst, self.largest_accepted_residual), 0.0
         return Increment(
             number=number,
-            progress=state.progress,
+            load_factor=state.load_factor,
             displacement=state.displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
             opening=opening,
             slip=state.history.slip.copy(),
@@ -625,9 +625,9 @@ class Continuation:
         """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
         past_zero, options = self.checkpoint(), self.options.jacks
         search = IllinoisRegulaFalsi(
-            before.state.progress,
+            before.state.load_factor,
             before.carried,
-            past_zero.state.progress,
+            past_zero.state.load_factor,
             past_zero.carried,
             enough=options.zero_load_ratio * float(np.abs(self.model.supports.load).sum()),
             close=options.zero_load_bracket,
@@ -679,12 +679,12 @@ def next_target(state: State, goal: Point, ceiling: Point | None, minimum_step: 
 
 def distance(state: State, point: Point) -> float:
     """Return how far load and movement are from a state."""
-    return abs(point[0] - state.load) + abs(point[1] - state.progress)
+    return abs(point[0] - state.load) + abs(point[1] - state.load_factor)
 
 
 def between(state: State, point: Point, share: float) -> Point:
     """Return the load and movement at a share of the way from a state."""
-    return state.load + share * (point[0] - state.load), state.progress + share * (point[1] - state.progress)
+    return state.load + share * (point[0] - state.load), state.load_factor + share * (point[1] - state.load_factor)
 
 
 @each_with_one_blas_thread
@@ -725,7 +725,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
         if number == 0 and stops and worst < path.tolerance:
             ended = path.carried() <= 0.0  # nothing is, not even in the level state
         state = path.state
-        collapsed = bool(detached_blocks(model, state.displacement, state.progress).any())
+        collapsed = bool(detached_blocks(model, state.displacement, state.load_factor).any())
         if collapsed and not np.isfinite(worst):
             worst = residual_in_motion(path.model, state)
         if collapsed and number > 0 and np.isnan(path.last_stable_load_factor):

@@ -98,9 +98,9 @@ def relax_dynamically(
     law, control = model.properties, options.dynamic_relaxation
     softens = law.critical_opening > 0
     # no bond breaks meanwhile, nor do sections crack for good
-    run = _at(model, replace(start, progress=start_load_factor), volume_per_deflection)
-    if start.progress != start_load_factor:
-        run.advance(control.ramp_cycles, start.progress, run.load_share)
+    run = _at(model, replace(start, load_factor=start_load_factor), volume_per_deflection)
+    if start.load_factor != start_load_factor:
+        run.advance(control.ramp_cycles, start.load_factor, run.load_share)
         run.stop()
     correction = None
     if volume_per_deflection is not None:
@@ -115,7 +115,7 @@ def relax_dynamically(
             run.damping = max(control.damping_decay * run.damping, control.minimum_damping)
         before = run.motion.displacement.copy()
         if run.pump is not None and correction is not None:
-            deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.progress, before)
+            deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.load_factor, before)
             if correction.settles(deflection, missing):
                 if floating_checks >= control.uplift_checks:  # the jacks carry all of the weight, and lift it freely
                     before[1 : 3 * model.n_blocks : 3] += 2.0 * DetachmentLimit.of(model).at(1.0)
@@ -127,7 +127,7 @@ def relax_dynamically(
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
         cycles = int(control.check_growth * cycles)
         history = run.joint_history()
-        opening = fields_of(run.model, history, run.motion.displacement, start.progress).opening
+        opening = fields_of(run.model, history, run.motion.displacement, start.load_factor).opening
         floating_checks = floating_checks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
         stress = law.normal_stiffness[:, None] * (opening - history.dilatant_opening)
         parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
@@ -136,7 +136,7 @@ def relax_dynamically(
         plastic = start.plastic if run.zones is None else run.zones.plastic()
         jack = start.jack if run.pump is None else run.pump.load
         yield replace(start, displacement=run.motion.displacement.copy(), history=history, plastic=plastic, jack=jack)
-        if detached_blocks(model, run.motion.displacement, start.progress).any():
+        if detached_blocks(model, run.motion.displacement, start.load_factor).any():
             return
 
 
@@ -183,12 +183,14 @@ def _at(model: Model, state: State, volume_per_deflection: float | None = None) 
     run, load = DampedTimeStepping(pumped, Solver(), settle_every=0), state.load
     if jacks is not None and run.pump is None:
         # what is given grows with the movement from that of the level state
-        growth = (jacks.load - state.jack) / (1.0 - state.progress) if jacks.by_load and state.progress < 1.0 else 0.0
-        run.motion.load[:] = load * run.motion.load + (state.jack - state.progress * growth) * jacks.push
+        growth = (
+            (jacks.load - state.jack) / (1.0 - state.load_factor) if jacks.by_load and state.load_factor < 1.0 else 0.0
+        )
+        run.motion.load[:] = load * run.motion.load + (state.jack - state.load_factor * growth) * jacks.push
         run.motion.live_load[:] += growth * jacks.push
         load = 1.0
     run.restore(
-        Checkpoint(state.displacement, state.history, load, state.progress, state.plastic, sections=state.sections)
+        Checkpoint(state.displacement, state.history, load, state.load_factor, state.plastic, sections=state.sections)
     )
     if run.pump is not None and volume_per_deflection is not None:
         run.pump.begin_at(state.displacement, state.jack, volume_per_deflection)

@@ -78,7 +78,7 @@ class WorkBalance:
         self._keep(state)
         self._reaction = self._mode_1_dissipation = 0.0
         self._cracked = self._most_cracked = np.zeros(0 if model.sections is None else len(model.sections.interface))
-        self._ground = model.ground.at(state.progress)
+        self._ground = model.ground.at(state.load_factor)
         self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
         self._sections: FloatArray | None = None
 
@@ -98,7 +98,7 @@ class WorkBalance:
         self.section_error += abs(float((self._most_cracked - self._cracked).sum()) - given_back)
 
     def _keep(self, state: State) -> None:
-        self._load, self._progress, self._displacement = state.load, state.progress, state.displacement.copy()
+        self._load, self._load_factor, self._displacement = state.load, state.load_factor, state.displacement.copy()
         self._jack = state.jack
 
     def add(
@@ -123,7 +123,7 @@ class WorkBalance:
         mode_1_dissipation : float
             Work taken by the tension of bonds that wear by slip (J), which the energy of the joints does not tell.
         reaction : float
-            Work per progress of what moves the supports in the new equilibrium (J).
+            Work per load factor of what moves the supports in the new equilibrium (J).
         unstable : bool
             Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
         snapped : bool
@@ -134,7 +134,7 @@ class WorkBalance:
             Interfaces to look at, and what all others store; see ``Equilibrium.condensed_energy``.
         """
         model, (listed, elsewhere) = self._model, beyond
-        ground = model.ground.at(state.progress)
+        ground = model.ground.at(state.load_factor)
         on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
         stored, softened = energy(
             listed, model.interfaces, model.properties, ground, state.history, state.displacement, on_ground
@@ -153,10 +153,10 @@ class WorkBalance:
         softened += self._mode_1_dissipation
         moved = state.displacement - self._displacement
         # a wall that gives way does so under the load that it has come to
-        before = (state.load, state.progress) if unstable else (self._load, self._progress)
+        before = (state.load, state.load_factor) if unstable else (self._load, self._load_factor)
         dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
-        live = 0.5 * (state.progress + before[1]) * float(self._loads[1] @ moved)
-        work = dead + live + 0.5 * (reaction + self._reaction) * (state.progress - self._progress)
+        live = 0.5 * (state.load_factor + before[1]) * float(self._loads[1] @ moved)
+        work = dead + live + 0.5 * (reaction + self._reaction) * (state.load_factor - self._load_factor)
         work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
         if model.jacks is not None:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)

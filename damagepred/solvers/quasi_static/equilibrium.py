@@ -51,7 +51,7 @@ class State:
 
     Attributes
     ----------
-    load, progress : float
+    load, load_factor : float
         Shares of dead load and full movement.
     displacement : array (size,)
         Of all degrees of freedom.
@@ -66,7 +66,7 @@ class State:
     """
 
     load: float
-    progress: float
+    load_factor: float
     displacement: FloatArray
     history: JointHistory
     plastic: FloatArray = field(default_factory=no_zones)
@@ -82,14 +82,14 @@ class State:
 
     def copy(self) -> State:
         """Return a state that can change by itself."""
-        return self.at(self.load, self.progress)
+        return self.at(self.load, self.load_factor)
 
-    def at(self, load: float, progress: float) -> State:
+    def at(self, load: float, load_factor: float) -> State:
         """Return a copy that stands at another load and movement, the blocks not having moved yet."""
         return replace(
             self,
             load=load,
-            progress=progress,
+            load_factor=load_factor,
             displacement=self.displacement.copy(),
             history=self.history.copy(),
             plastic=self.plastic.copy(),
@@ -191,7 +191,7 @@ class Equilibrium:
             active,
             model.interfaces,
             model.properties,
-            model.ground.at(state.progress),
+            model.ground.at(state.load_factor),
             state.history,
             self._tresca,
             coulomb,
@@ -201,7 +201,7 @@ class Equilibrium:
         )
         if solids is not None:
             solids.hand_on(self.force)
-            solids.push_back(state.load, state.progress, displacement, state.plastic, self.force)
+            solids.push_back(state.load, state.load_factor, displacement, state.plastic, self.force)
 
     def residual(self, state: State, displacement: FloatArray, coulomb: bool = True) -> tuple[FloatArray, float]:
         """Return the unbalanced force of every degree of freedom at a displacement, and its largest ratio.
@@ -219,7 +219,7 @@ class Equilibrium:
         self._joint_forces(self.equations.active, state, displacement, coulomb)
         if self.condensed:
             self.force[self.equations.boundary_dofs] += self.equations.condensed_force(
-                displacement, state.load, state.progress
+                displacement, state.load, state.load_factor
             )
         # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
         force, worst = free_residual(self.force, self.free, self.per_weight)
@@ -232,13 +232,13 @@ class Equilibrium:
 
     def _loads(self, state: State) -> None:
         """Begin with the loads."""
-        combine_loads(self.dead_load, self.live_load, state.load, state.progress, self.force)
+        combine_loads(self.dead_load, self.live_load, state.load, state.load_factor, self.force)
         if self.jacks is not None:
             self.force += state.jack * self.jacks.push
 
     def gap(self, state: State, displacement: FloatArray) -> float:
         """Return the deflection (m) that is missing where the jacks are to bring it about."""
-        return 0.0 if self.jacks is None else self.jacks.gap(state.progress, displacement)
+        return 0.0 if self.jacks is None else self.jacks.gap(state.load_factor, displacement)
 
     def forces(self, state: State) -> FloatArray:
         """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
@@ -256,15 +256,15 @@ class Equilibrium:
         if not self.condensed or self.solids is not None:
             return self._everything, 0.0
         moved = state.displacement
-        hanging = equations.condensed_load_work(moved, state.load, state.progress)
-        edge = equations.condensed_force(moved, state.load, state.progress) @ moved[equations.boundary_dofs]
+        hanging = equations.condensed_load_work(moved, state.load, state.load_factor)
+        edge = equations.condensed_force(moved, state.load, state.load_factor) @ moved[equations.boundary_dofs]
         return equations.active, 0.5 * (hanging - float(edge))
 
-    def load_increment(self, load: float, progress: float) -> FloatArray:
+    def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force that a step of dead load and movement brings on, joints as they just were."""
-        force = load * self.dead_load + progress * self.rate
+        force = load * self.dead_load + load_factor * self.rate
         if self.condensed:
-            force[self.equations.boundary_dofs] += self.equations.condensed_load(load, progress)
+            force[self.equations.boundary_dofs] += self.equations.condensed_load(load, load_factor)
         return force
 
     def has_diverged(self, state: State) -> bool:
@@ -272,10 +272,12 @@ class Equilibrium:
         return self._has_diverged(state, state.displacement)
 
     def _has_diverged(self, state: State, displacement: FloatArray) -> bool:
-        limit = self._begun_at + self.options.newton.divergence_displacement * self.detachment_limit.at(state.progress)
+        limit = self._begun_at + self.options.newton.divergence_displacement * self.detachment_limit.at(
+            state.load_factor
+        )
         if within_limit(displacement, self.free, self.arms, limit):
             return False
-        limit += 2.0 * largest_elastic_displacement(self.model, state.progress)
+        limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
         return not within_limit(displacement, self.free, self.arms, limit)
 
     # -- what is looked at ------------------------------------------------------------------------------------------
@@ -325,7 +327,7 @@ class Equilibrium:
             equations.interface_level,
             model.interfaces,
             model.properties,
-            model.ground.at(state.progress),
+            model.ground.at(state.load_factor),
             state.history,
             state.displacement,
         )
@@ -335,7 +337,7 @@ class Equilibrium:
         """Open deformable blocks that would yield; return the farthest level of these, -1 if there is none."""
         if self.solids is None:
             return -1
-        opened = self.solids.open_where_yielding(state.displacement, state.load, state.progress, state.plastic)
+        opened = self.solids.open_where_yielding(state.displacement, state.load, state.load_factor, state.plastic)
         return int(self.equations.solid_level[opened].max(initial=-1))
 
     def farthest_open(self) -> int:
@@ -355,16 +357,16 @@ class Equilibrium:
         """
         moved = state.displacement if displacement is None else displacement
         if self.condensed:
-            self.equations.recover(moved, state.load, state.progress)
+            self.equations.recover(moved, state.load, state.load_factor)
         if self.solids is not None:
-            self.solids.recover(moved, state.load, state.progress, state.plastic)
+            self.solids.recover(moved, state.load, state.load_factor, state.plastic)
 
     def _find_active(self, state: State, start: FloatArray | None, near: bool) -> float:
         supports = self.model.supports
         begun = state.displacement.copy()
-        begun[supports.prescribed] = supports.displacement(state.progress)
+        begun[supports.prescribed] = supports.displacement(state.load_factor)
         if self.jacks is not None:
-            state.jack = self.jacks.load_at(state.progress, state.jack)
+            state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack
         found, worst = self._newton(state, first)
         if worst < self.tolerance:
@@ -450,7 +452,7 @@ class Equilibrium:
         return best, least
 
     def _store_tangent(self, state: State, displacement: FloatArray) -> None:
-        """Keep how the path goes on: stiffness, and force per progress, joints sliding as they just did."""
+        """Keep how the path goes on: stiffness, and force per load factor, joints sliding as they just did."""
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
         self.rate = self.live_load.copy()
         if not self._stands_still:
@@ -459,9 +461,9 @@ class Equilibrium:
             self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
 
     def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
-        """Return the force per progress that ground and supports bring on as they move."""
+        """Return the force per load factor that ground and supports bring on as they move."""
         supports, step = self.model.supports, self.options.newton.finite_difference_step
-        nudged = replace(state, progress=state.progress + step, displacement=displacement.copy())
+        nudged = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
         nudged.displacement[supports.prescribed] += step * supports.prescribed_displacement
         self.force[:] = 0.0
         self._joint_forces(self._moved, state, displacement, coulomb=True)
@@ -534,7 +536,7 @@ class Equilibrium:
             self.equations.active,
             model.interfaces,
             model.properties,
-            model.ground.at(state.progress),
+            model.ground.at(state.load_factor),
             state.history,
             state.displacement,
             self._tresca,

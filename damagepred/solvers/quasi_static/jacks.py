@@ -47,15 +47,15 @@ class JackControl:
         """Whether the load is given."""
         return self.level_load is not None
 
-    def load_at(self, progress: float, found: float) -> float:
-        """Return the load of each jack (N) at a progress, or what was found where the deflection is given."""
+    def load_at(self, load_factor: float, found: float) -> float:
+        """Return the load of each jack (N) at a load factor, or what was found where the deflection is given."""
         if self.level_load is None:
             return found
-        return self.level_load + progress * (self.load - self.level_load)
+        return self.level_load + load_factor * (self.load - self.level_load)
 
-    def gap(self, progress: float, displacement: FloatArray) -> float:
+    def gap(self, load_factor: float, displacement: FloatArray) -> float:
         """Return the deflection (m) that is missing; 0 where the load is given."""
-        return 0.0 if self.by_load else progress * self.goal - float(self.weights @ displacement)
+        return 0.0 if self.by_load else load_factor * self.goal - float(self.weights @ displacement)
 
     def step(self, alone: FloatArray, by_push: FloatArray, gap: float) -> tuple[FloatArray, float]:
         """Return the step of displacements and load that balances forces and closes the gap.

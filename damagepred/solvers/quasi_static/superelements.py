@@ -178,13 +178,13 @@ class Solids:
         )
 
     def push_back(
-        self, load: float, progress: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
+        self, load: float, load_factor: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
     ) -> None:
         """Add the forces of the blocks on their rims.
 
         Parameters
         ----------
-        load, progress : float
+        load, load_factor : float
             Shares of the dead and of the live load.
         displacement : array (size,)
             Of all degrees of freedom; what lies inside blocks that yield is brought to equilibrium.
@@ -197,7 +197,7 @@ class Solids:
             force[kin.rim] -= displacement[kin.rim] @ kin.stiffness
         for d in self.tangent:
             kin, at = self._kin_of[d]
-            rim, acting = kin.rim[at], self._acting(d, load, progress)
+            rim, acting = kin.rim[at], self._acting(d, load, load_factor)
             found, tangent = self._response(d, acting, displacement, plastic)
             # in place of the elastic block, with its share of the loads inside
             force[rim] += displacement[rim] @ kin.stiffness + acting @ kin.follow - found
@@ -245,38 +245,40 @@ class Solids:
 
     # -- what lies inside -----------------------------------------------------------------------------------------
 
-    def recover(self, displacement: FloatArray, load: float, progress: float, plastic: FloatArray) -> None:
+    def recover(self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray) -> None:
         """Fill in what lies inside the blocks, the facets and the blocks' mean motion.
 
         Parameters
         ----------
         displacement : array (size,)
             Of all degrees of freedom; right at the rims.
-        load, progress : float
+        load, load_factor : float
             Shares of the dead and of the live load.
         plastic : array (z, 4)
             Plastic strain of the last equilibrium.
         """
         for kin in self.kin:
-            hang = load * kin.hang[0] + progress * kin.hang[1]
+            hang = load * kin.hang[0] + load_factor * kin.hang[1]
             displacement[kin.inside] = hang - displacement[kin.rim] @ kin.follow.T
         for d in self.tangent:
-            self._response(d, self._acting(d, load, progress), displacement, plastic)
+            self._response(d, self._acting(d, load, load_factor), displacement, plastic)
         self.place_facets(displacement)
         self.field.mean_motion(displacement)
 
-    def _acting(self, d: int, load: float, progress: float) -> FloatArray:
+    def _acting(self, d: int, load: float, load_factor: float) -> FloatArray:
         """Return the load inside a block (N)."""
         kin, at = self._kin_of[d]
-        return np.asarray(load * self.load_inside[0][kin.inside[at]] + progress * self.load_inside[1][kin.inside[at]])
+        return np.asarray(
+            load * self.load_inside[0][kin.inside[at]] + load_factor * self.load_inside[1][kin.inside[at]]
+        )
 
     def open_where_yielding(
-        self, displacement: FloatArray, load: float, progress: float, plastic: FloatArray
+        self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray
     ) -> list[int]:
         """Open the blocks one of whose zones is beyond what it bears; return those that were not open yet."""
         if not self.yields.any():
             return []
-        self.recover(displacement, load, progress, plastic)
+        self.recover(displacement, load, load_factor, plastic)
         self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)
         beyond = np.zeros(len(stress), dtype=np.bool_)

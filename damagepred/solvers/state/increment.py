@@ -34,7 +34,7 @@ class Increment:
     ----------
     number : int
         0 is the state under dead load, before any movement.
-    progress : float
+    load_factor : float
         Share of the full movement, 0 to 1.
     displacement : array (n, 3)
         x, y (m) and rotation (rad, counter-clockwise) of each block.
@@ -68,10 +68,10 @@ class Increment:
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
-        Whether a part of the wall has come loose; then this increment is no equilibrium, and ``progress`` is where the
-        wall was found to fall.
+        Whether a part of the wall has become detached; then this increment is no equilibrium, and ``load_factor`` is
+        where the wall was found to collapse.
     last_stable_load_factor : float
-        Of an increment in which the wall collapsed, the progress of the last equilibrium before.
+        Of an increment in which the wall collapsed, the load factor of the last equilibrium before.
     time, kinetic_energy, boundary_work, damping_work : float
         Of a dynamic run: physical time (s), energy of motion, work put in by ground and supports, and taken by damping
         (J).
@@ -94,7 +94,7 @@ class Increment:
     """
 
     number: int
-    progress: float
+    load_factor: float
     displacement: FloatArray
     opening: FloatArray
     slip: FloatArray

@@ -71,7 +71,7 @@ class ContactFields(NamedTuple):
     history: JointHistory
 
 
-def fields_of(model: Model, history: JointHistory, displacement: FloatArray, progress: float) -> ContactFields:
+def fields_of(model: Model, history: JointHistory, displacement: FloatArray, load_factor: float) -> ContactFields:
     """Evaluate all contacts at a displacement of the blocks.
 
     Parameters
@@ -82,13 +82,21 @@ def fields_of(model: Model, history: JointHistory, displacement: FloatArray, pro
         Left as it is.
     displacement : array (3 (n + 1),)
         Of the blocks and the ground.
-    progress : float
+    load_factor : float
         Share of the full movement.
     """
     opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
     after = history.copy()
     contact_fields(
-        model.interfaces, model.properties, model.ground.at(progress), after, displacement, opening, shear, sigma, tau
+        model.interfaces,
+        model.properties,
+        model.ground.at(load_factor),
+        after,
+        displacement,
+        opening,
+        shear,
+        sigma,
+        tau,
     )
     return ContactFields(opening, shear, sigma, tau, after)
 

@@ -19,7 +19,7 @@ _known: dict[int, tuple[float, float]] = {}
 """By model: it takes a factorisation, and is asked for again while a wall falls."""
 
 
-def detached_blocks(model: Model, displacement: FloatArray, progress: float) -> BoolArray:
+def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) -> BoolArray:
     """Tell which blocks (n,) have left the wall: further from home than movement and elasticity explain.
 
     Parameters
@@ -28,15 +28,15 @@ def detached_blocks(model: Model, displacement: FloatArray, progress: float) -> 
         The wall.
     displacement : array (3 (n + 1),)
         Of the blocks and the ground.
-    progress : float
+    load_factor : float
         Share of the full movement.
     """
     moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
-    allowed = DetachmentLimit.of(model).at(progress)
+    allowed = DetachmentLimit.of(model).at(load_factor)
     far = np.hypot(moved[:, 0], moved[:, 1])
     if not (far > allowed).any():
         return np.zeros(model.n_blocks, dtype=np.bool_)
-    return np.asarray(far > allowed + 2.0 * largest_elastic_displacement(model, progress))
+    return np.asarray(far > allowed + 2.0 * largest_elastic_displacement(model, load_factor))
 
 
 class DetachmentLimit(NamedTuple):
@@ -44,12 +44,12 @@ class DetachmentLimit(NamedTuple):
 
     Attributes
     ----------
-    always, with_progress : float
+    always, with_load_factor : float
         At a standing movement, and what the full movement adds (m).
     """
 
     always: float
-    with_progress: float
+    with_load_factor: float
 
     @classmethod
     def of(cls, model: Model) -> DetachmentLimit:
@@ -61,9 +61,9 @@ class DetachmentLimit(NamedTuple):
         size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
         return cls(0.5 * size + 2.0 * _settlement(model), 2.0 * max(ground, supports, jacks))
 
-    def at(self, progress: float) -> float:
+    def at(self, load_factor: float) -> float:
         """Return it at a share of the movement."""
-        return self.always + progress * self.with_progress
+        return self.always + load_factor * self.with_load_factor
 
 
 def _settlement(model: Model) -> float:
@@ -76,14 +76,14 @@ def _settlement(model: Model) -> float:
     return abs(float(model.supports.load.reshape(-1, 3)[:, 1].sum())) / stiffness
 
 
-def largest_elastic_displacement(model: Model, progress: float) -> float:
+def largest_elastic_displacement(model: Model, load_factor: float) -> float:
     """Return how far the loads take a block of the intact wall (m), at most; 0 where that is not to be had.
 
     Parameters
     ----------
     model : Model
         The wall.
-    progress : float
+    load_factor : float
         Share of the live load.
     """
     key = id(model)
@@ -91,7 +91,7 @@ def largest_elastic_displacement(model: Model, progress: float) -> float:
         _known[key] = _largest(model)
         finalize(model, _known.pop, key, None)
     dead, live = _known[key]
-    return dead + progress * live
+    return dead + load_factor * live
 
 
 def _largest(model: Model) -> tuple[float, float]:

@@ -35,11 +35,11 @@ def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
 
 
 class IllinoisRegulaFalsi:
-    """Search for the progress at which a load is just gone: false position, kept from creeping (Illinois).
+    """Search for the load factor at which a load is just gone: false position, kept from creeping (Illinois).
 
     Parameters
     ----------
-    progress, load : float
+    load_factor, load : float
         Where something is carried still, and how much (N).
     gone, over : float
         Where nothing is carried any more, and how much less than nothing (N, not positive).
@@ -49,8 +49,10 @@ class IllinoisRegulaFalsi:
         Progress between two points that count as one.
     """
 
-    def __init__(self, progress: float, load: float, gone: float, over: float, *, enough: float, close: float) -> None:
-        self.progress, self.load, self.gone, self.over = progress, load, gone, over
+    def __init__(
+        self, load_factor: float, load: float, gone: float, over: float, *, enough: float, close: float
+    ) -> None:
+        self.load_factor, self.load, self.gone, self.over = load_factor, load, gone, over
         self.enough, self.close = enough, close
         self.vanished, self.last = abs(over) <= enough, 0.0
         """Load noted last: twice on the same side, the other side's is taken as half."""
@@ -58,21 +60,21 @@ class IllinoisRegulaFalsi:
     @property
     def found(self) -> bool:
         """Whether the two points are one, or the load at the farther is as good as none."""
-        return self.vanished or self.gone - self.progress < self.close
+        return self.vanished or self.gone - self.load_factor < self.close
 
     def between(self) -> float:
-        """Return the progress to look at next."""
-        return self.progress + self.load / (self.load - self.over) * (self.gone - self.progress)
+        """Return the load factor to look at next."""
+        return self.load_factor + self.load / (self.load - self.over) * (self.gone - self.load_factor)
 
-    def note(self, progress: float, load: float) -> bool:
-        """Take down what is carried at a progress between; tell whether it is something still."""
+    def note(self, load_factor: float, load: float) -> bool:
+        """Take down what is carried at a load factor between; tell whether it is something still."""
         if load > self.enough:
             if self.last > 0.0:
                 self.over /= 2.0
-            self.progress, self.load, self.last = progress, load, load
+            self.load_factor, self.load, self.last = load_factor, load, load
             return True
         if self.last < 0.0:
             self.load /= 2.0
-        self.gone, self.over, self.last = progress, load, load
+        self.gone, self.over, self.last = load_factor, load, load
         self.vanished = abs(load) <= self.enough
         return False

@@ -64,10 +64,10 @@ def goes_on(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
             ways.append(moved[run.free] - before)
         if not np.isfinite(moved).all():
             return False
-        if detached_blocks(run.model, moved, run.progress).any():
+        if detached_blocks(run.model, moved, run.load_factor).any():
             return True
         first, second = ways
-        load = run.load_share * run.motion.load + run.progress * run.motion.live_load
+        load = run.load_share * run.motion.load + run.load_factor * run.motion.live_load
         gains = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
         # the mean speed: what only swings to and fro makes local damping brake like a friction that is not there
         run.motion.velocity[run.free] = (FASTER if gains else 1.0) / CYCLES * second

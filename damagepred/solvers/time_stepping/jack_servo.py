@@ -46,9 +46,9 @@ class Line(NamedTuple):
     gain : float
         Volume that the control delivers in a cycle for a unit of missing deflection.
     goal, volume_step : float
-        Deflection (m), and volume (m) that is delivered in advance, per progress.
+        Deflection (m), and volume (m) that is delivered in advance, per load factor.
     load, load_step : float
-        Load that is given (N): at no progress, and per progress.
+        Load that is given (N): at a load factor of 0, and per load factor.
     """
 
     dof: IntArray
@@ -168,9 +168,9 @@ class Pump:
         """Whether the load follows from the deflection."""
         return self.line.stiffness > 0.0
 
-    def missing(self, progress: float, displacement: FloatArray) -> float:
+    def missing(self, load_factor: float, displacement: FloatArray) -> float:
         """Return the deflection (m) that is missing; 0 where the load is given."""
-        return progress * self.line.goal - float(self.weights @ displacement) if self.controlled else 0.0
+        return load_factor * self.line.goal - float(self.weights @ displacement) if self.controlled else 0.0
 
     def begin_level(self) -> None:
         """Deliver what holds the intact wall level under its dead load."""
@@ -200,12 +200,12 @@ class Pump:
         """Deliver what a further share of the dead load presses out of the jacks of an intact, level wall."""
         self.line.state[VOLUME] += share * self.level_volume
 
-    def extrapolate_volume(self, progress: float) -> None:
+    def extrapolate_volume(self, load_factor: float) -> None:
         """Let the volume run ahead of the deflection as it had to since the last call, at rest then and now."""
         before, volume = self._from[0], float(self.line.state[VOLUME])
-        if self.controlled and progress > before:
-            self.line = self.line._replace(volume_step=(volume - self._from[1]) / (progress - before))
-        self._from = (progress, volume)
+        if self.controlled and load_factor > before:
+            self.line = self.line._replace(volume_step=(volume - self._from[1]) / (load_factor - before))
+        self._from = (load_factor, volume)
 
     def control_load(self) -> None:
         """From the level state on, let the load be given instead of the deflection, if it is to be."""

@@ -59,7 +59,7 @@ class Checkpoint(NamedTuple):
         Of all degrees of freedom (m, rad).
     history : JointHistory
         Internal variables of the joints.
-    load_share, progress : float
+    load_share, load_factor : float
         Share of the dead load and of the full movement.
     plastic : array (z, 4), optional
         Plastic strain of the zones.
@@ -72,7 +72,7 @@ class Checkpoint(NamedTuple):
     displacement: FloatArray
     history: JointHistory
     load_share: float
-    progress: float
+    load_factor: float
     plastic: FloatArray | None = None
     pump: PumpState | None = None
     sections: SectionMemory | None = None
@@ -168,7 +168,7 @@ class DampedTimeStepping:
         )
         self.free = np.setdiff1d(np.arange(size), held)
         self.arm, self._residual_scale = dof_arms(model), residual_scale(model)
-        self.load_share = self.progress = 0.0
+        self.load_share = self.load_factor = 0.0
         self.cycles, self.damping = 0, settings.damping
         self.broken_at = np.full(model.interfaces.contact_area.shape, np.nan)
         self.bonded = ~without_bond(model)
@@ -207,7 +207,7 @@ class DampedTimeStepping:
             self.motion.displacement.copy(),
             self.joint_history(),
             self.load_share,
-            self.progress,
+            self.load_factor,
             None if self.zones is None else self.zones.plastic(),
             None if self.pump is None else self.pump.checkpoint(),
             None if self.sections is None else self.sections.memory.copy(),
@@ -224,15 +224,15 @@ class DampedTimeStepping:
             for now, then in zip(self.sections.memory, state.sections, strict=True):
                 now[:] = then
         set_history(self.joints, state.history)
-        self.load_share, self.progress = state.load_share, state.progress
+        self.load_share, self.load_factor = state.load_share, state.load_factor
         self.broken_at[~state.history.cracked] = np.nan
         self.stop()
 
     def cycle(self, count: int) -> None:
         """Run cycles at constant movement and load."""
-        self._cycle(count, self.load_share, self.progress, 0.0)
+        self._cycle(count, self.load_share, self.load_factor, 0.0)
 
-    def advance(self, cycles: int, progress_to: float, load_to: float) -> None:
+    def advance(self, cycles: int, load_factor_to: float, load_to: float) -> None:
         """Run cycles while movement and dead load are ramped to new values, in pieces of constant rate.
 
         A sudden start sends a jolt through the wall that cracks joints which a slow movement leaves whole.
@@ -241,37 +241,37 @@ class DampedTimeStepping:
         ----------
         cycles : int
             Cycles of the ramp.
-        progress_to : float
+        load_factor_to : float
             Load factor of the movement at its end.
         load_to : float
             Share of the dead load at its end.
         """
-        progress_from, load_from = self.progress, self.load_share
+        load_factor_from, load_from = self.load_factor, self.load_share
         stages = min(cycles, self.settings.ramp_pieces)
         for stage in range(stages):
             count = cycles * (stage + 1) // stages - cycles * stage // stages
             reached = smooth_step((stage + 1) / stages)
-            progress = progress_from + reached * (progress_to - progress_from)
+            load_factor = load_factor_from + reached * (load_factor_to - load_factor_from)
             load = load_from + reached * (load_to - load_from)
             if self.pump is not None:
                 self.pump.add_dead_load(load - self.load_share)
-            self._cycle(count, load, self.progress, (progress - self.progress) / count)
-            self.progress, self.load_share = progress, load
+            self._cycle(count, load, self.load_factor, (load_factor - self.load_factor) / count)
+            self.load_factor, self.load_share = load_factor, load
             self.record_broken_bonds()
             # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
-            alone = load_from == progress_from == progress_to == 0.0
+            alone = load_from == load_factor_from == load_factor_to == 0.0
             if alone and self.kinetic_energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
                 self.diverge(0, self.cycles, "blocks move with more energy than the loads can have given them")
-        self.progress, self.load_share = progress_to, load_to
+        self.load_factor, self.load_share = load_factor_to, load_to
 
     def stop(self) -> None:
         """Set all velocities to zero, so that no block overshoots the equilibrium it is near."""
         self.motion.velocity[:] = 0.0
 
-    def _cycle(self, count: int, load_share: float, progress: float, step: float) -> None:
+    def _cycle(self, count: int, load_share: float, load_factor: float, step: float) -> None:
         check_time()
         if not self.model.ground.proportional:
-            move_ground(self.joints, self.model.ground, progress, progress + count * step)
+            move_ground(self.joints, self.model.ground, load_factor, load_factor + count * step)
         run_cycles(
             self.joints,
             self.special,
@@ -282,7 +282,7 @@ class DampedTimeStepping:
             self.motion,
             self.damping,
             load_share,
-            progress,
+            load_factor,
             step,
             count,
         )
@@ -308,7 +308,7 @@ class DampedTimeStepping:
 
     def work_of_loads(self) -> float:
         """Upper bound of the work of dead and live load so far (J)."""
-        load = np.abs(self.motion.load) + self.progress * np.abs(self.motion.live_load)
+        load = np.abs(self.motion.load) + self.load_factor * np.abs(self.motion.live_load)
         if self.pump is not None:
             load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
         return float((load * np.abs(self.motion.displacement)).sum())
@@ -322,7 +322,7 @@ class DampedTimeStepping:
             Cracked contacts; by default those of the last cycle.
         """
         broken = take(self.joints.tiles["cracked"], self.joints.lane) != 0.0 if cracked is None else cracked
-        self.broken_at[broken & self.bonded[:, None] & np.isnan(self.broken_at)] = self.progress
+        self.broken_at[broken & self.bonded[:, None] & np.isnan(self.broken_at)] = self.load_factor
 
     def diverge(self, increment: int, spent: int, reason: str) -> NoReturn:
         """Raise a DivergenceError that names the block farthest from its place.

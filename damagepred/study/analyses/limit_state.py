@@ -140,7 +140,7 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     before, width_before = 0.0, 0.0
     try:
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
-            moved = step.increment.progress * full
+            moved = step.increment.load_factor * full
             if model.deflection is not None and model.surface_movement is None:
                 moved = max(abs(step.increment.deflection), before)
             found = step.verdict

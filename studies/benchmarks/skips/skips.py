@@ -122,9 +122,9 @@ def frozen_first() -> Iterator[None]:
 
     def find(self: Any, state: Any, start: Any, near: bool) -> float:
         supports = self.model.supports
-        state.displacement[supports.prescribed] = supports.displacement(state.progress)
+        state.displacement[supports.prescribed] = supports.displacement(state.load_factor)
         if self.jacks is not None:
-            state.jack = self.jacks.load_at(state.progress, state.jack)
+            state.jack = self.jacks.load_at(state.load_factor, state.jack)
         return float(self._coulomb_fixed_point(state, near=False))
 
     with patch.object(Equilibrium, "_find_active", find):

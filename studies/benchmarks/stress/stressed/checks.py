@@ -96,7 +96,7 @@ def imbalance(model: Model, step: Increment) -> float:
     pull = pull * face.contact_area[..., None]
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
     force = np.zeros((n + 1, 3))
-    force[:n] = (model.supports.load + step.progress * model.supports.live_load).reshape(n, 3)
+    force[:n] = (model.supports.load + step.load_factor * model.supports.live_load).reshape(n, 3)
     if step.support_force is not None:
         force[:n] += step.support_force
     for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):

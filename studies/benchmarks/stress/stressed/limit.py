@@ -82,7 +82,7 @@ def cannot_stand(model: Model, step: Increment) -> bool:
     face, law, n = model.interfaces, model.properties, model.n_blocks
     free = np.ones(3 * n, dtype=bool)
     free[model.supports.prescribed[model.supports.prescribed < free.size]] = False
-    load = model.supports.load + step.progress * model.supports.live_load
+    load = model.supports.load + step.load_factor * model.supports.live_load
     area = face.contact_area
     # tension is positive
     whole = (step.state != ContactState.CRACKED) & (law.gap[:, None] == 0.0)
