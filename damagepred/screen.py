@@ -502,13 +502,13 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
     surface : xarray.Dataset
         As ``fit_surface`` returns it.
     """
-    from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED
+    from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
 
     what = (
         f"category {surface.attrs['category']} against the {surface.attrs['intensity_measure'].replace('_', ' ')} and "
     )
     what += str(surface.attrs["second_variable"])
-    if (status := str(surface["fit_status"].values)) not in DRAWN:
+    if (status := str(surface["fit_status"].values)) not in WITH_CURVE:
         return [f"{what}: no surface, {status}"]
     slope, dispersion = _with_band(surface, "slope", 1.0, ".3g"), _with_band(surface, "dispersion", 1.0, ".2f")
     power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"

@@ -166,7 +166,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "fit_lognormal": (lambda k: fragility.fit_lognormal, {"lower": [0.0, 1.0], "upper": [1.0, 2.0], "count": [1, 1]}),
     "fit_common": (lambda k: fragility.fit_common, {"lower": [[0.0, 1.0]], "upper": [[1.0, 2.0]]}),
     "turnbull": (lambda k: fragility.turnbull, {"lower": [0.0, 1.0], "upper": [1.0, 2.0], "weight": [1.0, 1.0]}),
-    "fair_weights": (lambda k: fragility.fair_weights, {"weight": [1.0, 2.0], "upper": [1.0, math.inf]}),
+    "fair_weights": (lambda k: fragility.normalised_weights, {"weight": [1.0, 2.0], "upper": [1.0, math.inf]}),
     "site_class": (lambda k: scene.site_class, {"surface_movement": 0.03}),
     "standard_footing": (lambda k: scene.standard_footing, {"site": "M", "construction": "clad frame"}),
     "suction_depth": (lambda k: scene.suction_depth, {"zone": 3}),
@@ -253,7 +253,7 @@ REFUSED: dict[str, Callable[[dict[str, Any]], object]] = {
     "a spread beyond numbers": lambda k: StudySettings.from_dict(
         {"scene": {}, "variables": {"joint.cohesion": {"distribution": "gamma", "mean": 1.0, "std": 1e300}}}
     ),
-    "weights of 0": lambda k: fragility.fair_weights(np.zeros(3), np.ones(3)),
+    "weights of 0": lambda k: fragility.normalised_weights(np.zeros(3), np.ones(3)),
     "an executor without futures": lambda k: k["study"].run(k["folder"].with_name("e.dp"), executor=object()),
     "an executor that answers otherwise": lambda k: k["study"].run(k["folder"].with_name("f.dp"), executor=Silly()),
     "seed = -1": lambda k: damagepred.fit_fragility(k["ds"], seed=-1),

@@ -22,7 +22,7 @@ from damagepred.plotting.sheet import (
     verbatim,
 )
 from damagepred.scene.site import site_classes
-from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED
+from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
 
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
@@ -118,7 +118,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
                 x, one["empirical"].values, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3
             )
         name = f"category {int(category)} ({_name(curves, number)})"
-        if status not in (*DRAWN, EMPIRICAL):
+        if status not in (*WITH_CURVE, EMPIRICAL):
             handles.append(Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {status}"))
             continue
         steps = status == EMPIRICAL

@@ -19,7 +19,7 @@ from damagepred.plotting.sheet import (
     title_of,
     verbatim,
 )
-from damagepred.uq.fragility.fit import DRAWN
+from damagepred.uq.fragility.fit import WITH_CURVE
 
 LEVELS = np.linspace(0.0, 1.0, 11)
 """Limits of the bands of colour."""
@@ -66,7 +66,7 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
         f"category {int(surface.attrs['category'])} ({verbatim(str(surface.attrs['category_name']).replace('_', ' '))})"
     )
     second = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", ")
-    if str(surface["fit_status"].item()) not in DRAWN:
+    if str(surface["fit_status"].item()) not in WITH_CURVE:
         say_nothing_to_draw(ax, f"no surface: {surface['fit_status'].item()}")
     else:
         filled = ax.contourf(x, y, surface["probability"].values, LEVELS, cmap="YlOrRd", zorder=1)
@@ -114,7 +114,7 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 def _explained(surface: xr.Dataset) -> str:
     """Say how the median goes with the second variable, and what is left of the scatter."""
-    if str(surface["fit_status"].item()) not in DRAWN:
+    if str(surface["fit_status"].item()) not in WITH_CURVE:
         return ""
     slope, low, high = (float(surface[f"slope{end}"]) for end in ("", "_lower", "_upper"))
     band = f" ({low:.2f} to {high:.2f})" if np.isfinite(low) else ""

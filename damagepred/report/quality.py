@@ -11,7 +11,7 @@ from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.uq.capacity import probability_reached
-from damagepred.uq.exceedance import exceedance, walls
+from damagepred.uq.exceedance import category_capacities, exceedance
 from damagepred.uq.fragility import movement_measure
 
 _WORK = (
@@ -166,7 +166,7 @@ def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
     grid = np.linspace(0.0, moved, points + 1)[1:]
     unsure = np.zeros(points)
     for category, _ in categories(ds):
-        known = walls(ds, category)
+        known = category_capacities(ds, category)
         if len(known.lower):
             share = np.array(
                 [np.average(probability_reached(known.lower, known.upper, at), weights=known.weight) for at in grid]

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.formatting import length
-from damagepred.uq.exceedance import walls
+from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.fragility import movement_measure
 
 
@@ -46,7 +46,7 @@ def typical_and_worst(ds: xr.Dataset) -> Chosen | None:
         None if no wall was solved.
     """
     measure = movement_measure(ds)
-    found = {c: walls(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
+    found = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
     reached = {c: np.isfinite(known.upper) for c, known in found.items()}
     if not len(found[1].sample):
         return None

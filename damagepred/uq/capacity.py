@@ -59,7 +59,7 @@ class Capacities(NamedTuple):
     end: FloatArray
 
 
-class Walls(NamedTuple):
+class StudyCapacities(NamedTuple):
     """All that fits read of a study.
 
     Attributes
@@ -137,7 +137,7 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 
 
 @checked
-def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -> Walls:
+def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -> StudyCapacities:
     """Read each wall's capacity for several categories from a study.
 
     See the module for what a capacity is. Where a study keeps the end of each wall's movement alone, it lies below that
@@ -191,7 +191,7 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     failed = (status[known] == SampleStatus.FAILED)[None, :] & np.isinf(upper)
     weight = sample_weights(ds)[known]
     increments = 1 if single else ds.sizes["increment"] - 1
-    return Walls(
+    return StudyCapacities(
         Capacities(lower, upper, failed, end),
         weight,
         single,
@@ -284,7 +284,7 @@ def interpolated_capacity(ends: tuple[float, float], widths: tuple[float, float]
     return lower + share * (upper - lower)
 
 
-def others_alone(found: Capacities) -> Capacities:
+def without_damaged_at_start(found: Capacities) -> Capacities:
     """Return capacities in which those reached before any movement say nothing: what is left is of the other walls."""
     before = found.upper <= 0
     return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)

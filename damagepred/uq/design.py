@@ -12,7 +12,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.correlation import cholesky
-from damagepred.uq.fields import course_noise, innovation_factor, lag_correlation
+from damagepred.uq.fields import course_autoregression, innovation_factor, lag_correlation
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.quantile_table import JointQuantile
@@ -241,8 +241,8 @@ class Design:
         sample : int
             Number of the sample; the values depend on the seed and on it alone.
         places : JointPlaces or array of int (joints,)
-            Where the joints are; which are neighbours in a course (see ``course_noise``) is enough for fields along
-            courses.
+            Where the joints are; which are neighbours in a course (see ``course_autoregression``) is enough for fields
+            along courses.
         """
         if not self.joint:
             return {}
@@ -274,7 +274,9 @@ class Design:
             sequence = places.sequence if isinstance(places, JointPlaces) else places
             first = np.diff(sequence, prepend=sequence[0] - 1) != 0
             new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
-            normal = np.array([course_noise(new[k], sequence, self.lag[place]) for k, place in enumerate(self.joint)])
+            normal = np.array(
+                [course_autoregression(new[k], sequence, self.lag[place]) for k, place in enumerate(self.joint)]
+            )
         return {place: self.joint_quantiles[place](normal[k]) for k, place in enumerate(self.joint)}
 
 

@@ -21,13 +21,13 @@ from damagepred.uq.estimate import (
     probability,
     student_factor,
 )
-from damagepred.uq.fragility import capacities, fair_weights, fit_lognormal, movement_measure
+from damagepred.uq.fragility import capacities, fit_lognormal, movement_measure, normalised_weights
 from damagepred.uq.fragility.bands import FEW_WALLS, posterior_band, resampled_band
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
-from damagepred.uq.fragility.grouped_data import tally
-from damagepred.uq.fragility.models import fit_cells
-from damagepred.uq.fragility.posterior import draw_posterior, known_walls
+from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.models import fit_grouped
+from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.samplers import Stream, generator
@@ -36,7 +36,7 @@ RESAMPLES = 100
 """Of the bootstrap for the error of a median."""
 
 
-class Walls(NamedTuple):
+class CategoryCapacities(NamedTuple):
     """What is known of walls that were run and did not fail, for one category.
 
     Attributes
@@ -63,7 +63,7 @@ class Walls(NamedTuple):
     failed: int
     failing: BoolArray
 
-    def part(self, which: NDArray[Any] | slice) -> Walls:
+    def part(self, which: NDArray[Any] | slice) -> CategoryCapacities:
         """Return some of the walls."""
         return self._replace(
             sample=self.sample[which],
@@ -88,7 +88,8 @@ class Exceedance(NamedTuple):
     failed_undamaged, failed_damaged : float
         Estimate if all of those had not reached it by this movement, and if all had, each with its weight.
     not_followed : int
-        Walls that were not followed as far as this movement, and had not reached the category: unknown, see ``judged``.
+        Walls that were not followed as far as this movement, and had not reached the category: unknown, see
+        ``estimate_exceedance``.
     """
 
     estimate: Estimate
@@ -98,7 +99,9 @@ class Exceedance(NamedTuple):
     not_followed: int
 
 
-def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_failed: bool = False) -> Walls:
+def category_capacities(
+    ds: xr.Dataset, category: int, intensity: str | None = None, keep_failed: bool = False
+) -> CategoryCapacities:
     """Read what a study knows of one category.
 
     Parameters
@@ -121,12 +124,12 @@ def walls(ds: xr.Dataset, category: int, intensity: str | None = None, keep_fail
     require_categories(ds, [category])
     if "damage_category" not in ds:
         nothing = np.empty(0)
-        return Walls(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, np.empty(0, dtype=bool))
+        return CategoryCapacities(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, np.empty(0, dtype=bool))
     known = np.flatnonzero(np.isin(ds["status"].values, (*SOLVED, SampleStatus.FAILED)))
     found = capacities(ds, category, name)
     good = ~found.failed | keep_failed
     replicates = int(ds.attrs.get("replicates", 1))
-    return Walls(
+    return CategoryCapacities(
         known[good],
         found.lower[good],
         found.upper[good],
@@ -172,10 +175,10 @@ def exceedance(
         raise InputError(f"at = {at:g}: must be greater than 0.")
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
         return _from_curve(ds, category, at, confidence, chosen_intensity(ds, intensity))
-    return judged(walls(ds, category, intensity, keep_failed=True), at, confidence)
+    return estimate_exceedance(category_capacities(ds, category, intensity, keep_failed=True), at, confidence)
 
 
-def judged(known: Walls, at: float, confidence: float = 0.9) -> Exceedance:
+def estimate_exceedance(known: CategoryCapacities, at: float, confidence: float = 0.9) -> Exceedance:
     """Estimate the probability that walls have reached the category by a movement.
 
     Parameters
@@ -258,19 +261,19 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
     lower, upper, failed, end = found.capacities
 
     def fitted(low: FloatArray, high: FloatArray) -> Fit:
-        return fit_cells(tally(low, high, found.weight))[0]
+        return fit_grouped(group_intervals(low, high, found.weight))[0]
 
-    cells = tally(lower, upper, found.weight)
-    fit = fit_cells(cells)[0]
+    cells = group_intervals(lower, upper, found.weight)
+    fit = fit_grouped(cells)[0]
     if fit.status != FITTED:
         raise InputError(
             f"P(category >= {category}) at {at:g}: the study knows each wall at its own movement alone, and its walls "
             f"give no curve to read the probability from: {fit.status}."
         )
     (estimator,) = estimators(cells)
-    grid, random, count = np.array([at]), generator(0, Stream.BOOTSTRAP, category), known_walls(estimator)
+    grid, random, count = np.array([at]), generator(0, Stream.BOOTSTRAP, category), effective_reached(estimator)
     if count < FEW_WALLS:
-        drawn = draw_posterior(estimator, estimator.best(), random)
+        drawn = sample_posterior(estimator, estimator.best(), random)
         band = posterior_band(drawn, 0, grid, confidence)
     else:
         again = resample(estimator, estimator.best(), 3 * RESAMPLES, random)
@@ -320,7 +323,7 @@ def median_movement(
     seed : int
         Of the resampling.
     """
-    known = walls(ds, category, intensity, keep_failed=True)
+    known = category_capacities(ds, category, intensity, keep_failed=True)
     # those damaged before any movement say nothing of the others' curve
     known = known._replace(upper=np.where(known.upper <= 0, np.inf, known.upper))
     largest = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
@@ -330,7 +333,7 @@ def median_movement(
     return found._replace(value=largest, error=np.nan, lower=min(found.lower, largest), upper=np.inf)
 
 
-def _median_of(known: Walls, category: int, confidence: float, seed: int) -> Estimate:
+def _median_of(known: CategoryCapacities, category: int, confidence: float, seed: int) -> Estimate:
     """Return the median of the lognormal curve, wherever it lies."""
     count = len(known.lower)
     heavy = np.ones(count) if known.weight is None else known.weight
@@ -345,11 +348,11 @@ def _median_of(known: Walls, category: int, confidence: float, seed: int) -> Est
         error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
         factor = student_factor(confidence, groups - 1)
     else:
-        weight = fair_weights(heavy, known.upper)
-        (estimator,) = estimators(tally(known.lower[None], known.upper[None], weight))
-        told, random = known_walls(estimator), generator(seed, Stream.BOOTSTRAP, category)
+        weight = normalised_weights(heavy, known.upper)
+        (estimator,) = estimators(group_intervals(known.lower[None], known.upper[None], weight))
+        told, random = effective_reached(estimator), generator(seed, Stream.BOOTSTRAP, category)
         if told < FEW_WALLS:
-            drawn = draw_posterior(estimator, estimator.best(), random)
+            drawn = sample_posterior(estimator, estimator.best(), random)
             logarithm = drawn[:, 1] / drawn[:, 0]
             lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))
             return Estimate(fit, fit * float(logarithm.std()), float(lower), float(upper), confidence, count, kish)
@@ -363,7 +366,7 @@ def _median_of(known: Walls, category: int, confidence: float, seed: int) -> Est
     )
 
 
-def _median(known: Walls, heavy: FloatArray) -> float:
+def _median(known: CategoryCapacities, heavy: FloatArray) -> float:
     used = heavy > 0
-    counts = fair_weights(heavy[used], known.upper[used])
+    counts = normalised_weights(heavy[used], known.upper[used])
     return fit_lognormal(known.lower[used], known.upper[used], counts).median

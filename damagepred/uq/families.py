@@ -52,7 +52,7 @@ def _positive(where: str, given: Given, *names: str) -> None:
             raise InputError(f"{where} {name} = {given[name]:g}: must be greater than 0.")
 
 
-def spread(where: str, given: Given) -> float:
+def standard_deviation(where: str, given: Given) -> float:
     """Return the standard deviation from ``std``, or from ``cov`` and ``mean``.
 
     Raises
@@ -77,7 +77,7 @@ def _above(where: str, given: Given) -> tuple[float, float, float]:
     if not given["mean"] > lower:
         raise InputError(f"{where} mean = {given['mean']:g}: must be greater than {lower:g}.")
     mean = given["mean"] - lower
-    return lower, mean, spread(where, given) / mean
+    return lower, mean, standard_deviation(where, given) / mean
 
 
 def _lognormal(where: str, given: Given) -> Any:
@@ -87,21 +87,21 @@ def _lognormal(where: str, given: Given) -> Any:
         _positive(where, given, "median")
         return stats.lognorm(s=given["dispersion"], scale=given["median"])
     _positive(where, given, "mean")
-    variance = np.log1p((spread(where, given) / given["mean"]) ** 2)
+    variance = np.log1p((standard_deviation(where, given) / given["mean"]) ** 2)
     return stats.lognorm(s=np.sqrt(variance), scale=given["mean"] * np.exp(-variance / 2))
 
 
 def _normal(where: str, given: Given) -> Any:
     from scipy import stats
 
-    return stats.norm(loc=given["mean"], scale=spread(where, given))
+    return stats.norm(loc=given["mean"], scale=standard_deviation(where, given))
 
 
 def _truncated_normal(where: str, given: Given) -> Any:
     from scipy import stats
 
     _ordered(where, given)
-    mean, std = given["mean"], spread(where, given)
+    mean, std = given["mean"], standard_deviation(where, given)
     cut = ((given["lower"] - mean) / std, (given["upper"] - mean) / std)
     if stats.norm.cdf(cut[1]) - stats.norm.cdf(cut[0]) < 1e-9:
         raise InputError(f"{where}: nothing of the distribution lies between lower and upper.")
@@ -112,7 +112,7 @@ def _uniform(where: str, given: Given) -> Any:
     from scipy import stats
 
     if "mean" in given:
-        half = np.sqrt(3.0) * spread(where, given)
+        half = np.sqrt(3.0) * standard_deviation(where, given)
         return stats.uniform(loc=given["mean"] - half, scale=2.0 * half)
     _ordered(where, given)
     return stats.uniform(loc=given["lower"], scale=given["upper"] - given["lower"])
@@ -155,7 +155,7 @@ def _beta(where: str, given: Given) -> Any:
     lower, width = given["lower"], given["upper"] - given["lower"]
     if "alpha" in given:
         return stats.beta(given["alpha"], given["beta"], loc=lower, scale=width)
-    mean, std = (given["mean"] - lower) / width, spread(where, given) / width
+    mean, std = (given["mean"] - lower) / width, standard_deviation(where, given) / width
     if not 0 < mean < 1:
         raise InputError(f"{where} mean = {given['mean']:g}: must lie between lower and upper.")
     total = mean * (1 - mean) / std**2 - 1
@@ -245,7 +245,7 @@ def scipy_distribution(where: str, name: str, parameters: Given, given: Given) -
         mean, std = float(frozen.mean()), float(frozen.std())
         if not (np.isfinite(mean) and np.isfinite(std) and std > 0):
             raise InputError(f"{where}: scipy.stats.{name} has no mean and scatter here; give loc and scale.")
-        scale = spread(where, given) / std
+        scale = standard_deviation(where, given) / std
         frozen = family(**parameters, loc=given["mean"] - scale * mean, scale=scale)
     return frozen
 

@@ -11,7 +11,7 @@ from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
 
 
-def course_noise(innovation: FloatArray, sequence: IntArray, correlation: float) -> FloatArray:
+def course_autoregression(innovation: FloatArray, sequence: IntArray, correlation: float) -> FloatArray:
     """Return standard normals with a given correlation between neighbours in a sequence.
 
     Parameters

@@ -69,7 +69,7 @@ def rank_correlation(
     def both(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
         return np.arctanh(np.clip(_correlations(x, y, w), -1 + 1e-12, 1 - 1e-12))
 
-    best, error = _with_errors(both, x, y, w, resamples, seed)
+    best, error = _bootstrap_errors(both, x, y, w, resamples, seed)
     reach = normal_factor(confidence) * error
     columns = {
         name: ("variable", np.tanh(value), {"units": "1", "long_name": words})
@@ -108,7 +108,7 @@ def first_order(
         If a value is not finite, or the output does not vary.
     """
     names, x, y, w = _checked(inputs, output, weight, confidence)
-    best, error = _with_errors(_sliced_shares, x, y, w, resamples, seed)
+    best, error = _bootstrap_errors(_sliced_first_order, x, y, w, resamples, seed)
     reach = normal_factor(confidence) * error
     words = {"units": "1", "long_name": "share of variance that the input brings about by itself"}
     columns = (("", best), ("_error", error), ("_lower", best - reach), ("_upper", best + reach))
@@ -146,7 +146,7 @@ def _checked(
     return list(varying), np.array(list(varying.values())), y, w
 
 
-def _with_errors(
+def _bootstrap_errors(
     of: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
     x: FloatArray,
     y: FloatArray,
@@ -187,7 +187,7 @@ def _slices(walls: int) -> int:
     return int(np.clip(round(1.5 * walls ** (1 / 3)), 2, walls // 3))
 
 
-def _sliced_shares(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
+def _sliced_first_order(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
     """Return the share of variance between slices along each input, array (1, inputs), corrected for chance."""
     count = _slices(len(y))
     centred = y - w @ y / w.sum()

@@ -89,7 +89,7 @@ def draw(
     normal = independent @ factor.T
     if not proposals:
         return Drawn(normal, np.ones(len(normal)))
-    shift = shift_of_all(factor @ factor.T, places, {p: proposal.shift for p, proposal in proposals.items()})
+    shift = conditional_shift(factor @ factor.T, places, {p: proposal.shift for p, proposal in proposals.items()})
     scale = np.array([proposals[p].scale if p in proposals else 1.0 for p in places])
     moved = normal * scale + shift
     if nominal_share > 0 and turn is not None:
@@ -102,7 +102,7 @@ def draw(
     return Drawn(moved, 1.0 / (nominal_share + (1.0 - nominal_share) * likelier))
 
 
-def shift_of_all(correlation: FloatArray, places: Sequence[str], given: Mapping[str, float]) -> FloatArray:
+def conditional_shift(correlation: FloatArray, places: Sequence[str], given: Mapping[str, float]) -> FloatArray:
     """Return the shift of every variable, array (variables,): of those not given their conditional mean.
 
     Parameters

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.uq.exceedance import judged, walls
+from damagepred.uq.exceedance import category_capacities, estimate_exceedance
 
 LOOKS = 60
 """Numbers of walls at which an estimate is shown, at most."""
@@ -52,10 +52,10 @@ def running_probability(
     intensity : str, optional
         Measure of the movement; by default the study's own.
     """
-    known = walls(ds, category, intensity)
+    known = category_capacities(ds, category, intensity)
     total = len(known.lower)
     count = np.unique(np.geomspace(min(2, total), total, LOOKS).round().astype(np.int64)) if total else np.empty(0, int)
-    found = [judged(known.part(slice(n)), at, confidence).estimate for n in count]
+    found = [estimate_exceedance(known.part(slice(n)), at, confidence).estimate for n in count]
     return Running(
         count,
         np.array([e.value for e in found]),

@@ -102,7 +102,7 @@ class StopWhen:
         return f"P(category >= {self.category} at {1e3 * float(self.at or 0):g} mm)"
 
 
-def looks(first: int, most: int) -> list[int]:
+def interim_sizes(first: int, most: int) -> list[int]:
     """Return the numbers of walls at which a study looks: doubled from the first, and the most that are allowed."""
     found = [min(first, most)]
     while found[-1] < most:
@@ -111,7 +111,7 @@ def looks(first: int, most: int) -> list[int]:
 
 
 @one_blas_thread()
-def each_confidence(at: list[int], confidence: float, replicated: bool) -> float:
+def interim_confidence(at: list[int], confidence: float, replicated: bool) -> float:
     """Return the confidence of each look's interval, so that all hold at once with the confidence wanted.
 
     Parameters
@@ -128,11 +128,11 @@ def each_confidence(at: list[int], confidence: float, replicated: bool) -> float
     if replicated:
         return float(confidence ** (1 / len(at)))
     sizes = np.array(at, dtype=np.float64)
-    factor = float(optimize.brentq(lambda c: _all_within(c, sizes) - confidence, 0.5, 8.0, xtol=1e-6))
+    factor = float(optimize.brentq(lambda c: _simultaneous_coverage(c, sizes) - confidence, 0.5, 8.0, xtol=1e-6))
     return float(2 * special.ndtr(factor) - 1)
 
 
-def _all_within(factor: float, sizes: FloatArray) -> float:
+def _simultaneous_coverage(factor: float, sizes: FloatArray) -> float:
     """Return the probability that the means of a growing sample are all within so many of their standard errors."""
     z, dz = factor * _NODES, factor * _WEIGHTS
     density = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)

@@ -162,16 +162,16 @@ def subset_simulation(
     require_count("seed", seed, 0)
     require_number("samples x dimensions", samples * dimensions, 1, MOST_NORMALS)
     require_number("confidence", confidence, 0.0, 0.9999, open_low=True)
-    margin = _Counted(limit_state, failed_reached)
+    margin = _NumberedLimitState(limit_state, failed_reached)
     found: list[SubsetEstimate] = []
     for run in range(runs):
         levels, g, z = _run(margin, dimensions, samples, chains, length, seed, run, max_levels, on_level)
         found.append(_estimate(levels, g, z, margin, confidence))
-    return found[0] if runs == 1 else _together(found)
+    return found[0] if runs == 1 else _mean_of_runs(found)
 
 
 def _run(
-    margin: _Counted,
+    margin: _NumberedLimitState,
     dimensions: int,
     samples: int,
     chains: int,
@@ -202,12 +202,12 @@ def _run(
         start = generator(seed, Stream.SUBSET_START, run * max_levels + len(levels)).permutation(
             np.flatnonzero(reached)
         )[:chains]
-        z, g, acceptance, step = _climb(margin, z[start], g[start], limit, length, step, seed)
+        z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed)
         chained = True
     return levels, g, z
 
 
-def _together(found: list[SubsetEstimate]) -> SubsetEstimate:
+def _mean_of_runs(found: list[SubsetEstimate]) -> SubsetEstimate:
     """Return the mean of independent runs, its interval lognormal."""
     each, last = np.array([one.probability for one in found]), found[-1]
     mean, count = float(each.mean()), len(found)
@@ -250,7 +250,7 @@ def check_sizes(samples: int, level_share: float) -> tuple[int, int]:
     return chains, length
 
 
-class _Counted:
+class _NumberedLimitState:
     """A limit state whose evaluations are numbered."""
 
     def __init__(self, limit_state: LimitState, failed_reached: bool) -> None:
@@ -269,8 +269,8 @@ class _Counted:
         return np.where(np.isnan(g), self.instead, g)
 
 
-def _climb(
-    margin: _Counted, z: FloatArray, g: FloatArray, limit: float, length: int, step: float, seed: int
+def _sample_level(
+    margin: _NumberedLimitState, z: FloatArray, g: FloatArray, limit: float, length: int, step: float, seed: int
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Return the next level's samples, chains side by side within each step, share accepted and last step size."""
     chains = len(z)
@@ -307,7 +307,9 @@ def _variation(reached: BoolArray, share: float, chains: int) -> float:
     return float(np.sqrt((1 - share) / (share * reached.size) * max(1 + dependence, 1e-2)))
 
 
-def _estimate(levels: list[Level], g: FloatArray, z: FloatArray, margin: _Counted, confidence: float) -> SubsetEstimate:
+def _estimate(
+    levels: list[Level], g: FloatArray, z: FloatArray, margin: _NumberedLimitState, confidence: float
+) -> SubsetEstimate:
     probability = float(np.prod([level.share for level in levels]))
     reached = levels[-1].limit == 0.0
     variation = float(np.sqrt(sum(level.variation**2 for level in levels)))

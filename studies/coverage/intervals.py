@@ -22,7 +22,7 @@ from damagepred.uq.fragility import fit_fragility, fit_surface, stripes_from_cou
 from damagepred.uq.given_data import first_order, rank_correlation
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.sensitivity import saltelli_points, sobol_indices
-from damagepred.uq.stopping import StopWhen, each_confidence, looks
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import subset_simulation
 
 Found = dict[str, tuple[float, float, float]]
@@ -210,7 +210,7 @@ def importance(random: np.random.Generator, walls: int, beta: float, shift: floa
 def stopped(random: np.random.Generator, share: float, half_width: float = 0.05) -> Found:
     """Give a share of as many walls as a stopping rule asked for."""
     rule = StopWhen(category=1, at=0.01, half_width=half_width)
-    at = looks(32, 2048)
+    at = interim_sizes(32, 2048)
     each = _each(tuple(at))
     hit = random.random(2048) < share
     found = [probability(hit[:n], confidence=each) for n in at]
@@ -220,7 +220,7 @@ def stopped(random: np.random.Generator, share: float, half_width: float = 0.05)
 
 @cache
 def _each(at: tuple[int, ...]) -> float:
-    return each_confidence(list(at), 0.9, replicated=False)
+    return interim_confidence(list(at), 0.9, replicated=False)
 
 
 def two_levels(random: np.random.Generator, fine: int, correlation: float, share: float) -> Found:

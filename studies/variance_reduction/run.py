@@ -29,7 +29,7 @@ from damagepred.study.analyses.two_level import levels
 from damagepred.study.settings import StudySettings
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot
-from damagepred.uq.exceedance import walls
+from damagepred.uq.exceedance import category_capacities
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
@@ -107,7 +107,7 @@ def reached(ds: xr.Dataset, what: str) -> tuple[FloatArray, FloatArray]:
     """
     kind, value = what.split(" ", 1)
     if kind == "category":
-        known = walls(ds, int(value))
+        known = category_capacities(ds, int(value))
         found = np.full((2, ds.sizes["sample"]), np.nan)
         found[:, known.sample] = known.lower, known.upper
         return found[0], found[1]

@@ -195,7 +195,7 @@ def test_looks_and_endings_in_words(tmp_path: Path) -> None:
     assert running._confidence(rule, [8, 16, 32], 4, False) == pytest.approx(0.95 ** (1 / 3))
     assert running._confidence(rule, [8, 16, 32], 4, True) == pytest.approx(0.95 ** (1 / 4))  # 24 is a look more
     assert running._confidence(rule, [8], 4, True) == 0.95
-    assert running._confidence(rule, [8, 16, 32], 3, True) == running.each_confidence([8, 16, 24, 32], 0.95, False)
+    assert running._confidence(rule, [8, 16, 32], 3, True) == running.interim_confidence([8, 16, 24, 32], 0.95, False)
 
 
 def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from damagepred.uq.fragility import stripes_from_counts
 from damagepred.uq.fragility.turnbull import Npmle
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.marginals import Table
-from damagepred.uq.stopping import StopWhen, each_confidence, looks
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.variable import JointField, Variable
 from damagepred.uq.wall_fields import JointPlaces, WallFields, stated_correlation
 from tests.made_up import made_up_study
@@ -166,9 +166,9 @@ def test_the_measure_asked_for_is_read(tmp_path: Path) -> None:
 
 
 def test_rules_to_stop_by_hand() -> None:
-    assert (looks(8, 100), looks(8, 8), looks(64, 20)) == ([8, 16, 32, 64, 100], [8], [20])
-    assert each_confidence([8, 16, 32], 0.9, True) == pytest.approx(0.9 ** (1 / 3))
-    assert each_confidence([8], 0.9, False) == 0.9
+    assert (interim_sizes(8, 100), interim_sizes(8, 8), interim_sizes(64, 20)) == ([8, 16, 32, 64, 100], [8], [20])
+    assert interim_confidence([8, 16, 32], 0.9, True) == pytest.approx(0.9 ** (1 / 3))
+    assert interim_confidence([8], 0.9, False) == 0.9
     known = Estimate(0.4, 0.1, 0.3, 0.5, 0.9, 24, 24.0)  # value, error, lower, upper
     assert known.half_width == pytest.approx(0.1)
     rules = [

@@ -11,7 +11,7 @@ from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
 from damagepred.study.campaign.sample import joint_sequence
 from damagepred.uq.design import Design
-from damagepred.uq.fields import course_noise, course_sequences
+from damagepred.uq.fields import course_autoregression, course_sequences
 from damagepred.uq.variable import JointField, Variable
 
 TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
@@ -147,7 +147,7 @@ def test_noise_is_the_recursion_it_says(rho: float):
     for i, e in enumerate(innovation):
         fresh = i == 0 or sequence[i] != sequence[i - 1]
         expected.append(e if fresh else rho * expected[-1] + np.sqrt(1 - rho**2) * e)
-    np.testing.assert_allclose(course_noise(innovation, sequence, rho), expected, rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(course_autoregression(innovation, sequence, rho), expected, rtol=1e-12, atol=1e-14)
 
 
 def test_sequences_end_where_course_or_kind_changes():

@@ -10,8 +10,8 @@ from scipy import optimize, special, stats
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
-from damagepred.uq.fragility.estimators import Composite
-from damagepred.uq.fragility.grouped_data import tally
+from damagepred.uq.fragility.estimators import CompositeLikelihood
+from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.resampling import resample
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
 
@@ -211,10 +211,12 @@ def test_weighted_walls_drawn_again_scatter_about_their_own_fit() -> None:
     random = np.random.default_rng(4)
     capacity = np.sort(random.lognormal(2.0, 0.5, 80))
     weight = np.where(np.arange(80) < 40, 1.0, 9.0)
-    estimator = Composite([0], tally(capacity[None] * 0.95, capacity[None] * 1.05, weight))
+    estimator = CompositeLikelihood([0], group_intervals(capacity[None] * 0.95, capacity[None] * 1.05, weight))
     best = estimator.best()
     found = resample(estimator, best, 300, np.random.default_rng(5))
     error = found.again.std(axis=0, ddof=1)
     assert (np.abs(found.again.mean(axis=0) - best) < 0.6 * error).all()
-    unlike = Composite([0], tally(capacity[None] * 0.95, capacity[None] * 1.05, 1.0 / weight)).best()
+    unlike = CompositeLikelihood(
+        [0], group_intervals(capacity[None] * 0.95, capacity[None] * 1.05, 1.0 / weight)
+    ).best()
     assert (np.abs(unlike - best) > 2 * error).any()

@@ -7,8 +7,8 @@ from scipy import stats
 
 from damagepred.errors import InputError
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, turnbull
-from damagepred.uq.fragility.goodness import distance, information
-from damagepred.uq.fragility.grouped_data import tally
+from damagepred.uq.fragility.goodness import akaike_criterion, distance
+from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.intensity import intensity_values
 from tests.uq.test_fragility import known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
@@ -67,11 +67,11 @@ def test_not_judged_unless_asked_for() -> None:
 def test_the_criterion_counts_parameters_where_the_likelihood_is_right() -> None:
     """One category, many walls: minus twice the log-likelihood and nearly 2 x 2."""
     values = lognormal(np.random.default_rng(2), 8.0, 0.5, 4000)
-    cells = tally(values[None], values[None], np.ones(4000))
+    cells = group_intervals(values[None], values[None], np.ones(4000))
     x = np.log(values)
     least = -2 * stats.norm.logpdf(x, x.mean(), x.std()).sum()
-    assert information(cells, False) == pytest.approx(least + 4, abs=0.5)
-    assert information(cells, True) == pytest.approx(information(cells, False), rel=1e-9)
+    assert akaike_criterion(cells, False) == pytest.approx(least + 4, abs=0.5)
+    assert akaike_criterion(cells, True) == pytest.approx(akaike_criterion(cells, False), rel=1e-9)
 
 
 # -- what they are drawn against ---------------------------------------------------------------------------------------

@@ -14,9 +14,9 @@ from damagepred.study.analyses.importance_proposal import propose
 from damagepred.uq.correlation import gaussian_correlation
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.estimate import probability
-from damagepred.uq.fields import course_noise, lag_correlation
+from damagepred.uq.fields import course_autoregression, lag_correlation
 from damagepred.uq.fragility import fit_fragility
-from damagepred.uq.importance import Proposal, cross_entropy_shift, shift_of_all
+from damagepred.uq.importance import Proposal, conditional_shift, cross_entropy_shift
 from damagepred.uq.variable import Variable
 from tests.cli.conftest import Run, command  # noqa: F401
 from tests.conftest import SMALL_STUDY
@@ -48,10 +48,10 @@ def test_a_shift_goes_along_with_the_correlation(correlation: float) -> None:
 
 def test_partners_shift_to_their_conditional_mean() -> None:
     matrix = np.array([[1.0, 0.5, 0.3], [0.5, 1.0, 0.6], [0.3, 0.6, 1.0]])
-    np.testing.assert_allclose(shift_of_all(matrix, "abc", {"a": 2.0}), [2.0, 1.0, 0.6])
-    both = shift_of_all(matrix, "abc", {"a": 2.0, "b": -1.0})
+    np.testing.assert_allclose(conditional_shift(matrix, "abc", {"a": 2.0}), [2.0, 1.0, 0.6])
+    both = conditional_shift(matrix, "abc", {"a": 2.0, "b": -1.0})
     np.testing.assert_allclose(both, [2.0, -1.0, matrix[2, :2] @ np.linalg.solve(matrix[:2, :2], [2.0, -1.0])])
-    np.testing.assert_array_equal(shift_of_all(np.eye(3), "abc", {"b": 1.0}), [0.0, 1.0, 0.0])
+    np.testing.assert_array_equal(conditional_shift(np.eye(3), "abc", {"b": 1.0}), [0.0, 1.0, 0.0])
 
 
 def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
@@ -106,7 +106,9 @@ def test_skewed_values_along_a_course_are_correlated_as_stated() -> None:
     rho = lag_correlation(marginal, wanted)
     assert rho == pytest.approx(np.log1p(wanted * cov**2) / variance, abs=1e-9)
     assert gaussian_correlation(marginal, marginal, wanted) == rho
-    noise = course_noise(np.random.default_rng(1).standard_normal(400_000), np.zeros(400_000, dtype=np.int64), rho)
+    noise = course_autoregression(
+        np.random.default_rng(1).standard_normal(400_000), np.zeros(400_000, dtype=np.int64), rho
+    )
     value = np.exp(np.sqrt(variance) * noise)
     for lag, exact in ((1, wanted), (2, np.expm1(rho**2 * variance) / np.expm1(variance))):
         assert np.corrcoef(value[lag:], value[:-lag])[0, 1] == pytest.approx(exact, abs=0.015)

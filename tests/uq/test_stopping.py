@@ -9,23 +9,28 @@ from damagepred.errors import InputError
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
-from damagepred.uq.stopping import StopWhen, each_confidence, looks
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
 def test_looks_double() -> None:
-    assert looks(64, 1000) == [64, 128, 256, 512, 1000]
-    assert looks(64, 64) == [64]
-    assert looks(64, 10) == [10]
+    assert interim_sizes(64, 1000) == [64, 128, 256, 512, 1000]
+    assert interim_sizes(64, 64) == [64]
+    assert interim_sizes(64, 10) == [10]
 
 
 def test_the_factor_is_that_of_the_tables() -> None:
     """Pocock's constants for equal steps and two-sided 5 % (Jennison and Turnbull 2000, table 2.1)."""
     for count, factor in ((2, 2.178), (3, 2.289), (5, 2.413), (10, 2.555)):
-        each = each_confidence([100 * (k + 1) for k in range(count)], 0.95, replicated=False)
+        each = interim_confidence([100 * (k + 1) for k in range(count)], 0.95, replicated=False)
         assert special.ndtri(0.5 + each / 2) == pytest.approx(factor, abs=1e-3)
-    assert each_confidence([64], 0.9, replicated=True) == 0.9
-    sidak = each_confidence(looks(64, 1024), 0.9, replicated=True)
-    assert 0.9 < each_confidence(looks(64, 1024), 0.9, replicated=False) < sidak == pytest.approx(0.9 ** (1 / 5))
+    assert interim_confidence([64], 0.9, replicated=True) == 0.9
+    sidak = interim_confidence(interim_sizes(64, 1024), 0.9, replicated=True)
+    assert (
+        0.9
+        < interim_confidence(interim_sizes(64, 1024), 0.9, replicated=False)
+        < sidak
+        == pytest.approx(0.9 ** (1 / 5))
+    )
 
 
 @pytest.mark.parametrize("share", [0.1, 0.4])
@@ -33,8 +38,8 @@ def test_intervals_hold_where_a_study_stopped_early(share: float) -> None:
     """Covered as stated, and at all looks at once; at a plain 90 % a look they would not be."""
     random = np.random.default_rng(5)
     rule = StopWhen(category=1, at=0.01, half_width=0.05)
-    at = looks(32, 1024)
-    each = each_confidence(at, 0.9, replicated=False)
+    at = interim_sizes(32, 1024)
+    each = interim_confidence(at, 0.9, replicated=False)
     stopped, everywhere, naive = 0, 0, 0
     for _ in range(400):
         hit = random.random(1024) < share

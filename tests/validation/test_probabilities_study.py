@@ -32,7 +32,7 @@ def room(monkeypatch: pytest.MonkeyPatch) -> dict[str, ModuleType]:
         sys.modules.pop(name, None)
 
 
-def known_walls(room: dict[str, ModuleType], normal: np.ndarray, factor: float = 1.0) -> object:
+def effective_reached(room: dict[str, ModuleType], normal: np.ndarray, factor: float = 1.0) -> object:
     """Return walls whose capacities are lognormal, median 1 mm times a factor, dispersion 0.4; known within steps."""
     capacity = factor * 1e-3 * np.exp(0.4 * normal)
     upper = STEP * np.ceil(capacity / STEP)
@@ -46,10 +46,10 @@ def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkey
     random = np.random.default_rng(1).standard_normal((1, 8192))
     points = np.array([unit_points("sobol", 1, 256, seed)[:, 0] for seed in range(16)])
     banks = {
-        "random": known_walls(room, random),
-        "sobol": known_walls(room, special.ndtri(points)),
-        "larger blocks": known_walls(room, random, 1.08),
-        "two contacts": known_walls(room, random, 1.005),
+        "random": effective_reached(room, random),
+        "sobol": effective_reached(room, special.ndtri(points)),
+        "larger blocks": effective_reached(room, random, 1.08),
+        "two contacts": effective_reached(room, random, 1.005),
     }
     cost = pd.Series({"path": 0.02, **dict.fromkeys(room["walls"].VARIANTS["joints"], 0.002)})
     rows = pd.DataFrame(room["errors"].curve_rows("joints", banks, cost))

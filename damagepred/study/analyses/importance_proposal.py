@@ -12,7 +12,7 @@ from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.study import Study
 from damagepred.uq.capacity import reached_by
-from damagepred.uq.exceedance import walls
+from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.importance import cross_entropy_shift
 
 FEWEST = 20
@@ -68,7 +68,7 @@ def propose(path: str | Path, category: int, at: float) -> Proposed:
     design = study.design
     if design.sampler.kind == "table" or not design.wall:
         raise InputError(f"{path}: importance sampling needs variables with one value a wall, drawn by the study.")
-    known = walls(ds, category)
+    known = category_capacities(ds, category)
     order = np.argsort(known.upper, kind="stable")
     reached = int(reached_by(known.upper, at).sum())
     count = max(reached, FEWEST)

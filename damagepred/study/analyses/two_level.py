@@ -30,7 +30,7 @@ from damagepred.study.study import Study
 from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.control_variate import FEWEST, PilotReport, read_pilot, two_level
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
-from damagepred.uq.exceedance import walls
+from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.samplers import Stream, generator
 
 SCRAMBLES = 8
@@ -196,7 +196,7 @@ def _whole(samples: int, turns: int) -> int:
 
 def _hits(ds: xr.Dataset, category: int, at: float, count: int) -> FloatArray:
     """Return, of the first walls, whether each had reached the category by the movement; NaN if it is not known."""
-    known = walls(ds, category)
+    known = category_capacities(ds, category)
     found = np.full(ds.sizes["sample"], np.nan)
     hit = probability_reached(known.lower, known.upper, at)
     found[known.sample] = np.where(censored_before(known.lower, known.upper, at), np.nan, hit)

@@ -15,7 +15,7 @@ from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.errors import InputError
 from damagepred.study.study import Progress, RunSummary, Study
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate
-from damagepred.uq.stopping import StopWhen, each_confidence, looks
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
 class Look(NamedTuple):
@@ -123,7 +123,7 @@ def run_until(
     rule, budget = how.stop_when, how.time_budget
     if rule is not None and how.sampler == "lhs":
         raise InputError("[study.stop_when]: a Latin hypercube cannot be extended from look to look; take 'sobol'.")
-    at = looks(rule.first, most) if rule is not None else [most]
+    at = interim_sizes(rule.first, most) if rule is not None else [most]
     confidence = _confidence(rule, at, how.replicates, budget is not None)
     began = time.monotonic()
     seen: list[Look] = []
@@ -148,7 +148,7 @@ def _confidence(rule: StopWhen | None, at: list[int], replicates: int, timed: bo
         return 0.9
     # the end of the time is a look more, wherever it falls: counted like one between the last two
     every = sorted({*at, (at[-1] + at[-2]) // 2}) if timed and len(at) > 1 else at
-    return each_confidence(every, rule.confidence, replicates >= ENOUGH_REPLICATES)
+    return interim_confidence(every, rule.confidence, replicates >= ENOUGH_REPLICATES)
 
 
 def _piece(

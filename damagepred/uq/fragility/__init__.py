@@ -18,7 +18,7 @@ as such (censored), for leaving them out biases the curve to too small capacitie
 from damagepred.uq.capacity import Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.fit import FEWEST, CommonFit, Fit
-from damagepred.uq.fragility.grouped_data import fair_weights
+from damagepred.uq.fragility.grouped_data import normalised_weights
 from damagepred.uq.fragility.models import fit_common, fit_lognormal, fit_ordinal
 from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
@@ -32,7 +32,6 @@ __all__ = [
     "CommonFit",
     "Fit",
     "capacities",
-    "fair_weights",
     "fit_common",
     "fit_fragility",
     "fit_lognormal",
@@ -40,6 +39,7 @@ __all__ = [
     "fit_surface",
     "kaplan_meier",
     "movement_measure",
+    "normalised_weights",
     "read_capacities",
     "stripes",
     "stripes_from_counts",

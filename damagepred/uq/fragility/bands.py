@@ -8,8 +8,9 @@
   limit is n ln(1 + t^2 / (n - 1)), of n walls that tell and Student's quantile t; chi-squared's (1 degree of freedom)
   of many. For walls that count alike, and curves fitted each for itself.
 
-Quantiles of resamples are taken further out by what n walls leave open (``expanded``). Of a category that fewer than
-``FEW_WALLS`` tell of, a band asked for as BCa is that of the posterior instead (``damagepred.uq.fragility.posterior``).
+Quantiles of resamples are taken further out by what n walls leave open (``expanded_percentiles``). Of a category that
+fewer than ``FEW_WALLS`` tell of, a band asked for as BCa is that of the posterior instead
+(``damagepred.uq.fragility.posterior``).
 
 Each number is treated as a function of g = 1/dispersion and h = ln(median)/dispersion.
 """
@@ -23,9 +24,9 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.uq.fragility.estimators import Composite, Estimator
+from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.likelihood import likelihood
-from damagepred.uq.fragility.posterior import known_walls
+from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.fragility.resampling import Resampled
 
 FEW_WALLS = 100
@@ -48,13 +49,13 @@ class Band(NamedTuple):
     probability: tuple[FloatArray, FloatArray]
 
 
-def no_band(points: int) -> Band:
+def unknown_band(points: int) -> Band:
     """Return a band of which nothing is known."""
     nothing = (np.nan, np.nan)
     return Band(nothing, nothing, (np.full(points, np.nan), np.full(points, np.nan)))
 
 
-def _numbers(g: FloatArray, h: FloatArray, grid: FloatArray) -> FloatArray:
+def _curve_quantities(g: FloatArray, h: FloatArray, grid: FloatArray) -> FloatArray:
     """Return ln(median), dispersion and probit of the probability at each movement, array (parameters, 2 + points)."""
     with np.errstate(divide="ignore"):
         along = g[:, None] * np.log(grid) - h[:, None]
@@ -83,22 +84,22 @@ def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, co
     confidence : float
         Of the band.
     walls : float
-        Walls that tell of it, see ``expanded``.
+        Walls that tell of it, see ``expanded_percentiles``.
     """
     if len(found.again) < 2:
-        return no_band(len(grid))
-    again = np.sort(_numbers(found.again[:, 0], found.again[:, 1 + place], grid), axis=0)
-    reach = expanded(np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)]), walls)[:, None]
+        return unknown_band(len(grid))
+    again = np.sort(_curve_quantities(found.again[:, 0], found.again[:, 1 + place], grid), axis=0)
+    reach = expanded_percentiles(np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)]), walls)[:, None]
     z = reach * np.ones(again.shape[1])
     if kind == "bca":
-        best = _numbers(found.best[:1], found.best[1 + place : 2 + place], grid)[0]
+        best = _curve_quantities(found.best[:1], found.best[1 + place : 2 + place], grid)[0]
         below = ((again < best).sum(axis=0) + 0.5 * (again == best).sum(axis=0) + 0.5) / (len(again) + 1)
         bias = special.ndtri(below)
         z = bias + (bias + z) / (1.0 - _acceleration(found, place, grid) * (bias + z))
     return _quantiles(again, special.ndtr(z))
 
 
-def expanded(tails: FloatArray, walls: float) -> FloatArray:
+def expanded_percentiles(tails: FloatArray, walls: float) -> FloatArray:
     """Return the standard normals whose probabilities are taken for quantiles of resampled fits.
 
     With them the percentile interval of a mean is Student's: resamples of n walls scatter by the root of (n - 1) / n
@@ -123,7 +124,7 @@ def posterior_band(draws: FloatArray, place: int, grid: FloatArray, confidence: 
     draws, place, grid, confidence
         See ``resampled_band``.
     """
-    again = np.sort(_numbers(draws[:, 0], draws[:, 1 + place], grid), axis=0)
+    again = np.sort(_curve_quantities(draws[:, 0], draws[:, 1 + place], grid), axis=0)
     tails = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])[:, None] * np.ones(again.shape[1])
     return _quantiles(again, tails)
 
@@ -156,12 +157,14 @@ def _acceleration(found: Resampled, place: int, grid: FloatArray) -> FloatArray:
     return skew / (6.0 * np.maximum(spread, 1e-300) ** 1.5)
 
 
-def has_profile(estimator: Estimator) -> bool:
+def has_profile_band(estimator: Estimator) -> bool:
     """Tell whether there is a profile band: one category, fitted for itself, and walls that count alike."""
-    return isinstance(estimator, Composite) and alike_and_alone(len(estimator.categories), estimator.cells.weight)
+    return isinstance(estimator, CompositeLikelihood) and profile_is_defined(
+        len(estimator.categories), estimator.cells.weight
+    )
 
 
-def alike_and_alone(categories: int, weight: FloatArray) -> bool:
+def profile_is_defined(categories: int, weight: FloatArray) -> bool:
     """Tell whether categories fitted together are but one, and walls count alike."""
     return categories == 1 and not np.ptp(weight) > 0
 
@@ -185,23 +188,23 @@ def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confi
     InputError
         If the category is not fitted for itself, or walls count differently.
     """
-    if not isinstance(estimator, Composite) or not has_profile(estimator):
+    if not isinstance(estimator, CompositeLikelihood) or not has_profile_band(estimator):
         raise InputError(
             "band = 'profile': is for curves that are fitted each for itself (model = 'separate') to walls that count "
             "alike; take 'bca' or 'percentile'."
         )
-    n = max(known_walls(estimator), 2.0)
+    n = max(effective_reached(estimator), 2.0)
     # of n capacities known exactly this limit gives Student's interval of the median, and chi-squared's of many
     drop = n * np.log1p(special.stdtrit(n - 1.0, 0.5 * (1.0 + confidence)) ** 2 / (n - 1.0))
-    rim = _rim(estimator, best, float(drop))
-    numbers = _numbers(rim[:, 0], rim[:, 1], grid)
+    rim = _likelihood_contour(estimator, best, float(drop))
+    numbers = _curve_quantities(rim[:, 0], rim[:, 1], grid)
     return _band(numbers.min(axis=0), numbers.max(axis=0))
 
 
-def _rim(estimator: Composite, best: FloatArray, drop: float) -> FloatArray:
+def _likelihood_contour(estimator: CompositeLikelihood, best: FloatArray, drop: float) -> FloatArray:
     """Return the parameters at which twice the log-likelihood is by ``drop`` below its maximum."""
     angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
-    root = np.linalg.inv(np.linalg.cholesky(-estimator.curvature(best)))
+    root = np.linalg.inv(np.linalg.cholesky(-estimator.hessian(best)))
     towards = np.column_stack((np.cos(angle), np.sin(angle))) @ root
     weight = np.broadcast_to(estimator.cells.total, (_DIRECTIONS, len(estimator.cells.number)))
     most = estimator.value(best)

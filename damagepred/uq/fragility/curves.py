@@ -17,20 +17,28 @@ from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
     Capacities,
-    Walls,
+    StudyCapacities,
     highest_category,
-    others_alone,
     read_capacities,
     require_categories,
+    without_damaged_at_start,
 )
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.describe import curves_dataset
-from damagepred.uq.fragility.estimators import Composite, Estimator, estimators
-from damagepred.uq.fragility.fit import DRAWN, EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons
-from damagepred.uq.fragility.grouped_data import Cells, tally
-from damagepred.uq.fragility.models import fit_cells, require_ascending
-from damagepred.uq.fragility.posterior import draw_posterior, known_walls
+from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators
+from damagepred.uq.fragility.fit import (
+    EXTRAPOLATED,
+    FITTED,
+    WITH_CURVE,
+    BoundedMedian,
+    Fit,
+    StartShare,
+    reasons_not_fitted,
+)
+from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
+from damagepred.uq.fragility.models import fit_grouped, require_ascending
+from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
@@ -61,7 +69,7 @@ FEW = 10
 """Fewer walls than that which reached a category are worth a word."""
 
 
-class _Asked(NamedTuple):
+class _Request(NamedTuple):
     model: Model
     band: Bands
     confidence: float
@@ -162,7 +170,7 @@ def fit_fragility(
             require_number(what, number, least, MOST)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
-    asked = _Asked(model, band, confidence, bootstrap, goodness, seed, wanted, grid)
+    asked = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid)
     columns, more = _curves(walls, asked)
     attrs = {
         "model": model,
@@ -199,12 +207,12 @@ def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: 
     return name
 
 
-def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+def _curves(walls: StudyCapacities, asked: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
     """Return the columns of the dataset, and its attributes that tell of all curves together."""
     kinds = range(len(asked.categories))
 
-    def each(found: Capacities) -> list[Cells]:
-        return [tally(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
+    def each(found: Capacities) -> list[GroupedIntervals]:
+        return [group_intervals(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
 
     columns = _counts(walls.capacities)
     alone = each(walls.capacities)
@@ -212,15 +220,17 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     columns["empirical"] = np.array([one.probability(asked.grid) for one in free])
     if asked.model == "empirical":
         return columns | _without_form(alone, walls, asked), {}
-    before, walls = walls.capacities.upper <= 0, walls._replace(capacities=others_alone(walls.capacities))
+    before, walls = walls.capacities.upper <= 0, walls._replace(capacities=without_damaged_at_start(walls.capacities))
     found = walls.capacities
     if before.any():
         alone = each(found)
         free = [_empirical(cells, walls.single) for cells in alone]
     common = asked.model == "common"
-    whole = tally(found.lower, found.upper, walls.weight) if common else None
-    fits = [Fit(np.nan, np.nan, why) for c in (alone if whole is None else [whole]) for why in reasons(c, common)]
-    limits = [bands.no_band(len(asked.grid)) for _ in kinds]
+    whole = group_intervals(found.lower, found.upper, walls.weight) if common else None
+    fits = [
+        Fit(np.nan, np.nan, why) for c in (alone if whole is None else [whole]) for why in reasons_not_fitted(c, common)
+    ]
+    limits = [bands.unknown_band(len(asked.grid)) for _ in kinds]
     share = np.full(len(limits), np.nan)
     for estimator, places in _parts(alone, whole, walls.single):
         for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, asked)):
@@ -229,12 +239,14 @@ def _curves(walls: Walls, asked: _Asked) -> tuple[dict[str, NDArray[Any]], dict[
     columns |= _failures(walls, fits, common, asked.grid) | _judged(fits, free, walls, asked)
     columns["resamples_fitted"] = share
     columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, asked) for k in kinds])
-    _put_start(columns, before, walls.weight, asked.confidence)
+    _add_start_share(columns, before, walls.weight, asked.confidence)
     _end_where_walls_end(columns, walls.largest)
     return columns, _criteria(fits, walls)
 
 
-def _put_start(columns: dict[str, NDArray[Any]], before: BoolArray, weight: FloatArray, confidence: float) -> None:
+def _add_start_share(
+    columns: dict[str, NDArray[Any]], before: BoolArray, weight: FloatArray, confidence: float
+) -> None:
     """Add the share of walls that reached a category before any movement: probability p0 + (1 - p0) Phi(...)."""
     start = [StartShare.of(row, weight, confidence) for row in before]
     columns["share_at_start"], columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(start).T
@@ -267,7 +279,9 @@ def _counts(found: Capacities) -> dict[str, NDArray[Any]]:
     }
 
 
-def _parts(alone: list[Cells], whole: Cells | None, single: bool) -> list[tuple[Estimator, list[int]]]:
+def _parts(
+    alone: list[GroupedIntervals], whole: GroupedIntervals | None, single: bool
+) -> list[tuple[Estimator, list[int]]]:
     """Return what is fitted together, and the places of its categories."""
     if whole is not None:
         return [(e, e.categories) for e in estimators(whole, True, single)]
@@ -275,15 +289,15 @@ def _parts(alone: list[Cells], whole: Cells | None, single: bool) -> list[tuple[
 
 
 def _with_bands(
-    estimator: Estimator, places: list[int], asked: _Asked
+    estimator: Estimator, places: list[int], asked: _Request
 ) -> tuple[list[Fit], list[bands.Band], list[float]]:
     """Fit categories that are fitted together; return curves, bands and which share of resamples could be fitted."""
-    fits, none = estimator.fits(), [bands.no_band(len(asked.grid))] * len(places)
+    fits, none = estimator.fits(), [bands.unknown_band(len(asked.grid))] * len(places)
     nothing = [np.nan] * len(places)
     if fits[0].status != FITTED:
         return fits, none, nothing
-    best, count = estimator.best(), known_walls(estimator)
-    possible = asked.band != "profile" or bands.has_profile(estimator)
+    best, count = estimator.best(), effective_reached(estimator)
+    possible = asked.band != "profile" or bands.has_profile_band(estimator)
     if possible and _too_few(estimator.cells, count, asked):
         return fits, none, nothing
     if asked.band == "profile":
@@ -291,13 +305,13 @@ def _with_bands(
     if asked.bootstrap == 0:
         return fits, none, nothing
     random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[places[0]])
-    dependent = isinstance(estimator, Composite) and len(places) > 1
+    dependent = isinstance(estimator, CompositeLikelihood) and len(places) > 1
     if asked.band == "bca" and not dependent and count < bands.FEW_WALLS:
-        draws = draw_posterior(estimator, best, random)
+        draws = sample_posterior(estimator, best, random)
         return fits, [bands.posterior_band(draws, n, asked.grid, asked.confidence) for n in range(len(places))], nothing
     again = resample(estimator, best, asked.bootstrap, random)
     share = [len(again.again) / asked.bootstrap] * len(places)
-    if share[0] < MOST_FITTED and bands.has_profile(estimator):
+    if share[0] < MOST_FITTED and bands.has_profile_band(estimator):
         # what cannot be fitted lies to one side: what is left of the resamples would make too narrow a band
         return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], share
     limits = [
@@ -306,14 +320,14 @@ def _with_bands(
     return fits, limits, share
 
 
-def _too_few(cells: Cells, known: float, asked: _Asked) -> bool:
+def _too_few(cells: GroupedIntervals, known: float, asked: _Request) -> bool:
     """Whether a band would hold the truth less often than it says, of so many walls that tell of a category."""
     if asked.band != "bca":
         return known < bands.FEWEST_WALLS
     return asked.model == "common" and (known < FEWEST_COMMON or _effective(cells) < FEWEST_COMMON_WALLS)
 
 
-def _effective(cells: Cells) -> float:
+def _effective(cells: GroupedIntervals) -> float:
     return effective_samples(np.repeat(cells.weight, cells.number))
 
 
@@ -331,12 +345,12 @@ def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> 
     return columns
 
 
-def _empirical(cells: Cells, single: bool, weight: FloatArray | None = None) -> Npmle:
+def _empirical(cells: GroupedIntervals, single: bool, weight: FloatArray | None = None) -> Npmle:
     lower, upper = cells.lower[0], cells.upper[0]
     return (isotonic if single else turnbull)(lower, upper, cells.total if weight is None else weight)
 
 
-def _without_form(alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
+def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, asked: _Request) -> dict[str, NDArray[Any]]:
     """Return the empirical curves as the curves themselves, with percentile bands."""
     rows = []
     tails = [0.5 * (1 - asked.confidence), 0.5 * (1 + asked.confidence)]
@@ -365,12 +379,12 @@ def _without_form(alone: list[Cells], walls: Walls, asked: _Asked) -> dict[str, 
         rows.append(row)
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
     for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
-        each = [tally(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(rows))]
+        each = [group_intervals(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(rows))]
         columns[f"median_failed_{name}"] = np.array([_middle(_empirical(cells, walls.single)) for cells in each])
     return columns
 
 
-def _shares_between(best: FloatArray, curves: FloatArray, cells: Cells, asked: _Asked) -> list[FloatArray]:
+def _shares_between(best: FloatArray, curves: FloatArray, cells: GroupedIntervals, asked: _Request) -> list[FloatArray]:
     """Return pointwise limits of the empirical curve: Wilson's, for as many walls as have the resamples' scatter.
 
     Where resamples do not scatter, all walls that tell stand for as many (none of them damaged, or all).
@@ -390,7 +404,7 @@ def _middle(found: Npmle) -> float:
     return median if np.isfinite(median) else np.nan
 
 
-def _bounds(walls: Walls) -> list[tuple[FloatArray, FloatArray]]:
+def _bounds(walls: StudyCapacities) -> list[tuple[FloatArray, FloatArray]]:
     """Return the intervals with all failed walls undamaged to the end, and with all damaged where they failed."""
     found = walls.capacities
     if walls.single:
@@ -403,16 +417,16 @@ def _bounds(walls: Walls) -> list[tuple[FloatArray, FloatArray]]:
     return [undamaged, (found.lower, np.where(found.failed, np.maximum(following, found.lower), found.upper))]
 
 
-def _failures(walls: Walls, fits: list[Fit], common: bool, grid: FloatArray) -> dict[str, NDArray[Any]]:
+def _failures(walls: StudyCapacities, fits: list[Fit], common: bool, grid: FloatArray) -> dict[str, NDArray[Any]]:
     told: dict[str, NDArray[Any]] = {}
     for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
         again = fits
         if walls.capacities.failed.any():
             if common:
-                again = fit_cells(tally(lower, upper, walls.weight), True, walls.single)
+                again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single)
             else:
-                rows = (tally(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(fits)))
-                again = [fit_cells(cells)[0] for cells in rows]
+                rows = (group_intervals(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(fits)))
+                again = [fit_grouped(cells)[0] for cells in rows]
         told[f"median_failed_{name}"] = np.array([f.median for f in again])
         if walls.capacities.failed.any():
             curves = [f.probability(grid) if f.status == FITTED else np.full(len(grid), np.nan) for f in again]
@@ -420,7 +434,7 @@ def _failures(walls: Walls, fits: list[Fit], common: bool, grid: FloatArray) -> 
     return told
 
 
-def _judged(fits: list[Fit], free: list[Npmle], walls: Walls, asked: _Asked) -> dict[str, NDArray[Any]]:
+def _judged(fits: list[Fit], free: list[Npmle], walls: StudyCapacities, asked: _Request) -> dict[str, NDArray[Any]]:
     gap, chance = np.full(len(fits), np.nan), np.full(len(fits), np.nan)
     for k, fit in enumerate(fits):
         if fit.status != FITTED:
@@ -431,19 +445,21 @@ def _judged(fits: list[Fit], free: list[Npmle], walls: Walls, asked: _Asked) -> 
     return {"distance": gap, "p_value": chance}
 
 
-def _criteria(fits: list[Fit], walls: Walls) -> dict[str, float]:
+def _criteria(fits: list[Fit], walls: StudyCapacities) -> dict[str, float]:
     """Return Akaike's criterion of both ways to fit the categories that have curves."""
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
         return {}
     some = slice(None, None, -(-len(walls.weight) // MANY_WALLS))
     lower, upper = walls.capacities.lower[good, some], walls.capacities.upper[good, some]
-    cells = tally(lower, upper, walls.weight[some])
-    found = {f"aic_{word}": goodness.information(cells, word == "common") for word in ("separate", "common")}
+    cells = group_intervals(lower, upper, walls.weight[some])
+    found = {f"aic_{word}": goodness.akaike_criterion(cells, word == "common") for word in ("separate", "common")}
     return found | {"aic_walls": lower.shape[1]}
 
 
-def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, asked: _Asked) -> str:
+def _note(
+    fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: float, common: bool, asked: _Request
+) -> str:
     """Say what a reader of a curve should know."""
     if fit.status != FITTED:
         return ""
@@ -453,7 +469,7 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, aske
     said = []
     if count < FEW:
         said.append(f"rests on {count} walls that reached it")
-    if asked.bootstrap and _too_few(cells, known_walls(Composite([0], cells)), asked):
+    if asked.bootstrap and _too_few(cells, effective_reached(CompositeLikelihood([0], cells)), asked):
         instead = "separate curves" if asked.band == "bca" else "bca"
         said.append(f"no band: of so few walls it would be too narrow; take {instead}")
     if fit.median > walls.largest:
@@ -461,7 +477,7 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, aske
     if not walls.single and at_once > 0.5 * count:
         said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
     if share < MOST_FITTED:
-        by_profile = bands.alike_and_alone(1 + common, walls.weight)
+        by_profile = bands.profile_is_defined(1 + common, walls.weight)
         what = "is by profile likelihood" if by_profile else "is too narrow"
         said.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")
     return "; ".join(said)
@@ -469,5 +485,5 @@ def _note(fit: Fit, cells: Cells, walls: Walls, share: float, common: bool, aske
 
 def _cross(columns: dict[str, NDArray[Any]]) -> bool:
     """Whether a worse category is anywhere more probable than a lesser one."""
-    fitted = [p for p, s in zip(columns["probability"], columns["fit_status"]) if s in (*DRAWN, EMPIRICAL)]
+    fitted = [p for p, s in zip(columns["probability"], columns["fit_status"]) if s in (*WITH_CURVE, EMPIRICAL)]
     return any(bool((worse > lesser + 1e-9).any()) for lesser, worse in itertools.pairwise(fitted))

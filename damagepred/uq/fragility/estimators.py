@@ -8,16 +8,16 @@ import numpy as np
 from scipy import sparse
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
-from damagepred.uq.fragility.fit import FITTED, Fit, reasons
-from damagepred.uq.fragility.grouped_data import Cells, alike, tally
+from damagepred.uq.fragility.fit import FITTED, Fit, reasons_not_fitted
+from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_equal, group_intervals
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
     SMALLEST,
-    KindRows,
-    Rows,
+    CategoryIntervals,
+    LinearBounds,
     likelihood,
-    most_likely,
-    rows_of,
+    linear_bounds,
+    maximise_likelihood,
     scores,
 )
 
@@ -26,8 +26,8 @@ class Estimator(Protocol):
     """Finds the parameters (1/dispersion, and for each category ln(median)/dispersion) for given weights of cells."""
 
     categories: list[int]
-    cells: Cells
-    rows: Rows | KindRows
+    cells: GroupedIntervals
+    rows: LinearBounds | CategoryIntervals
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
         """Return how often each of the ``rows`` counts for weights (resamples, cells)."""
@@ -38,7 +38,7 @@ class Estimator(Protocol):
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient of the log-likelihood, array (cells, parameters)."""
 
-    def curvature(self, at: FloatArray) -> FloatArray:
+    def hessian(self, at: FloatArray) -> FloatArray:
         """Return the curvature of the log-likelihood of all walls, array (parameters, parameters)."""
 
     def value(self, at: FloatArray) -> float:
@@ -51,7 +51,7 @@ class Estimator(Protocol):
         """Return the curves of the categories."""
 
 
-def estimators(cells: Cells, common: bool = False, single: bool = False) -> list[Estimator]:
+def estimators(cells: GroupedIntervals, common: bool = False, single: bool = False) -> list[Estimator]:
     """Return what fits the categories that can be fitted: one for each, or one for all.
 
     Parameters
@@ -63,21 +63,21 @@ def estimators(cells: Cells, common: bool = False, single: bool = False) -> list
     single : bool
         Each wall is known at one movement alone.
     """
-    good = [k for k, why in enumerate(reasons(cells, common)) if not why]
+    good = [k for k, why in enumerate(reasons_not_fitted(cells, common)) if not why]
     if not common:
-        return [Composite([k], cells.of(k)) for k in good]
+        return [CompositeLikelihood([k], cells.of(k)) for k in good]
     if not good:
         return []
-    some = tally(cells.lower[good], cells.upper[good], cells.weight, cells.number)
-    return [Ordinal(good, some) if single else Composite(good, some)]
+    some = group_intervals(cells.lower[good], cells.upper[good], cells.weight, cells.number)
+    return [OrdinalProbit(good, some) if single else CompositeLikelihood(good, some)]
 
 
-class Shared:
+class MaximumLikelihood:
     """What estimators share."""
 
     categories: list[int]
-    cells: Cells
-    rows: Rows | KindRows
+    cells: GroupedIntervals
+    rows: LinearBounds | CategoryIntervals
 
     _best: FloatArray | None = None
 
@@ -99,9 +99,9 @@ class Shared:
         """Return each cell's own gradient."""
         return scores(at, self.rows, len(self.cells.number))
 
-    def curvature(self, at: FloatArray) -> FloatArray:
+    def hessian(self, at: FloatArray) -> FloatArray:
         """Return the curvature of the log-likelihood."""
-        return likelihood(at[None], self.rows, self.row_weight(self.cells.total[None])).curvature[0]
+        return likelihood(at[None], self.rows, self.row_weight(self.cells.total[None])).hessian[0]
 
     def value(self, at: FloatArray) -> float:
         """Return the log-likelihood."""
@@ -117,7 +117,7 @@ class Shared:
         return [Fit(float(np.exp(h / at[0])), float(dispersion), FITTED) for h in at[1:]]
 
 
-class Composite(Shared):
+class CompositeLikelihood(MaximumLikelihood):
     """Intervals of capacities, the categories' likelihoods multiplied; with one category the likelihood itself.
 
     Parameters
@@ -128,16 +128,16 @@ class Composite(Shared):
         Walls, with these categories alone.
     """
 
-    def __init__(self, categories: list[int], cells: Cells) -> None:
+    def __init__(self, categories: list[int], cells: GroupedIntervals) -> None:
         self.categories, self.cells = categories, cells
         size, count = len(categories), len(cells.number)
         if size == 1:
             self._sum = None
             lower, upper, kind = cells.lower[0], cells.upper[0], np.zeros(count, dtype=np.int8)
-            self.rows = rows_of(lower, upper, np.ones((count, 1)))
+            self.rows = linear_bounds(lower, upper, np.ones((count, 1)))
         else:
             # cells that differ in other categories alone share a row of this one
-            found = [alike(np.stack((cells.lower[k], cells.upper[k]))) for k in range(size)]
+            found = [group_equal(np.stack((cells.lower[k], cells.upper[k]))) for k in range(size)]
             ends = np.cumsum([len(first) for first, _ in found])
             lower = np.concatenate([cells.lower[k][first] for k, (first, _) in enumerate(found)])
             upper = np.concatenate([cells.upper[k][first] for k, (first, _) in enumerate(found)])
@@ -145,7 +145,7 @@ class Composite(Shared):
             place = np.column_stack([which + end - len(first) for (first, which), end in zip(found, ends)]).ravel()
             each = np.arange(0, size * count + 1, size)
             self._sum = sparse.csr_array((np.ones(size * count), place, each), shape=(count, int(ends[-1])))
-            self.rows = KindRows(lower, upper, kind, size)
+            self.rows = CategoryIntervals(lower, upper, kind, size)
         self._start = _start(lower, upper, kind, size)
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
@@ -154,7 +154,7 @@ class Composite(Shared):
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters for weights of the cells."""
-        return most_likely(self.rows, self.row_weight(weight), self._start if start is None else start)[0]
+        return maximise_likelihood(self.rows, self.row_weight(weight), self._start if start is None else start)[0]
 
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient."""
@@ -175,7 +175,7 @@ def _start(lower: FloatArray, upper: FloatArray, kind: Int8Array, kinds: int) ->
     return np.append(1.0, mean) / spread
 
 
-class Ordinal(Shared):
+class OrdinalProbit(MaximumLikelihood):
     """Walls that are each known at one movement: the likelihood of the category each is in.
 
     Parameters
@@ -186,23 +186,25 @@ class Ordinal(Shared):
         Walls, with these categories alone; each interval reaches from 0 or to infinity.
     """
 
-    def __init__(self, categories: list[int], cells: Cells) -> None:
+    def __init__(self, categories: list[int], cells: GroupedIntervals) -> None:
         self.categories = categories
         movement = np.where(np.isfinite(cells.upper), cells.upper, cells.lower).max(axis=0)
         told = movement > 0
-        self.cells = Cells(cells.lower[:, told], cells.upper[:, told], cells.weight[told], cells.number[told])
+        self.cells = GroupedIntervals(
+            cells.lower[:, told], cells.upper[:, told], cells.weight[told], cells.number[told]
+        )
         self._movement = movement[told]
         self._level = np.isfinite(self.cells.upper).sum(axis=0)
-        self._composite = Composite(categories, self.cells)
+        self._composite = CompositeLikelihood(categories, self.cells)
         self.rows = self._rows(self._level, len(categories))
 
-    def _rows(self, level: IntArray, size: int) -> Rows:
+    def _rows(self, level: IntArray, size: int) -> LinearBounds:
         x = np.log(self._movement)[:, None]
         pick = np.vstack((np.zeros(size), np.eye(size), np.zeros(size)))
         below, above = np.hstack((x, -pick[level + 1])), np.hstack((x, -pick[level]))
         no_below, no_above = level == size, level == 0
         below[no_below], above[no_above] = 0.0, 0.0
-        return Rows(below, above, no_below, no_above, np.zeros(len(level), dtype=bool))
+        return LinearBounds(below, above, no_below, no_above, np.zeros(len(level), dtype=bool))
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters for weights of the cells."""
@@ -217,6 +219,6 @@ class Ordinal(Shared):
             merged = np.append(0, np.cumsum(present[1:-1]))
             kept = np.append(0, 1 + np.unique(merged, return_index=True)[1])
             level = np.append(0, merged + 1)[self._level]
-            found, _ = most_likely(self._rows(level, int(merged[-1]) + 1), weight[who], begin[who][:, kept])
+            found, _ = maximise_likelihood(self._rows(level, int(merged[-1]) + 1), weight[who], begin[who][:, kept])
             at[who, 0], at[who, 1:] = found[:, 0], found[:, 1 + merged]
         return at

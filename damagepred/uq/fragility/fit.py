@@ -9,7 +9,7 @@ from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
-from damagepred.uq.fragility.grouped_data import Cells
+from damagepred.uq.fragility.grouped_data import GroupedIntervals
 
 FEWEST = 3
 """Walls that must have reached a category before a curve is fitted to it."""
@@ -19,7 +19,7 @@ FITTED = "fitted"
 EXTRAPOLATED = "extrapolated"
 """Status of a curve whose median lies beyond the largest movement to which a wall was followed."""
 
-DRAWN = (FITTED, EXTRAPOLATED)
+WITH_CURVE = (FITTED, EXTRAPOLATED)
 """Curves that there are, as far as walls were followed."""
 
 
@@ -138,7 +138,7 @@ class BoundedMedian(NamedTuple):
         )
 
 
-def reasons(cells: Cells, common: bool = False) -> list[str]:
+def reasons_not_fitted(cells: GroupedIntervals, common: bool = False) -> list[str]:
     """Say of each category why it has no curve; empty if nothing speaks against it.
 
     Parameters
@@ -148,8 +148,8 @@ def reasons(cells: Cells, common: bool = False) -> list[str]:
     common : bool
         Whether categories share a dispersion: then one may lack what tells its own, as long as another has it.
     """
-    if common and all(reasons(cells)):
-        return reasons(cells)
+    if common and all(reasons_not_fitted(cells)):
+        return reasons_not_fitted(cells)
     found = []
     for lower, upper in zip(cells.lower, cells.upper):
         told = (cells.total > 0) & ((lower > 0) | np.isfinite(upper))

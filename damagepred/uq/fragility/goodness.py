@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.uq.capacity import Walls
-from damagepred.uq.fragility.estimators import Composite, Estimator
+from damagepred.uq.capacity import StudyCapacities
+from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.fit import FITTED, Fit
-from damagepred.uq.fragility.grouped_data import Cells, tally
+from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
-from damagepred.uq.fragility.models import fit_cells
+from damagepred.uq.fragility.models import fit_grouped
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 MOST_WALLS = 20_000
@@ -36,7 +36,7 @@ def distance(fit: Fit, found: Npmle) -> float:
     return float(np.concatenate(gaps).max())
 
 
-def misfit(fit: Fit, cells: Cells) -> float:
+def likelihood_ratio_statistic(fit: Fit, cells: GroupedIntervals) -> float:
     """Return twice the logarithm of how much more likely the walls are by the empirical curve than by a fitted one.
 
     It sees a wrong form also where the largest distance is that of a single step, as it is where each wall is known at
@@ -59,7 +59,7 @@ def misfit(fit: Fit, cells: Cells) -> float:
     return 2.0 * (unlikely(fit.probability) - unlikely(free.probability))
 
 
-def p_value(fit: Fit, walls: Walls, k: int, repetitions: int, random: np.random.Generator) -> float:
+def p_value(fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator) -> float:
     """Return how often walls of the fitted curve have at least the misfit of these (parametric bootstrap).
 
     Made-up walls are followed as the real ones were: to the same movement, in the same increments, or in as many even
@@ -82,22 +82,22 @@ def p_value(fit: Fit, walls: Walls, k: int, repetitions: int, random: np.random.
     if repetitions == 0 or count > MOST_WALLS or np.ptp(walls.weight) > 0:
         return np.nan
     lower, upper = walls.capacities.lower[k], walls.capacities.upper[k]
-    seen = misfit(fit, tally(lower[None], upper[None], walls.weight))
+    seen = likelihood_ratio_statistic(fit, group_intervals(lower[None], upper[None], walls.weight))
     followed = np.where(np.isinf(upper), lower, walls.capacities.end)
     larger = judged = 0
     for _ in range(repetitions):
         capacity = fit.median * np.exp(fit.dispersion * random.standard_normal(count))
-        low, high = _inspected(capacity, followed, walls, upper)
-        cells = tally(low[None], high[None], walls.weight)
-        again = fit_cells(cells)[0]
+        low, high = _grouped_by_increments(capacity, followed, walls, upper)
+        cells = group_intervals(low[None], high[None], walls.weight)
+        again = fit_grouped(cells)[0]
         if again.status == FITTED:
             judged += 1
-            larger += misfit(again, cells) >= seen
+            larger += likelihood_ratio_statistic(again, cells) >= seen
     return (larger + 1) / (judged + 1)
 
 
-def _inspected(
-    capacity: FloatArray, followed: FloatArray, walls: Walls, upper: FloatArray
+def _grouped_by_increments(
+    capacity: FloatArray, followed: FloatArray, walls: StudyCapacities, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the intervals in which capacities would have been found."""
     if walls.single:
@@ -116,7 +116,7 @@ def _inspected(
     return np.where(beyond, np.minimum(low, followed), low), np.where(beyond, np.inf, high)
 
 
-def information(cells: Cells, common: bool) -> float:
+def akaike_criterion(cells: GroupedIntervals, common: bool) -> float:
     """Return Akaike's criterion of the categories' own likelihoods, the smaller the better.
 
     A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
@@ -130,7 +130,9 @@ def information(cells: Cells, common: bool) -> float:
         Whether they share a dispersion.
     """
     places = list(range(len(cells.lower)))
-    parts: list[Estimator] = [Composite(places, cells)] if common else [Composite([k], cells.of(k)) for k in places]
+    parts: list[Estimator] = (
+        [CompositeLikelihood(places, cells)] if common else [CompositeLikelihood([k], cells.of(k)) for k in places]
+    )
     total = 0.0
     for part in parts:
         at = part.best()
@@ -138,7 +140,5 @@ def information(cells: Cells, common: bool) -> float:
             return np.nan
         each = part.scores(at) * part.cells.weight[:, None]
         spread = (each * part.cells.number[:, None]).T @ each
-        total += 2.0 * float(np.trace(np.linalg.pinv(-part.curvature(at), hermitian=True) @ spread)) - 2 * part.value(
-            at
-        )
+        total += 2.0 * float(np.trace(np.linalg.pinv(-part.hessian(at), hermitian=True) @ spread)) - 2 * part.value(at)
     return total

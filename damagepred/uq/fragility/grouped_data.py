@@ -11,7 +11,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 
 
-class Cells(NamedTuple):
+class GroupedIntervals(NamedTuple):
     """Walls put together that say the same: only how many there are of each matters.
 
     Attributes
@@ -34,14 +34,18 @@ class Cells(NamedTuple):
         """What the walls of each cell count for together."""
         return self.weight * self.number
 
-    def of(self, category: int) -> Cells:
+    def of(self, category: int) -> GroupedIntervals:
         """Return the cells of one category alone, by its place."""
         if len(self.lower) == 1:
             return self
-        return tally(self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number)
+        return group_intervals(
+            self.lower[category : category + 1], self.upper[category : category + 1], self.weight, self.number
+        )
 
 
-def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None) -> Cells:
+def group_intervals(
+    lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None
+) -> GroupedIntervals:
     """Count walls of the same intervals and weight.
 
     Parameters
@@ -60,12 +64,12 @@ def tally(lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntAr
     """
     if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
         raise InputError("capacities must be intervals lower <= upper without NaN.")
-    first, which = alike(np.vstack((lower, upper, weight)))
+    first, which = group_equal(np.vstack((lower, upper, weight)))
     walls = np.bincount(which, weights=count, minlength=len(first)).astype(np.int64)
-    return Cells(lower[:, first], upper[:, first], weight[first], walls)
+    return GroupedIntervals(lower[:, first], upper[:, first], weight[first], walls)
 
 
-def alike(columns: FloatArray) -> tuple[IntArray, IntArray]:
+def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
     """Find what has the same values in all columns.
 
     Parameters
@@ -96,7 +100,7 @@ def alike(columns: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 @checked
-def fair_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
+def normalised_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
     """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
 
     Parameters

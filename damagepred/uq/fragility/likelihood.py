@@ -29,7 +29,7 @@ _LEAST = -1e6
 """Stands for the logarithm of 0."""
 
 
-class Rows(NamedTuple):
+class LinearBounds(NamedTuple):
     """What is known of one standard normal a row.
 
     Attributes
@@ -48,9 +48,11 @@ class Rows(NamedTuple):
     no_above: BoolArray
     exact: BoolArray
 
-    def part(self, which: slice) -> Rows:
+    def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
-        return Rows(self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which])
+        return LinearBounds(
+            self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which]
+        )
 
     @property
     def parameters(self) -> int:
@@ -58,7 +60,7 @@ class Rows(NamedTuple):
         return self.below.shape[1]
 
 
-class KindRows(NamedTuple):
+class CategoryIntervals(NamedTuple):
     """Intervals of capacities of several kinds: one dispersion, and a mean for each; rows are written out when needed.
 
     Attributes
@@ -76,9 +78,9 @@ class KindRows(NamedTuple):
     kind: Int8Array
     kinds: int
 
-    def part(self, which: slice) -> Rows:
+    def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
-        return rows_of(self.lower[which], self.upper[which], np.eye(self.kinds)[self.kind[which]])
+        return linear_bounds(self.lower[which], self.upper[which], np.eye(self.kinds)[self.kind[which]])
 
     @property
     def parameters(self) -> int:
@@ -86,7 +88,7 @@ class KindRows(NamedTuple):
         return 1 + self.kinds
 
 
-def rows_of(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> Rows:
+def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> LinearBounds:
     """Return what intervals of capacities say: g ln(lower) - h . x < e <= g ln(upper) - h . x.
 
     Parameters
@@ -101,7 +103,7 @@ def rows_of(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> Row
         low, high = np.where(no_below, 0.0, np.log(lower)), np.where(no_above, 0.0, np.log(upper))
     below, above = np.column_stack((low, -regressors)), np.column_stack((high, -regressors))
     below[no_below], above[no_above] = 0.0, 0.0
-    return Rows(below, above, no_below, no_above, exact)
+    return LinearBounds(below, above, no_below, no_above, exact)
 
 
 class Likelihood(NamedTuple):
@@ -109,14 +111,14 @@ class Likelihood(NamedTuple):
 
     value: FloatArray
     gradient: FloatArray
-    curvature: FloatArray
+    hessian: FloatArray
 
     def of(self, which: IntArray) -> Likelihood:
         """Return some of the resamples."""
-        return Likelihood(self.value[which], self.gradient[which], self.curvature[which])
+        return Likelihood(self.value[which], self.gradient[which], self.hessian[which])
 
 
-def likelihood(at: FloatArray, rows: Rows | KindRows, weight: FloatArray) -> Likelihood:
+def likelihood(at: FloatArray, rows: LinearBounds | CategoryIntervals, weight: FloatArray) -> Likelihood:
     """Work out the likelihood of several sets of parameters, each for its own weights.
 
     Parameters
@@ -130,7 +132,7 @@ def likelihood(at: FloatArray, rows: Rows | KindRows, weight: FloatArray) -> Lik
     """
     resamples, size = at.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
-    curvature = np.zeros((resamples, size, size))
+    hessian = np.zeros((resamples, size, size))
     step = max(1, _AT_ONCE // resamples)
     for first in range(0, weight.shape[1], step):
         part = slice(first, first + step)
@@ -138,15 +140,15 @@ def likelihood(at: FloatArray, rows: Rows | KindRows, weight: FloatArray) -> Lik
         term, by_low, by_high, low_low, low_high, high_high = _terms(at, some)
         value += (w * term).sum(axis=1)
         gradient += (w * by_high) @ some.above + (w * by_low) @ some.below
-        curvature += _curvature(some, w * low_low, w * low_high, w * high_high)
+        hessian += _hessian(some, w * low_low, w * low_high, w * high_high)
         if some.exact.any():
             known = w @ some.exact
             gradient[:, 0] += known / at[:, 0]
-            curvature[:, 0, 0] -= known / at[:, 0] ** 2
-    return Likelihood(value, gradient, curvature)
+            hessian[:, 0, 0] -= known / at[:, 0] ** 2
+    return Likelihood(value, gradient, hessian)
 
 
-def scores(at: FloatArray, rows: Rows | KindRows, count: int) -> FloatArray:
+def scores(at: FloatArray, rows: LinearBounds | CategoryIntervals, count: int) -> FloatArray:
     """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
     found = np.empty((count, rows.parameters))
     for first in range(0, len(found), _AT_ONCE):
@@ -157,7 +159,7 @@ def scores(at: FloatArray, rows: Rows | KindRows, count: int) -> FloatArray:
     return found
 
 
-def _curvature(rows: Rows, low_low: FloatArray, low_high: FloatArray, high_high: FloatArray) -> FloatArray:
+def _hessian(rows: LinearBounds, low_low: FloatArray, low_high: FloatArray, high_high: FloatArray) -> FloatArray:
     """Sum up the rows' second derivatives, weighted (resamples, rows); array (resamples, p, p)."""
     below, above = rows.below, rows.above
     if len(low_low) == 1:
@@ -175,13 +177,13 @@ def _products(one: FloatArray, other: FloatArray) -> FloatArray:
     return (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
 
 
-def _terms(at: FloatArray, rows: Rows) -> tuple[FloatArray, ...]:
+def _terms(at: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
     """Return each row's log-likelihood and its derivatives by the lower and the upper bound of the normal."""
     a, b = at @ rows.below.T, at @ rows.above.T
     low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
     exact = rows.exact[None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
-        between = np.where(exact, 0.0, log_between(low, high))
+        between = np.where(exact, 0.0, log_interval_probability(low, high))
         # density at either end over the probability between, 0 at an end that is nowhere
         p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
     p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
@@ -196,7 +198,7 @@ def _terms(at: FloatArray, rows: Rows) -> tuple[FloatArray, ...]:
     )
 
 
-def log_between(a: FloatArray, b: FloatArray) -> FloatArray:
+def log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return log(Phi(b) - Phi(a)) without cancellation in either tail."""
     flip = a > 0
     low, high = np.where(flip, -b, a), np.where(flip, -a, b)
@@ -206,7 +208,9 @@ def log_between(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.maximum(np.where(np.isnan(difference), _LEAST, difference), _LEAST)
 
 
-def most_likely(rows: Rows | KindRows, weight: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+def maximise_likelihood(
+    rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Find the parameters of the largest likelihood.
 
     Parameters
@@ -229,17 +233,17 @@ def most_likely(rows: Rows | KindRows, weight: FloatArray, start: FloatArray) ->
     at = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
     if count > _MANY and resamples == 1:
         stride = count // (_MANY // 5)
-        at, _ = most_likely(rows.part(slice(None, None, stride)), weight[:, ::stride], at)
+        at, _ = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], at)
         at[:, 0] = np.clip(at[:, 0], 1.0 / LARGEST, 1.0 / SMALLEST)
     total = weight.sum(axis=1)
     here = likelihood(at, rows, weight)
     climbing = np.arange(resamples)
     for _ in range(200):
         now = here.of(climbing)
-        step = _newton(now)
+        step = _newton_step(now)
         too_far = at[climbing, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
         step[too_far] *= (0.9 * at[climbing, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
-        moved, fraction = _better(at, here, step, climbing, rows, weight)
+        moved, fraction = _line_search(at, here, step, climbing, rows, weight)
         promised = fraction * (now.gradient * step).sum(axis=1)
         scatter = 1.0 / at[climbing, 0]
         done = ~moved | (promised <= 1e-14 * total[climbing]) | (scatter <= SMALLEST) | (scatter >= LARGEST)
@@ -249,17 +253,17 @@ def most_likely(rows: Rows | KindRows, weight: FloatArray, start: FloatArray) ->
     return at, here.value
 
 
-def _newton(now: Likelihood) -> FloatArray:
+def _newton_step(now: Likelihood) -> FloatArray:
     """Return the steps to where the second-order expansion has its maximum; of the least length where it is flat."""
-    return (np.linalg.pinv(-now.curvature, hermitian=True) @ now.gradient[:, :, None])[:, :, 0]
+    return (np.linalg.pinv(-now.hessian, hermitian=True) @ now.gradient[:, :, None])[:, :, 0]
 
 
-def _better(
+def _line_search(
     at: FloatArray,
     here: Likelihood,
     step: FloatArray,
     climbing: IntArray,
-    rows: Rows | KindRows,
+    rows: LinearBounds | CategoryIntervals,
     weight: FloatArray,
 ) -> tuple[BoolArray, FloatArray]:
     """Go along the steps, halving them until the likelihood is no smaller; return where it worked and how far."""

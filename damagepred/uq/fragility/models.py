@@ -22,8 +22,8 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.estimators import estimators
-from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons
-from damagepred.uq.fragility.grouped_data import Cells, tally
+from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons_not_fitted
+from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 
 
 @checked
@@ -47,7 +47,7 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.where((low <= 0) & np.isinf(high), 0.0, _weight(count, len(low)))  # what may be anything tells nothing
     kept = (weight > 0) | np.isnan(low + high)
-    return fit_cells(tally(low[None, kept], high[None, kept], weight[kept]))[0]
+    return fit_grouped(group_intervals(low[None, kept], high[None, kept], weight[kept]))[0]
 
 
 @checked
@@ -71,7 +71,7 @@ def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = Non
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     if low.ndim != 2:
         raise InputError(f"lower, upper: must have the shape (categories, walls), have {low.shape}.")
-    return _together(fit_cells(tally(low, high, _weight(count, low.shape[1])), common=True))
+    return _together(fit_grouped(group_intervals(low, high, _weight(count, low.shape[1])), common=True))
 
 
 @checked
@@ -94,8 +94,8 @@ def fit_ordinal(
     """
     m, c = np.asarray(movement, dtype=np.float64), np.asarray(category)
     hit = c >= np.asarray(categories)[:, None]
-    cells = tally(np.where(hit, 0.0, m), np.where(hit, m, np.inf), _weight(count, len(m)))
-    return _together(fit_cells(cells, common=True, single=True))
+    cells = group_intervals(np.where(hit, 0.0, m), np.where(hit, m, np.inf), _weight(count, len(m)))
+    return _together(fit_grouped(cells, common=True, single=True))
 
 
 def _weight(count: ArrayLike | None, size: int) -> FloatArray:
@@ -109,9 +109,9 @@ def _together(fits: Sequence[Fit]) -> CommonFit:
     )
 
 
-def fit_cells(cells: Cells, common: bool = False, single: bool = False) -> list[Fit]:
+def fit_grouped(cells: GroupedIntervals, common: bool = False, single: bool = False) -> list[Fit]:
     """Fit a curve to each category of counted walls; see ``estimators``."""
-    found = [Fit(np.nan, np.nan, why) for why in reasons(cells, common)]
+    found = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common)]
     for estimator in estimators(cells, common, single):
         for k, fit in zip(estimator.categories, estimator.fits()):
             found[k] = fit

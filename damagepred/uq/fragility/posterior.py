@@ -23,7 +23,7 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.fragility.estimators import Estimator
-from damagepred.uq.fragility.grouped_data import Cells
+from damagepred.uq.fragility.grouped_data import GroupedIntervals
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Likelihood, likelihood
 
 _POINTS = 60
@@ -35,7 +35,7 @@ _NOTHING = 25.0
 _DRAWS = 1500
 
 
-def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Generator) -> FloatArray:
+def sample_posterior(estimator: Estimator, best: FloatArray, random: np.random.Generator) -> FloatArray:
     """Draw from the posterior of the parameters, array (draws, parameters).
 
     Parameters
@@ -51,7 +51,7 @@ def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Gen
     -----
     Weighted walls count by their effective sample size (Kish).
     """
-    cells, single = estimator.cells, _known_once(estimator.cells)
+    cells, single = estimator.cells, _is_current_status(estimator.cells)
     weight = cells.total * (_kish(cells.weight, cells.number) / cells.total.sum())
 
     def of(at: FloatArray) -> Likelihood:
@@ -61,13 +61,13 @@ def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Gen
     def log_prior(at: FloatArray, here: Likelihood) -> FloatArray:
         if single:
             with np.errstate(invalid="ignore"):
-                return np.asarray(0.5 * np.linalg.slogdet(-here.curvature)[1])
+                return np.asarray(0.5 * np.linalg.slogdet(-here.hessian)[1])
         return np.asarray(-(others + 1.0) * np.log(at[:, 0]))
 
     others = len(best) - 1
-    spread = np.sqrt(max(np.linalg.pinv(-of(best[None]).curvature[0], hermitian=True)[0, 0], 0.0)) / best[0]
+    spread = np.sqrt(max(np.linalg.pinv(-of(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
     step = np.clip(8.0 * spread, 4.0, 12.0) / _POINTS
-    upwards, downwards = (list(_along(best, direction * step, of, log_prior)) for direction in (1.0, -1.0))
+    upwards, downwards = (list(_profile_points(best, direction * step, of, log_prior)) for direction in (1.0, -1.0))
     found = [*downwards[:0:-1], *upwards]
     log_g, density = np.array([np.log(one.at[0]) for one in found]), np.array([one.density for one in found])
     at, precision = np.array([one.at for one in found]), np.array([one.precision for one in found])
@@ -97,19 +97,19 @@ def draw_posterior(estimator: Estimator, best: FloatArray, random: np.random.Gen
     return draws[np.minimum(np.searchsorted(np.cumsum(heavy) / heavy.sum(), places), _DRAWS - 1)]
 
 
-def known_walls(estimator: Estimator) -> float:
+def effective_reached(estimator: Estimator) -> float:
     """Return the smallest effective sample size (Kish) of any category.
 
     Those that reached it; where each wall is known at one movement alone, the fewer of those that did and did not, and
     with several categories half of all.
     """
     cells = estimator.cells
-    if _known_once(cells) and len(cells.lower) > 1:
+    if _is_current_status(cells) and len(cells.lower) > 1:
         return 0.5 * _kish(cells.weight, cells.number)
     found = []
     for lower, upper in zip(cells.lower, cells.upper):
         reached = np.isfinite(upper)
-        kinds = [reached, (lower > 0) & ~reached] if _known_once(cells) else [reached]
+        kinds = [reached, (lower > 0) & ~reached] if _is_current_status(cells) else [reached]
         found += [_kish(cells.weight[kind], cells.number[kind]) for kind in kinds]
     return min(found, default=0.0)
 
@@ -118,7 +118,7 @@ def _kish(weight: FloatArray, number: IntArray) -> float:
     return effective_samples(np.repeat(weight, number))
 
 
-def _known_once(cells: Cells) -> bool:
+def _is_current_status(cells: GroupedIntervals) -> bool:
     """Whether each wall is known at one movement alone."""
     return bool((cells.lower[np.isfinite(cells.upper)] == 0).all())
 
@@ -141,7 +141,7 @@ class _Point(NamedTuple):
     precision: FloatArray
 
 
-def _along(
+def _profile_points(
     best: FloatArray,
     step: float,
     of: Callable[[FloatArray], Likelihood],
@@ -152,7 +152,7 @@ def _along(
     while 1.0 / LARGEST <= at[0] <= 1.0 / SMALLEST:
         here = of(at[None])
         for _ in range(50):
-            way = np.linalg.pinv(-here.curvature[0, 1:, 1:], hermitian=True) @ here.gradient[0, 1:]
+            way = np.linalg.pinv(-here.hessian[0, 1:, 1:], hermitian=True) @ here.gradient[0, 1:]
             if here.gradient[0, 1:] @ way <= 1e-8:
                 break
             for _ in range(40):
@@ -162,7 +162,7 @@ def _along(
                     break
                 way = way / 2
             at, here = to, new
-        precision = -here.curvature[0, 1:, 1:]
+        precision = -here.hessian[0, 1:, 1:]
         if not np.isfinite(precision).all() or np.linalg.eigvalsh(precision).min() <= 0:
             return
         density = float((here.value + log_prior(at[None], here))[0] + np.log(at[0]))

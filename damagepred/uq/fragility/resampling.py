@@ -15,7 +15,7 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.fragility.estimators import Estimator
 from damagepred.uq.fragility.fit import FEWEST
-from damagepred.uq.fragility.grouped_data import Cells
+from damagepred.uq.fragility.grouped_data import GroupedIntervals
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
 
 MANY_CELLS = 2000
@@ -49,7 +49,7 @@ class Resampled(NamedTuple):
     again: FloatArray
     asked: int
     influence: FloatArray
-    cells: Cells
+    cells: GroupedIntervals
 
 
 def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.random.Generator) -> Resampled:
@@ -67,9 +67,9 @@ def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.
         Source of the draws.
     """
     cells = estimator.cells
-    influence = estimator.scores(best) @ np.linalg.pinv(-estimator.curvature(best), hermitian=True)
+    influence = estimator.scores(best) @ np.linalg.pinv(-estimator.hessian(best), hermitian=True)
     if len(cells.number) > MANY_CELLS:
-        again = best + _steps(influence * cells.weight[:, None], cells.number, resamples, random)
+        again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random)
         return Resampled(best, again[again[:, 0] > 1.0 / LARGEST], resamples, influence, cells)
     found = []
     each = max(1, _AT_ONCE // len(cells.number))
@@ -89,7 +89,7 @@ def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.
     return Resampled(best, again[(scatter > SMALLEST) & (scatter < LARGEST)], resamples, influence, cells)
 
 
-def _steps(each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator) -> FloatArray:
+def _one_step_estimates(each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator) -> FloatArray:
     """Return what walls drawn again add to the parameters beyond what the walls themselves do.
 
     Parameters
@@ -114,7 +114,7 @@ def _steps(each: FloatArray, number: IntArray, resamples: int, random: np.random
     return (found - mean) * walls * np.sqrt(size / walls)
 
 
-def draw(cells: Cells, resamples: int, random: np.random.Generator) -> FloatArray:
+def draw(cells: GroupedIntervals, resamples: int, random: np.random.Generator) -> FloatArray:
     """Return how many walls of each cell there are in each resample, array (resamples, cells)."""
     walls = int(cells.number.sum())
     return random.multinomial(walls, cells.number / walls, size=resamples).astype(np.float64)

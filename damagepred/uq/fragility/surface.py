@@ -18,18 +18,18 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.capacity import others_alone, read_capacities, require_categories
-from damagepred.uq.fragility.bands import FEW_WALLS, expanded
-from damagepred.uq.fragility.estimators import Composite, Shared
-from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons
-from damagepred.uq.fragility.grouped_data import Cells, tally
+from damagepred.uq.capacity import read_capacities, require_categories, without_damaged_at_start
+from damagepred.uq.fragility.bands import FEW_WALLS, expanded_percentiles
+from damagepred.uq.fragility.estimators import CompositeLikelihood, MaximumLikelihood
+from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons_not_fitted
+from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.fragility.likelihood import (
     LARGEST,
     SMALLEST,
-    most_likely,
-    rows_of,
+    linear_bounds,
+    maximise_likelihood,
 )
-from damagepred.uq.fragility.posterior import draw_posterior, known_walls
+from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.samplers import Stream, generator
@@ -99,8 +99,8 @@ def fit_surface(
     if logarithmic and (z[known] <= 0).any():
         raise InputError(f"second = '{second}': has values that are not positive; take scale = 'linear'.")
     before = walls.capacities.upper[0] <= 0
-    found = others_alone(walls.capacities)
-    cells = tally(
+    found = without_damaged_at_start(walls.capacities)
+    cells = group_intervals(
         np.vstack((found.lower[:, known], z[known])), np.vstack((found.upper[:, known], z[known])), walls.weight[known]
     )
     grid_z = (
@@ -171,16 +171,16 @@ def _second(ds: xr.Dataset, name: str) -> FloatArray:
     return np.asarray(ds[name].values, dtype=np.float64)
 
 
-class _Regression(Shared):
+class _Regression(MaximumLikelihood):
     """Estimator of 1/dispersion and (a, b) over the dispersion, x counted from its mean."""
 
-    def __init__(self, cells: Cells, logarithmic: bool) -> None:
+    def __init__(self, cells: GroupedIntervals, logarithmic: bool) -> None:
         self.categories = [0]
-        self.cells = Cells(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
+        self.cells = GroupedIntervals(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
         self.logarithmic = logarithmic
         x = self._scaled(cells.lower[1])
         self._middle = float(np.average(x, weights=cells.total))
-        self.rows = rows_of(cells.lower[0], cells.upper[0], self.regressors(cells.lower[1]))
+        self.rows = linear_bounds(cells.lower[0], cells.upper[0], self.regressors(cells.lower[1]))
 
     def _scaled(self, z: FloatArray) -> FloatArray:
         return np.log(z) if self.logarithmic else z
@@ -192,8 +192,8 @@ class _Regression(Shared):
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters for weights of the cells."""
         if start is None:
-            start = np.append(Composite([0], self.cells).best(), 0.0)
-        return most_likely(self.rows, weight, start)[0]
+            start = np.append(CompositeLikelihood([0], self.cells).best(), 0.0)
+        return maximise_likelihood(self.rows, weight, start)[0]
 
     def fits(self) -> list[Fit]:
         """Return the curve at the mean of the second variable."""
@@ -210,26 +210,26 @@ def _fitted(
     random: np.random.Generator,
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Return the variables of the dataset, and its attributes that tell what the second variable explains."""
-    status = reasons(model.cells)[0] or FITTED
+    status = reasons_not_fitted(model.cells)[0] or FITTED
     at, alone = np.full(3, np.nan), np.full(2, np.nan)
     again = np.empty((0, 3))
     level = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])
     tails = level
     attrs: dict[str, float] = {}
     if status == FITTED:
-        plain = Composite([0], model.cells)
+        plain = CompositeLikelihood([0], model.cells)
         at, alone = model.best(), plain.best()
         if not SMALLEST < 1.0 / at[0] < LARGEST:
             status = f"no finite dispersion explains the walls (it runs to {1.0 / at[0]:.2g})"
             at = np.full(3, np.nan)
         else:
             attrs = {"aic_with": 6.0 - 2.0 * model.value(at), "aic_without": 4.0 - 2.0 * plain.value(alone)}
-            if bootstrap and known_walls(model) < FEW_WALLS:
-                again, tails = draw_posterior(model, at, random), level
+            if bootstrap and effective_reached(model) < FEW_WALLS:
+                again, tails = sample_posterior(model, at, random), level
             elif bootstrap:
                 again, tails = (
                     resample(model, at, bootstrap, random).again,
-                    special.ndtr(expanded(level, known_walls(model))),
+                    special.ndtr(expanded_percentiles(level, effective_reached(model))),
                 )
     regressors = model.regressors(grid_z)
     with np.errstate(divide="ignore"):

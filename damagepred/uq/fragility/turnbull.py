@@ -64,7 +64,7 @@ def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = N
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(lower)) if weight is None else np.asarray(weight, dtype=np.float64)
     keep = (weight > 0) & ((lower > 0) | np.isfinite(upper))
-    lower, upper, weight = _coarse(lower[keep]), _coarse(upper[keep]), weight[keep]
+    lower, upper, weight = _rounded(lower[keep]), _rounded(upper[keep]), weight[keep]
     if not len(lower):
         return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
     left, right = _innermost(lower, upper)
@@ -74,10 +74,10 @@ def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = N
     last = np.searchsorted(right, upper, side="right")
     span, which = np.unique(np.column_stack((first, last)), axis=0, return_inverse=True)
     counted = np.bincount(which.ravel(), weights=weight)
-    return Npmle(left, right, _masses(span[:, 0], span[:, 1], counted / counted.sum(), len(left)))
+    return Npmle(left, right, _maximise(span[:, 0], span[:, 1], counted / counted.sum(), len(left)))
 
 
-def _coarse(bound: FloatArray) -> FloatArray:
+def _rounded(bound: FloatArray) -> FloatArray:
     """Round bounds if there are too many different ones."""
     finite = np.isfinite(bound)
     if len(np.unique(bound[finite])) <= MOST:
@@ -100,13 +100,13 @@ def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatA
     return place[here], place[here + 1]
 
 
-def _masses(first: IntArray, last: IntArray, weight: FloatArray, size: int) -> FloatArray:
+def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int) -> FloatArray:
     """Return the masses of most likelihood where a row spans the intervals first <= j < last; weights add up to 1."""
     mass = np.full(size, 1.0 / size)
     for _ in range(2000):
-        mass = _expected(mass, first, last, weight)
-        mass = _convex_minorant(mass, first, last, weight)
-        if _slope(mass, first, last, weight).max() - 1.0 <= _SHARP:
+        mass = _em_step(mass, first, last, weight)
+        mass = _icm_step(mass, first, last, weight)
+        if _directional_derivative(mass, first, last, weight).max() - 1.0 <= _SHARP:
             break
     return mass
 
@@ -116,20 +116,20 @@ def _within(mass: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
     return np.maximum(reached[last] - reached[first], 1e-100)
 
 
-def _slope(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
+def _directional_derivative(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
     """Return how fast the log-likelihood grows with each mass; 1 where there is mass, and nowhere more, at the best."""
     ratio = weight / _within(mass, first, last)
     size = len(mass) + 1
     return np.cumsum(np.bincount(first, ratio, size) - np.bincount(last, ratio, size))[:-1]
 
 
-def _expected(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
+def _em_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
     """Do one step of expectation and maximisation."""
-    new = mass * _slope(mass, first, last, weight)
+    new = mass * _directional_derivative(mass, first, last, weight)
     return new / new.sum()
 
 
-def _convex_minorant(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
+def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
     """Do one step of the iterative convex minorant, shortened until the likelihood is no smaller."""
     from scipy.optimize import isotonic_regression
 

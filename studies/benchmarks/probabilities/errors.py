@@ -16,8 +16,8 @@ from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot, two_level
-from damagepred.uq.fragility.grouped_data import tally
-from damagepred.uq.fragility.models import fit_cells
+from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.models import fit_grouped
 
 DRAWS = 200
 """Replicates that are drawn from walls of a random set: with replacement, so that all of the set is their truth."""
@@ -43,8 +43,8 @@ class Truth(NamedTuple):
 def median(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> float:
     """Return the median of the fitted lognormal curve; NaN where walls give none."""
     number = None if count is None else count.astype(np.int64)
-    cells = tally(lower[None], upper[None], np.ones(len(lower)), number)
-    return fit_cells(cells)[0].median
+    cells = group_intervals(lower[None], upper[None], np.ones(len(lower)), number)
+    return fit_grouped(cells)[0].median
 
 
 def estimate(question: Question, lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> float:
