@@ -1,4 +1,4 @@
-"""From a model to the path of its equilibria."""
+"""Solvers: from a model to its path of equilibria."""
 
 from __future__ import annotations
 
@@ -48,10 +48,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
 
 
 def _cheaper_as_a_whole(model: Model, settings: Solver) -> bool:
-    """Tell whether the quasi-static solver is done with the whole wall before it would have found out about its half.
-
-    So it is where dead load is all there is, a load that takes one step or two, and the wall is small.
-    """
+    """Return whether a small wall under dead load alone is solved faster than checked for symmetry."""
     supports = model.supports
     still = model.jacks is None and not model.ground.moves
     still = still and not (supports.prescribed_displacement.any() or supports.live_load.any())

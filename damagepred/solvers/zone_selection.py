@@ -1,9 +1,9 @@
-"""Which blocks need zones: an estimate of what it costs to leave each of them rigid.
+"""Choice of deformable blocks by an error estimate of rigid ones.
 
-The wall is solved with rigid blocks first, whose elasticity is lumped into the joints. The forces of the joints then
-load every block by itself, cut into zones: the strain energy it takes, less what the lumped springs take for it, is the
-error made by leaving it rigid. Blocks are cut, the worst first, until what is left is a small share of the energy in
-the wall; blocks whose stress comes near their strength are cut anyway.
+The wall is solved with rigid blocks first, whose elasticity is lumped into the joints. The joint forces then load each
+block, cut into zones, by itself. Its strain energy less that of the lumped springs is the error of leaving it rigid.
+Blocks get zones in the order of their errors until the rest is a small share of the energy of the wall. Blocks whose
+stress comes near their strength get zones in any case.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def blocks_needing_zones(build: Build, settings: Solver, increments: int) -> fro
     Parameters
     ----------
     build : callable
-        Settings, and the blocks that are deformable (None: as the settings say) -> model.
+        Settings, and the deformable blocks (None: as the settings say) -> model.
     settings : Solver
-        ``blocks = "auto"``; ``rigid_error`` is the share of energy that may be left out.
+        ``blocks = "auto"``; ``rigid_error`` is the tolerated share of energy.
     increments : int
         Of the movement.
     """
@@ -74,7 +74,15 @@ def _held(model: Model) -> frozenset[int]:
 
 
 def stored(model: Model, increment: Increment) -> float:
-    """Return the elastic energy of the joints (J), lumped blocks included."""
+    """Return the elastic energy of the joints, lumped blocks included (J).
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces with q contacts.
+    increment : Increment
+        Its stresses.
+    """
     law, area = model.properties, model.interfaces.contact_area
     squares = (
         increment.normal_stress**2 / law.normal_stiffness[:, None]
@@ -131,7 +139,7 @@ class BlockLoads:
         return points, shares
 
     def errors(self, increment: Increment) -> tuple[FloatArray, BoolArray]:
-        """Return the energy (n,) (J) that rigid blocks miss, without sign, and which of them come near yielding."""
+        """Return the energy error of each rigid block (n,) (J), and which blocks come near yielding."""
         whole, mesh, face = self.whole, self.mesh, self.whole.interfaces
         area = face.contact_area
         sigma, tau = area * increment.normal_stress, area * increment.shear_stress

@@ -1,11 +1,11 @@
-"""The path of equilibria, bond by bond.
+"""Continuation of equilibria by events: bonds fail one after the other (sequentially linear analysis; Rots 2001).
 
-A bond that is overloaded breaks. Bonds break in the order in which the growing movement reaches their strength: from
-each equilibrium the tangent tells at which movement the next bond will. Equilibrium is sought there, and that bond is
-broken (with those that reach their strength together with it, so that symmetric walls crack symmetrically). Where
-joints that open, close or slide on the way make the tangent's word wrong, the movement is bracketed. Then equilibrium
-is sought anew at the same movement before the step goes on. What a broken bond overloads in turn breaks at once, the
-most overloaded first. Where there is no equilibrium near, the wall moves by itself to one that is farther off.
+Bonds fail in the order in which the growing movement reaches their strength. From each equilibrium a tangent predictor
+gives the load factor of the next failure. Equilibrium is found there and that bond fails, together with those that
+reach their strength at the same load factor, so that symmetric walls crack symmetrically. Where opening, closing or
+sliding joints make the predictor wrong, the event is bracketed and located by linear interpolation. After each event
+equilibrium is found again at the same load factor, and the bonds that it overloads fail in turn (redistribution).
+Where Newton's method finds no equilibrium, dynamic relaxation follows the snap-through to a distant one.
 """
 
 from __future__ import annotations
@@ -66,7 +66,10 @@ class EnergyControl:
     options: EnergyOptions = DEFAULTS.energy
 
     def next_length(self, before: WorkBalance, after: WorkBalance, step: float) -> float:
-        """Return the length of a step whose imbalance would be just allowed: the next, or this one again if shorter.
+        """Return the step length whose imbalance is just allowed.
+
+        It is that of the next step, or of this step repeated if shorter. The imbalance is of second order in the step,
+        which gives the square root.
 
         Parameters
         ----------
@@ -84,7 +87,7 @@ class EnergyControl:
 
 @dataclass
 class Count:
-    """Work done: Newton steps, factorisations, and times at which bonds broke."""
+    """Newton iterations, factorisations and events so far."""
 
     newton: int = 0
     factorisations: int = 0
@@ -92,14 +95,14 @@ class Count:
 
 
 class Continuation:
-    """Follows the path of a wall.
+    """Path of equilibria of one wall: its last equilibrium, and the steps to the next.
 
     Parameters
     ----------
     model : Model
         The wall.
     settings : Solver
-        Tolerance, and whether what stays elastic is condensed.
+        Tolerances, and whether elastic courses are condensed.
     """
 
     def __init__(self, model: Model, settings: Solver) -> None:
@@ -137,7 +140,7 @@ class Continuation:
         self.balance.begin(model, self.state)
 
     def _begin(self, condense: bool) -> State:
-        """Return the wall before any load: joints without strength have no bond to break."""
+        """Return the unloaded state; bonds without strength count as failed."""
         law = self.model.properties
         history = JointHistory.fresh(self.model)
         history.cracked[without_bond(self.model)] = True
@@ -150,7 +153,7 @@ class Continuation:
         return replace(State.rest(self.model), history=history)
 
     def change_supports(self, model: Model) -> None:
-        """Go on from the present equilibrium with a model of the same wall that is held otherwise."""
+        """Continue from the present equilibrium with other supports of the same wall."""
         before, history = self.equilibrium, self.state.history
         self.model = model
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
@@ -167,19 +170,19 @@ class Continuation:
         self.commit(self.state, unstable=False)
 
     def lifted_off(self, worst: float) -> bool:
-        """Return whether the dead load lifted the footing off supports that push only as it came on, or found no rest.
+        """Return whether the dead load lifted the footing off unilateral supports, or found no equilibrium.
 
         Parameters
         ----------
         worst : float
-            Unbalanced ratio under the dead load.
+            Unbalanced force ratio under the dead load.
         """
         free, state = unilateral_supports(self.model), self.state
         rests = worst < self.tolerance and not detached_blocks(self.model, state.displacement, 0.0).any()
         return bool(free.size) and not (rests and self.never_opened[free].all())
 
     def release_supports(self, model: Model) -> float:
-        """Let supports that push only no longer hold the footing down; return the unbalanced ratio after it."""
+        """Let unilateral supports of the footing open; return the unbalanced force ratio after it."""
         free = unilateral_supports(model)
         for mask in (self.state.history.cracked, self.never_opened):
             mask[free] = True
@@ -222,10 +225,17 @@ class Continuation:
         return self._load, most
 
     def fail_bonds(self, state: State, load: FloatArray) -> BoolArray:
-        """Break the most loaded bond, and those that are loaded alike; tell which lost also what a crack had left.
+        """Let the most loaded bonds fail; return which of them lost a crack's residual strength.
 
-        A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it where its shear
-        is brittle; where tension and shear reach their limits together, tension comes first.
+        A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
+        brittle. Tension comes first where tension and shear reach their limits together.
+
+        Parameters
+        ----------
+        state : State
+            Its joint history is updated.
+        load : array (m, q)
+            Bond loads, 1 at the strength.
         """
         heaviest, options = load.max(), self.options.continuation
         broken = load >= heaviest * (1.0 - options.simultaneous_failures)
@@ -250,11 +260,21 @@ class Continuation:
         return again
 
     def record_failures(self, state: State) -> None:
-        """Write down at which load factor bonds broke that have broken since the last time."""
+        """Record the load factor at which bonds failed since the last call."""
         self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.load_factor
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
-        """Let the joints remember this equilibrium, which bonds that broke or a snap-through led to, or a step."""
+        """Commit an equilibrium: update history variables and the energy balance.
+
+        Parameters
+        ----------
+        state : State
+            The equilibrium.
+        unstable : bool
+            Whether bonds failed at constant load, or the wall snapped through, on the way to it.
+        snapped : bool
+            Whether the wall snapped through.
+        """
         model = self.model
         friction, crushing, mode_1_dissipation = commit_joint_history(
             self.equilibrium.equations.active,
@@ -278,7 +298,7 @@ class Continuation:
         )
 
     def _support_power(self, state: State) -> float:
-        """Return the work of what moves the supports per load factor (J)."""
+        """Return the work of the moving supports per load factor (J)."""
         supports = self.model.supports
         if not supports.prescribed_displacement.any():
             return 0.0
@@ -288,24 +308,34 @@ class Continuation:
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def advance(self, load: float, load_factor: float) -> float:
-        """Follow the path to a load and a movement, bond by bond; return the unbalanced ratio there."""
+        """Follow the path to a target, event by event; return the unbalanced force ratio there.
+
+        A step goes to the target, to the event that the predictor or interpolation gives, or to the midpoint of a
+        bracket. It is shortened where no equilibrium is found, where a bond is overloaded beyond the event tolerance,
+        and where the energy balance asks for it. Under live load, collapse is bracketed by bisection.
+
+        Parameters
+        ----------
+        load, load_factor : float
+            Shares of dead load and of movement (1).
+        """
         state, options = self.state, self.options.continuation
         goal = (load, load_factor)
         minimum_event_step = options.minimum_event_step * distance(state, goal)
-        overloaded_point: Point | None = None  # the nearest point at which a bond is known to be overloaded
-        collapse_point: Point | None = None  # the nearest point at which the wall is known to fall
-        collapsed_state, collapse_residual = state, np.inf  # how it does there
-        rejected_target: Point | None = None  # the nearest point at which no equilibrium was found near the last one
+        overloaded_point: Point | None = None  # nearest point with an overloaded bond
+        collapse_point: Point | None = None  # nearest point at which the wall collapses
+        collapsed_state, collapse_residual = state, np.inf  # state and residual there
+        rejected_target: Point | None = None  # nearest point without a nearby equilibrium
         minimum_step = max(
             options.collapse_bracket, distance(state, goal) / 2**options.max_halvings
         )  # way to it from which on one is sought farther off
         bracket = (
             options.collapse_bracket if self._locates_collapse else minimum_step * (1.0 + 1e-9)
-        )  # of the movement at which the wall falls
+        )  # of the load factor at collapse
         halvings = event_cuts = 0
-        accepted_steps = 0  # times the tangent saw a bond break too soon
-        next_point: Point | None = None  # where to go next; None as far as the tangent sees no bond break
-        longest = np.inf  # step that the energy balance allows
+        accepted_steps = 0  # since the last event: the predictor was too early
+        next_point: Point | None = None  # next target; None: that of the predictor
+        longest = np.inf  # step length allowed by the energy balance
         shortest_refinement = distance(state, goal) / 2**self.control.options.refinements
         shortest_halved_step = (
             1.5 * distance(state, goal) / 2**options.max_halvings
@@ -331,7 +361,7 @@ class Continuation:
                 target = between(state, target, share)
                 ahead = state.displacement + share * (ahead - state.displacement)
             trial = state.at(*target)
-            # in small steps, equilibria under a growing load are near: where none is, the wall mostly falls
+            # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
             near = self._locates_collapse or self._relaxes
             worst, jumped = self.equilibrium.find(trial, ahead, near), False
             only_near = self._locates_collapse and distance(state, target) > minimum_step
@@ -342,7 +372,7 @@ class Continuation:
                 halvings < min(self._halvings, options.max_halvings) and distance(state, target) > shortest_halved_step
             )
             if worst >= self.tolerance and may_halve and not near:
-                # from nearer the last equilibrium it is easier to find the next, or clearer that there is none
+                # a shorter step converges more easily, or shows more clearly that no equilibrium exists
                 next_point, halvings = between(state, target, 0.5), halvings + 1
                 continue
             if worst < self.tolerance and halvings:
@@ -354,7 +384,9 @@ class Continuation:
                 trial, worst = self.snap_through(
                     state.at(*target), state.load_factor, 1.0 if collapse_point is None else options.collapse_relaxation
                 )
-                if near and collapse_point is None and self.tolerance <= worst < np.inf:  # neither rests nor falls
+                if (
+                    near and collapse_point is None and self.tolerance <= worst < np.inf
+                ):  # neither at rest nor collapsing
                     diverged = state.at(*target)
                     far_off = self.equilibrium.find(diverged, ahead)
                     if far_off < self.tolerance and not self.equilibrium.has_diverged(diverged):
@@ -413,7 +445,22 @@ class Continuation:
                 next_point = between(state, target, min(max(share, 1e-4), 0.95))
 
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
-        """Return where the tangent takes the blocks by a target, and at which share of the way a bond breaks."""
+        """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
+
+        Parameters
+        ----------
+        state : State
+            Last equilibrium.
+        target : (float, float)
+            Load and load factor.
+
+        Returns
+        -------
+        displacement : array (size,)
+            At the target, if no bond fails before it.
+        share : float
+            Share of the step to the next event; 1 if there is none.
+        """
         equilibrium, supports = self.equilibrium, self.model.supports
         equilibrium.equations.update(equilibrium.tangent)
         load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.load_factor)
@@ -434,22 +481,21 @@ class Continuation:
         return ahead.displacement, min(max(share, 1e-6), 1.0)
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
-        """Let the wall move by itself to where it can rest; return the state there and its unbalanced ratio.
+        """Find a distant equilibrium at constant load by dynamic relaxation; return it and its unbalanced force ratio.
 
-        Friction does not derive from an energy: there are loads under which two joints push each other to and fro by
-        turns, and no choice of which of them slides is an equilibrium. The wall then trembles about a place; if that
-        is as near to balance as the explicit solver asks for, it counts as rest, and is noted in
-        ``largest_accepted_residual``. A wall
-        that creeps may be as near to balance, but goes on when it is pushed: it falls.
+        Coulomb friction has no potential: under some loads two joints push each other in turn (cyclic stick-slip), and
+        no choice of sliding joints is an equilibrium. The state with the smallest residual is then accepted if that is
+        below ``fallback_residual_tolerance``; ``largest_accepted_residual`` records it. A creeping wall may have
+        as small a residual, but moves on in the collapse-mechanism test: it collapses.
 
         Parameters
         ----------
         state : State
-            Load and movement to rest at; the blocks still are where they were in the last equilibrium.
+            Load and movement; displacements and history of the last equilibrium.
         start_load_factor : float
-            Share of the movement of that.
+            Load factor of that equilibrium.
         cycles_share : float
-            Share of the cycles that it is given, unless it is slowing down.
+            Share of the cycles that are allowed, unless the wall is slowing down.
         """
         equilibrium, options, worst = self.equilibrium, self.options.continuation, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
@@ -490,7 +536,20 @@ class Continuation:
         return nearest, 0.0
 
     def redistribute_failures(self, state: State, worst: float) -> tuple[State, float]:
-        """Break what is overloaded at a standing movement, one after the other, until nothing is."""
+        """Let overloaded bonds fail at constant load, the most overloaded first, until none is.
+
+        Parameters
+        ----------
+        state : State
+            Equilibrium at the event.
+        worst : float
+            Its unbalanced force ratio.
+
+        Returns
+        -------
+        tuple of State, float
+            Last equilibrium and its unbalanced force ratio.
+        """
         parted_again = np.zeros_like(state.history.cracked)
         while True:
             load, heaviest = self.bond_loads(state)
@@ -510,7 +569,15 @@ class Continuation:
             self.commit(state, unstable=True, snapped=snapped)
 
     def reclose(self, state: State, except_for: BoolArray) -> bool:
-        """Let cracked joints with residual tensile strength hold again where nearly closed; tell whether any does."""
+        """Re-close cracked joints with residual tensile strength that have nearly closed; return whether any does.
+
+        Parameters
+        ----------
+        state : State
+            Its joint history is updated.
+        except_for : array of bool (m, q)
+            Contacts that have just parted.
+        """
         if not self._can_reclose:
             return False
         law, (opening, _, _) = self.model.properties, self.stresses(state)
@@ -539,7 +606,7 @@ class Continuation:
         return opening, sigma, tau
 
     def last_equilibrium_message(self) -> str:
-        """Say where a wall under a live load was in equilibrium last: near its limit it may only creep."""
+        """Say at which load factor a wall under live load last had an equilibrium."""
         return (
             f" The last equilibrium is at progress {self.last_stable_load_factor:.5g}."
             if self._locates_collapse
@@ -547,7 +614,19 @@ class Continuation:
         )
 
     def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
-        """Take a picture of the present state."""
+        """Return the present state as an increment.
+
+        Parameters
+        ----------
+        number : int
+            Of the increment.
+        worst : float
+            Unbalanced force ratio.
+        before : Count
+            At the end of the last increment.
+        collapsed : bool
+            Whether a part of the wall has become detached.
+        """
         model, state, solids = self.model, self.state, self.equilibrium.solids
         opening, sigma, tau = self.stresses(state)
         force = self.equilibrium.forces(state)
@@ -589,19 +668,19 @@ class Continuation:
     # -- jacks ------------------------------------------------------------------------------------------------------
 
     def control_load(self) -> None:
-        """From the level state on, control the load of the jacks instead of the deflection."""
+        """Prescribe the load of the jacks instead of the deflection, from the level state on."""
         jacks, known = self.equilibrium.jacks, self.model.jacks
         if jacks is not None and known is not None and known.by_load:
             jacks.level_load, jacks.load = self.state.jack, known.load
             self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
 
     def carried(self) -> float:
-        """Return the load (N) at whose end the path ends; see ``damagepred.solvers.system.zero_support_load``."""
+        """Return the load (N) whose loss ends the path; see ``damagepred.solvers.system.zero_support_load``."""
         _, sigma, _ = self.stresses(self.state)
         return carried(self.model, self.state.jack, sigma)
 
     def checkpoint(self) -> ContinuationCheckpoint:
-        """Return what it takes to come back here."""
+        """Return a copy of the present point of the path."""
         return ContinuationCheckpoint(
             self.state.copy(),
             self.never_opened.copy(),
@@ -612,7 +691,7 @@ class Continuation:
         )
 
     def restore(self, checkpoint: ContinuationCheckpoint) -> None:
-        """Go back to a point of the path."""
+        """Return to a checkpoint."""
         self.state, self.never_opened, self.broken_at = (
             checkpoint.state.copy(),
             checkpoint.never_opened.copy(),
@@ -622,7 +701,20 @@ class Continuation:
         self.equilibrium.find(self.state)
 
     def find_zero_support_load(self, before: ContinuationCheckpoint, worst: float) -> float:
-        """Find the point between an earlier one and the present where the load is just gone; return the ratio there."""
+        """Locate the load factor at which the support load vanishes, by regula falsi (Illinois).
+
+        Parameters
+        ----------
+        before : ContinuationCheckpoint
+            Point at which the support carries load; the present one is beyond the root.
+        worst : float
+            Unbalanced force ratio of the present state.
+
+        Returns
+        -------
+        float
+            Unbalanced force ratio at the root.
+        """
         past_zero, options = self.checkpoint(), self.options.jacks
         search = IllinoisRegulaFalsi(
             before.state.load_factor,
@@ -648,7 +740,7 @@ class Continuation:
 
 
 class ContinuationCheckpoint(NamedTuple):
-    """A point of the path to come back to."""
+    """A point of the path to which the continuation can return."""
 
     state: State
     never_opened: BoolArray
@@ -659,18 +751,18 @@ class ContinuationCheckpoint(NamedTuple):
 
 
 def next_target(state: State, goal: Point, ceiling: Point | None, minimum_step: float) -> Point:
-    """Return the point to go to next.
+    """Return the next target of the continuation: the goal, the ceiling, or the midpoint of the way to it.
 
     Parameters
     ----------
     state : State
         The last equilibrium.
     goal : (float, float)
-        Load and movement to come to.
+        Load and load factor to reach.
     ceiling : (float, float), optional
-        Where the wall falls, or no equilibrium was found.
+        Where the wall collapses, or no equilibrium was found.
     minimum_step : float
-        Way to the ceiling from which on it is tried itself.
+        Distance to the ceiling below which it is tried itself.
     """
     if ceiling is None or distance(state, goal) < distance(state, ceiling):
         return goal
@@ -678,12 +770,30 @@ def next_target(state: State, goal: Point, ceiling: Point | None, minimum_step: 
 
 
 def distance(state: State, point: Point) -> float:
-    """Return how far load and movement are from a state."""
+    """Return the distance in load and load factor (1).
+
+    Parameters
+    ----------
+    state : State
+        From here.
+    point : (float, float)
+        Load and load factor.
+    """
     return abs(point[0] - state.load) + abs(point[1] - state.load_factor)
 
 
 def between(state: State, point: Point, share: float) -> Point:
-    """Return the load and movement at a share of the way from a state."""
+    """Interpolate load and load factor.
+
+    Parameters
+    ----------
+    state : State
+        Start.
+    point : (float, float)
+        End.
+    share : float
+        0 at the start, 1 at the end.
+    """
     return state.load + share * (point[0] - state.load), state.load_factor + share * (point[1] - state.load_factor)
 
 
@@ -696,20 +806,20 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     model : Model
         The wall.
     settings : Solver
-        Tolerance; whether levels of blocks whose joints stay elastic are condensed.
+        Tolerances; whether elastic courses are condensed.
     increments : int
         Number of equal steps of the movement.
 
     Yields
     ------
     Increment
-        First the state under dead load (number 0), then one each step. The path ends early after an increment in
-        which a part of the wall came loose.
+        First the state under dead load (number 0), then one each step. The path ends after an increment in which a part
+        of the wall has become detached.
 
     Raises
     ------
     ConvergenceError
-        If no equilibrium is found although nothing has come loose.
+        If no equilibrium is found although no part is detached.
     """
     path = Continuation(supported_during_load(model), settings)
     stops = model.jacks is not None and bool(model.jacks.stop)

@@ -1,8 +1,8 @@
-"""What happens where no equilibrium is near: the wall gives way at standing movement, and comes to rest elsewhere.
+"""Dynamic relaxation (Otter 1966; Day 1965): snap-through to an equilibrium that is not near.
 
-Where joints slide unstably there is no path of equilibria to follow; the wall jumps. The explicit scheme lets the
-blocks move from where they are, damped, until they are nearly at rest; from there the equilibrium is found as ever.
-Bonds do not break at once on the way: that is left to the path, which breaks them in order. They may begin to soften.
+Where joints slide unstably, no path of equilibria exists. The explicit scheme moves the blocks with local damping until
+they are nearly at rest; equilibrium is found from there. Bonds do not fail meanwhile: the continuation lets them fail
+in order. They may begin to soften.
 """
 
 from __future__ import annotations
@@ -49,12 +49,24 @@ class VolumeCorrection:
     _deflection: float = np.inf
 
     def settles(self, deflection: float, missing: float) -> bool:
-        """Return whether the wall has answered to the last correction, and a deflection (m) is still missing (m)."""
+        """Return whether the wall has answered to the last correction and deflection is still missing.
+
+        Parameters
+        ----------
+        deflection, missing : float
+            Present and missing deflection (m).
+        """
         change, self._deflection = abs(deflection - self._deflection), deflection
         return abs(missing) > self.deflection_tolerance and change <= self.options.volume_answer * abs(missing)
 
     def next(self, deflection: float, missing: float) -> float:
-        """Return what is to be added to the volume (m), at a deflection of which some is missing (m)."""
+        """Return the next correction of the volume by the secant method (m).
+
+        Parameters
+        ----------
+        deflection, missing : float
+            Present and missing deflection (m).
+        """
         if self._last != 0.0:
             answer, most = (deflection - self._corrected_at) / self._last, self.options.volume_rate_growth * self.rate
             self.rate = 1.0 / answer if answer * most > 1.0 else most
@@ -70,21 +82,21 @@ def relax_dynamically(
     volume_per_deflection: float | None = None,
     options: SolverOptions = DEFAULTS,
 ) -> Iterator[State]:
-    """Let the blocks move from the last equilibrium, first with the movement, then at a standing one.
+    """Relax a wall from its last equilibrium: ramp of the movement, then local damping at constant movement.
 
-    The movement goes on slowly: ground that was in its new place at once would press
-    joints together so much that blocks fly off, and stay where they climb or wedge on their way.
+    The movement is ramped: ground that moved at once would compress joints so much that blocks fly off and stay where
+    they wedge.
 
     Parameters
     ----------
     model : Model
         The wall.
     start : State
-        Load and movement to go to; where the blocks are, the load of the jacks and the memory of the last equilibrium.
+        Target load and load factor; displacements, jack load and history of the last equilibrium.
     start_load_factor : float
-        Share of the movement of that.
+        Load factor of the last equilibrium.
     cycles_share : float
-        Share of the cycles that it is given, unless it is slowing down.
+        Share of the cycles that are allowed, unless the wall is slowing down.
     volume_per_deflection : float, optional
         Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
     options : SolverOptions
@@ -93,7 +105,7 @@ def relax_dynamically(
     Yields
     ------
     State
-        Nearer and nearer to rest; the last one, if a part of the wall has come loose, with that part on its way.
+        At each convergence check; the last one with detached parts in motion, if there are any.
     """
     law, control = model.properties, options.dynamic_relaxation
     softens = law.critical_opening > 0
@@ -141,16 +153,21 @@ def relax_dynamically(
 
 
 def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State | None:
-    """Push a wall on that does not come to rest; return it with what comes loose on its way, None if it is held.
+    """Collapse-mechanism test of a wall that finds no equilibrium.
 
     Parameters
     ----------
     model : Model
         The wall.
     state : State
-        Where it has come to.
+        End of dynamic relaxation.
     nearly_at_rest : bool
-        Whether what is out of balance is little; then it is not pushed as long.
+        Whether the residual is small; the test is shorter then.
+
+    Returns
+    -------
+    State or None
+        The wall with detached parts in motion; None if it does not collapse.
     """
     if model.jacks is not None:
         return None
@@ -162,14 +179,14 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State |
 
 
 def residual_in_motion(model: Model, state: State) -> float:
-    """Return the largest unbalanced force over the mean block weight of a wall that falls.
+    """Return the largest residual force of a collapsing wall over the mean block weight.
 
     Parameters
     ----------
     model : Model
         The wall.
     state : State
-        Where it was last seen.
+        In motion.
     """
     run = _at(model, state)
     run.cycle(1)
@@ -177,7 +194,7 @@ def residual_in_motion(model: Model, state: State) -> float:
 
 
 def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> DampedTimeStepping:
-    """Return the explicit scheme with lasting bonds in a state, at rest; jacks without a pump carry their own load."""
+    """Return the explicit scheme at rest in a state, with lasting bonds; jacks without a pump keep their load."""
     lasting, jacks = lasting_bonds(model), model.jacks
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
     run, load = DampedTimeStepping(pumped, Solver(), settle_every=0), state.load

@@ -73,7 +73,15 @@ class WorkBalance:
     residual_work: float = 0.0
 
     def begin(self, model: Model, state: State) -> None:
-        """Note where the path begins."""
+        """Start the balance at a state.
+
+        Parameters
+        ----------
+        model : Model
+            The wall.
+        state : State
+            Start of the path.
+        """
         self.go_on(model)
         self._keep(state)
         self._reaction = self._mode_1_dissipation = 0.0

@@ -1,9 +1,9 @@
-"""One equilibrium: where the blocks are at a given load and movement, the joints remembering the one before.
+"""Equilibrium at a given load and movement: Newton's method, and Coulomb friction by Tresca fixed-point iteration.
 
-First Newton's method is tried on the law as it is. From nearby it arrives in a few steps, which is where most
-equilibria of a path lie. If it does not, friction limits are frozen: the wall then has an energy, convex in the
-displacements, whose minimum Newton's method with a line search finds from anywhere; the limits are brought up to date
-and the minimum is sought again, until both agree.
+Newton's method is applied to the Coulomb law first. From a nearby equilibrium it converges in a few iterations, which
+holds for most of a path. If it fails, the friction bounds are fixed (Tresca problem): the wall then has a potential,
+convex in the displacements, which Newton's method with line search minimises from any start. The bounds are updated
+and the minimisation repeated until both agree (Haslinger 1983; Wriggers 2006, ch. 10).
 """
 
 from __future__ import annotations
@@ -36,7 +36,15 @@ from damagepred.time_limit import check_time
 
 
 def at_or_last(values: tuple[float, ...], index: int) -> float:
-    """Return the value at an index; beyond the end, the last one."""
+    """Return the value at an index; beyond the end, the last one.
+
+    Parameters
+    ----------
+    values : tuple of float
+        At least one.
+    index : int
+        From 0.
+    """
     return values[min(index, len(values) - 1)]
 
 
@@ -47,7 +55,7 @@ def no_zones() -> FloatArray:
 
 @dataclass
 class State:
-    """A point of the path: how far load and movement have come, where the blocks are, what joints and zones remember.
+    """A point of the path: load, load factor, displacements and history variables.
 
     Attributes
     ----------
@@ -75,17 +83,23 @@ class State:
 
     @classmethod
     def rest(cls, model: Model) -> State:
-        """Return the wall before any load."""
+        """Return the unloaded wall."""
         zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
         sections = SectionMemory.fresh(0) if model.sections is None else SectionMemory.at_first(model.sections)
         return cls(0.0, 0.0, np.zeros(model.size), JointHistory.fresh(model), zones, 0.0, sections)
 
     def copy(self) -> State:
-        """Return a state that can change by itself."""
+        """Return an independent copy."""
         return self.at(self.load, self.load_factor)
 
     def at(self, load: float, load_factor: float) -> State:
-        """Return a copy that stands at another load and movement, the blocks not having moved yet."""
+        """Return a copy at another load and load factor, with the same displacements.
+
+        Parameters
+        ----------
+        load, load_factor : float
+            Shares of dead load and of movement (1).
+        """
         return replace(
             self,
             load=load,
@@ -159,19 +173,19 @@ class Equilibrium:
         )
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
-        """Return the blocks of some of the degrees of freedom that are prescribed."""
+        """Return the blocks of some prescribed degrees of freedom."""
         dofs = self.model.supports.prescribed[prescribed]
         return np.array([block_of_dof(self.model, int(dof)) for dof in dofs], dtype=np.int64)
 
     def _interfaces_of(self, blocks: IntArray, ground: bool = True) -> IntArray:
-        """Return the interfaces of some blocks, and those with the ground."""
+        """Return the interfaces of some blocks, with those to the ground if asked for."""
         face, listed = self.model.interfaces, np.append(blocks, self.model.n_blocks) if ground else blocks
         return np.flatnonzero(np.isin(face.block_a, listed) | np.isin(face.block_b, listed))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
     def _joint_forces(self, active: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
-        """Add the forces of joints, and of deformable blocks, to those on all degrees of freedom."""
+        """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
         model, solids = self.model, self.solids
         if solids is not None:
             solids.place_facets(displacement)
@@ -204,16 +218,16 @@ class Equilibrium:
             solids.push_back(state.load, state.load_factor, displacement, state.plastic, self.force)
 
     def residual(self, state: State, displacement: FloatArray, coulomb: bool = True) -> tuple[FloatArray, float]:
-        """Return the unbalanced force of every degree of freedom at a displacement, and its largest ratio.
+        """Return the residual force of every degree of freedom, and the unbalanced force ratio.
 
         Parameters
         ----------
         state : State
-            Load, movement and memory.
+            Load, load factor and history.
         displacement : array (size,)
-            Where; facets and what lies inside blocks that yield are brought up to date.
+            Of all degrees of freedom; facets and the inside of yielding blocks are updated.
         coulomb : bool
-            Whether the law holds as it is, or with frozen friction limits.
+            Coulomb law, or a Tresca problem with fixed bounds.
         """
         self._loads(state)
         self._joint_forces(self.equations.active, state, displacement, coulomb)
@@ -231,17 +245,25 @@ class Equilibrium:
         return force, worst
 
     def _loads(self, state: State) -> None:
-        """Begin with the loads."""
+        """Set the residual force to the external loads."""
         combine_loads(self.dead_load, self.live_load, state.load, state.load_factor, self.force)
         if self.jacks is not None:
             self.force += state.jack * self.jacks.push
 
     def gap(self, state: State, displacement: FloatArray) -> float:
-        """Return the deflection (m) that is missing where the jacks are to bring it about."""
+        """Return the missing deflection of jacks whose deflection is given (m).
+
+        Parameters
+        ----------
+        state : State
+            Its load factor counts.
+        displacement : array (size,)
+            Of all degrees of freedom.
+        """
         return 0.0 if self.jacks is None else self.jacks.gap(state.load_factor, displacement)
 
     def forces(self, state: State) -> FloatArray:
-        """Return the force of joints and loads on every degree of freedom, also where it is held or condensed."""
+        """Return the force of joints and loads on all degrees of freedom, prescribed and condensed ones included."""
         self._loads(state)
         self._joint_forces(self._everything, state, state.displacement, coulomb=True)
         return self.force
@@ -261,14 +283,20 @@ class Equilibrium:
         return equations.active, 0.5 * (hanging - float(edge))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
-        """Return the force that a step of dead load and movement brings on, joints as they just were."""
+        """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
+
+        Parameters
+        ----------
+        load, load_factor : float
+            Increments of dead load and movement (1).
+        """
         force = load * self.dead_load + load_factor * self.rate
         if self.condensed:
             force[self.equations.boundary_dofs] += self.equations.condensed_load(load, load_factor)
         return force
 
     def has_diverged(self, state: State) -> bool:
-        """Tell whether blocks have fallen so far that there is no equilibrium to be found."""
+        """Return whether displacements are so large that no equilibrium is sought any more."""
         return self._has_diverged(state, state.displacement)
 
     def _has_diverged(self, state: State, displacement: FloatArray) -> bool:
@@ -280,7 +308,7 @@ class Equilibrium:
         limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
         return not within_limit(displacement, self.free, self.arms, limit)
 
-    # -- what is looked at ------------------------------------------------------------------------------------------
+    # -- condensation -----------------------------------------------------------------------------------------------
 
     def uncondense_up_to(self, level: int) -> None:
         """Look at all joints up to a level one by one; what is beyond stays elastic and condensed."""
@@ -291,21 +319,21 @@ class Equilibrium:
             self.free[self.equations.active_dofs] = True
 
     def find(self, state: State, start: FloatArray | None = None, near: bool = False) -> float:
-        """Move the blocks of a state to equilibrium; what is condensed is opened where it would slide.
+        """Find the equilibrium of a state; condensed courses are uncondensed where they would slide or yield.
 
         Parameters
         ----------
         state : State
             Its displacement is that of the last equilibrium, and becomes that of this one.
         start : array (3 (n + 1),), optional
-            Where to begin instead.
+            Other start of the iteration.
         near : bool
-            Whether to look only for one that is near.
+            Whether to try Newton's method alone.
 
         Returns
         -------
         float
-            Largest unbalanced force over the mean block weight.
+            Unbalanced force ratio: largest residual force over the mean block weight.
         """
         while True:
             worst = self._find_active(state, start, near)
@@ -318,7 +346,7 @@ class Equilibrium:
             self.uncondense_up_to(int(farthest))
 
     def _farthest_sliding(self, state: State) -> int:
-        """Return the farthest level at which what is condensed would slide; -1 if nothing does."""
+        """Return the farthest level at which a condensed joint would slide; -1 if none does."""
         if not self.condensed:
             return -1
         model, equations = self.model, self.equations
@@ -334,14 +362,14 @@ class Equilibrium:
         return int(farthest)
 
     def _farthest_yielding(self, state: State) -> int:
-        """Open deformable blocks that would yield; return the farthest level of these, -1 if there is none."""
+        """Uncondense deformable blocks that would yield; return the farthest level of these, -1 if none does."""
         if self.solids is None:
             return -1
         opened = self.solids.open_where_yielding(state.displacement, state.load, state.load_factor, state.plastic)
         return int(self.equations.solid_level[opened].max(initial=-1))
 
     def farthest_open(self) -> int:
-        """Return the farthest level at which a deformable block is open; -1 if none is."""
+        """Return the farthest level of an uncondensed deformable block; -1 if there is none."""
         listed = [] if self.solids is None else list(self.solids.tangent)
         return int(self.equations.solid_level[listed].max(initial=-1))
 
@@ -391,7 +419,7 @@ class Equilibrium:
         return worst
 
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
-        """Return the equilibrium next to a state that is nearly in balance: its unbalanced ratio, and where."""
+        """Find an equilibrium by Newton iteration from a state; return its unbalanced force ratio and displacements."""
         found, worst = self._newton(state, state.displacement)
         if worst < self.tolerance:
             found = found.copy()
@@ -399,18 +427,19 @@ class Equilibrium:
         return worst, found
 
     def accept_unconverged(self, state: State) -> float:
-        """Go on from a state that is no equilibrium as if it were one; return its unbalanced ratio."""
+        """Take a state that is no equilibrium as one; return its unbalanced force ratio."""
         _, worst = self.residual(state, state.displacement)
         self._store_tangent(state, state.displacement)
         self.complete(state)
         return worst
 
-    # -- the law as it is -------------------------------------------------------------------------------------------
+    # -- Newton's method --------------------------------------------------------------------------------------------
 
     def _newton(self, state: State, start: FloatArray) -> tuple[FloatArray, float]:
-        """Newton's method on the law as it is; return the best place it came to, and the unbalanced ratio there.
+        """Newton's method with backtracking on the Coulomb law; return the best iterate and its unbalanced force ratio.
 
-        The load of the jacks becomes that of the best place.
+        The first iterations are undamped: active sets of contacts often settle although the residual grows. The load of
+        the jacks becomes that of the best iterate.
         """
         options = self.options.newton
         u = best = start
@@ -434,7 +463,7 @@ class Equilibrium:
             while share > options.minimum_step and (
                 (worst > before and taken >= options.undamped_iterations) or worst == np.inf
             ):
-                # contacts that change to and fro: part of the step
+                # active sets that alternate: backtracking
                 share *= 0.5
                 state.jack = last + share * more
                 force, worst = self.residual(state, u + share * step)
@@ -452,7 +481,7 @@ class Equilibrium:
         return best, least
 
     def _store_tangent(self, state: State, displacement: FloatArray) -> None:
-        """Keep how the path goes on: stiffness, and force per load factor, joints sliding as they just did."""
+        """Store the tangent stiffness and the force per load factor for the predictor."""
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
         self.rate = self.live_load.copy()
         if not self._stands_still:
@@ -461,7 +490,7 @@ class Equilibrium:
             self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
 
     def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
-        """Return the force per load factor that ground and supports bring on as they move."""
+        """Return the force per load factor of moving ground and supports, by a forward difference."""
         supports, step = self.model.supports, self.options.newton.finite_difference_step
         nudged = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
         nudged.displacement[supports.prescribed] += step * supports.prescribed_displacement
@@ -473,12 +502,25 @@ class Equilibrium:
         return (self.force - before) / step
 
     def _step(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
-        """Return the step of displacements and of the load of the jacks for an unbalanced force and a gap (m)."""
+        """Return the Newton step of displacements and jack load for a residual force and a missing deflection (m)."""
         self.equations.update(self.stiffness)
         return self.solve(force, gap)
 
     def solve(self, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
-        """Return displacements, and the load of the jacks (N), that a force brings about with a deflection (m)."""
+        """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
+
+        Parameters
+        ----------
+        force : array (size,)
+            Right-hand side (N, N m).
+        gap : float
+            Missing deflection (m).
+
+        Returns
+        -------
+        tuple of array (size,), float
+            Displacements (m, rad) and load of each jack (N).
+        """
         self.newton += 1
         if self.jacks is None or self.jacks.by_load:
             return self.equations.solve(force), 0.0
@@ -486,9 +528,9 @@ class Equilibrium:
         return self.jacks.step(alone, by_push, gap)
 
     def volume_per_deflection(self) -> float | None:
-        """Return the sum of the jacks' lifts per deflection (1) by the last tangent; None where they bend nothing.
+        """Return the sum of the jacks' lifts per deflection of the last tangent (1).
 
-        None, too, where the load of the jacks is given.
+        None where their load is given, or where they do not bend the footing.
         """
         if self.jacks is None or self.jacks.by_load:
             return None
@@ -497,10 +539,15 @@ class Equilibrium:
         bends, gives = float(self.jacks.weights @ by_push), float(self.jacks.push @ by_push)
         return gives / bends if bends > 0.0 else None
 
-    # -- frozen friction limits ---------------------------------------------------------------------------------------
+    # -- Coulomb friction ----------------------------------------------------------------------------------------------
 
     def _coulomb_fixed_point(self, state: State, near: bool) -> float:
-        """Bring frozen limits and the minimum of the energy to agree; begin with limits of a place near it, if so."""
+        """Coulomb friction by Tresca fixed-point iteration; return the unbalanced force ratio.
+
+        Each iteration minimises the potential with fixed bounds to the tolerance of the forcing sequence, updates the
+        bounds, under-relaxed after the first updates, and tries Newton's method on the Coulomb law from there. A warm
+        start takes the first bounds from the present displacements.
+        """
         options = self.options.coulomb
         bound, dilatant_opening, kappa = self._tresca
         bound[:], dilatant_opening[:], kappa[:] = NO_LIMIT, state.history.dilatant_opening, state.history.kappa
@@ -513,7 +560,7 @@ class Equilibrium:
                 break
             share = 1.0
             if attempt >= options.full_updates:
-                # limits that overshoot from one minimum to the next: only part of the way
+                # bounds that overshoot are under-relaxed
                 update = (attempt - options.full_updates) // options.updates_per_factor
                 share = at_or_last(options.relaxation_factors, update)
             self._update_tresca_bounds(state, share)
@@ -544,18 +591,18 @@ class Equilibrium:
         )
 
     def _minimise(self, state: State, tolerance: float) -> float:
-        """Go to the minimum of the energy with frozen friction limits; return the largest unbalanced ratio."""
+        """Minimise the potential of a Tresca problem by Newton with line search; return the unbalanced force ratio."""
         u = state.displacement
         force, worst = self.residual(state, u, coulomb=False)
         self._correct_jack_load(state, force, u)
         for taken in range(self.options.coulomb.max_minimisation_iterations):
-            # at least one step: limits taken from where the blocks stood before may hold nothing
+            # at least one step: bounds of the previous displacements may carry nothing
             if worst < (tolerance if taken else self.tolerance):
                 if abs(self.gap(state, u)) <= self.options.jacks.deflection_tolerance * max(
                     tolerance / self.tolerance, 1.0
                 ):
                     break
-                # at rest under this load of the jacks: on to that which makes the deflection
+                # minimum under this jack load: correct the load for the deflection
                 self._correct_jack_load(state, force, u)
             check_time()
             self.equations.update(self.stiffness)
@@ -571,10 +618,9 @@ class Equilibrium:
         return worst
 
     def _correct_jack_load(self, state: State, force: FloatArray, u: FloatArray) -> None:
-        """Give the jacks the load that the present stiffness asks for, and add it to the unbalanced force.
+        """Set the load of the jacks for the given deflection by the present tangent, and add it to the residual.
 
-        The joints have an energy only under a given load: with the deflection given instead they have none, as what is
-        measured is not what the jacks work on.
+        Only under a given load does the wall have a potential: jacks do no work on the measured deflection.
         """
         if self.jacks is None or self.jacks.by_load:
             return
@@ -585,7 +631,7 @@ class Equilibrium:
     def _line_search(
         self, state: State, u: FloatArray, step: FloatArray, slope: float
     ) -> tuple[float, FloatArray, float]:
-        """Find how far to go along a step: to where the energy no longer falls, the root of its falling slope."""
+        """Line search: root of the slope of the potential along a step, by safeguarded regula falsi."""
         options = self.options.line_search
         low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
         share = 1.0

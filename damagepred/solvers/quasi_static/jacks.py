@@ -37,7 +37,7 @@ class JackControl:
 
     @classmethod
     def of(cls, model: Model) -> JackControl | None:
-        """Return the control of a model's jacks, at the level state; None if there are none."""
+        """Return the control of a model's jacks in the level state; None if there are none."""
         if model.jacks is None or model.deflection is None:
             return None
         return cls(model.jacks.push, model.deflection, 0.0 if model.jacks.by_load else model.jacks.deflection)
@@ -48,13 +48,29 @@ class JackControl:
         return self.level_load is not None
 
     def load_at(self, load_factor: float, found: float) -> float:
-        """Return the load of each jack (N) at a load factor, or what was found where the deflection is given."""
+        """Return the load of each jack (N): the given one at a load factor, or the one found.
+
+        Parameters
+        ----------
+        load_factor : float
+            Share of the movement (1).
+        found : float
+            Load that was found where the deflection is given (N).
+        """
         if self.level_load is None:
             return found
         return self.level_load + load_factor * (self.load - self.level_load)
 
     def gap(self, load_factor: float, displacement: FloatArray) -> float:
-        """Return the deflection (m) that is missing; 0 where the load is given."""
+        """Return the missing deflection (m); 0 where the load is given.
+
+        Parameters
+        ----------
+        load_factor : float
+            Share of the movement (1).
+        displacement : array (size,)
+            Of all degrees of freedom.
+        """
         return 0.0 if self.by_load else load_factor * self.goal - float(self.weights @ displacement)
 
     def step(self, alone: FloatArray, by_push: FloatArray, gap: float) -> tuple[FloatArray, float]:

@@ -1,7 +1,7 @@
-"""Has a part of the wall come loose? Then it is farther from home than movement and elasticity take it.
+"""Collapse criterion: a block is detached when it is farther from home than movement and elasticity take it.
 
-Elastic walls may go far: a tall stack is shortened by its own weight by more than a brick. Displacements are taken to
-be small here as everywhere: a slender stack that would buckle under its weight is only shortened.
+Displacements are taken as small: elastic walls may go far (a tall stack is shortened by its weight by more than a
+brick), and buckling of slender stacks is not modelled.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from damagepred.assembly import Model
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions, live_load
 
 _known: dict[int, tuple[float, float]] = {}
-"""By model: it takes a factorisation, and is asked for again while a wall falls."""
+"""By model: each takes a factorisation, and is asked for again while a wall collapses."""
 
 
 def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) -> BoolArray:
-    """Tell which blocks (n,) have left the wall: further from home than movement and elasticity explain.
+    """Return which blocks (n,) are detached from the wall.
 
     Parameters
     ----------
     model : Model
         The wall.
     displacement : array (3 (n + 1),)
-        Of the blocks and the ground.
+        Of blocks and ground.
     load_factor : float
         Share of the full movement.
     """
@@ -40,7 +40,7 @@ def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) 
 
 
 class DetachmentLimit(NamedTuple):
-    """How far blocks may go from home (m) before they have come loose, what is elastic left aside.
+    """How far blocks may go from home (m) before they are detached, elastic displacement left aside.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class DetachmentLimit(NamedTuple):
 
 
 def _settlement(model: Model) -> float:
-    """Return how far all of the dead load presses a wall into soft ground (m)."""
+    """Return the settlement of a wall on soft ground under all dead load (m)."""
     on_ground = model.ground.full.normal.shape[0]
     if not on_ground:
         return 0.0
@@ -77,7 +77,7 @@ def _settlement(model: Model) -> float:
 
 
 def largest_elastic_displacement(model: Model, load_factor: float) -> float:
-    """Return how far the loads take a block of the intact wall (m), at most; 0 where that is not to be had.
+    """Return the largest displacement of a block of the intact wall under its loads (m); 0 if not known.
 
     Parameters
     ----------

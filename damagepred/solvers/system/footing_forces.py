@@ -1,4 +1,4 @@
-"""What the footing carries, read off from the contacts of an equilibrium."""
+"""Internal forces of the footing and loads of its supports, from the contacts of an equilibrium."""
 
 from __future__ import annotations
 
@@ -38,9 +38,16 @@ def section_interfaces(model: Model) -> IntArray:
 
 
 def section_lengths(model: Model, here: IntArray) -> FloatArray:
-    """Return the length of beam that each section stands for (m): from middle to middle of its segments.
+    """Return the tributary length of each section (m): from centre to centre of its segments.
 
-    On the axis of a wall of which one half is solved that is from the axis to the middle of the segment.
+    On the axis of a symmetric half it reaches from the axis to the centre of the segment.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    here : array of int (s,)
+        Interfaces of the sections.
     """
     face, x = model.interfaces, model.blocks.x
     on_axis = face.block_a[here] == model.n_blocks
@@ -74,7 +81,17 @@ def section_forces(model: Model, opening: FloatArray, sigma: FloatArray, tau: Fl
 
 
 def section_response_of(model: Model, memory: SectionMemory, displacement: FloatArray) -> FloatArray:
-    """Return opening, shear (m), turn, axial, shear force (N) and moment (N m) of cracking sections, array (s, 6)."""
+    """Return opening, shear (m), rotation, axial, shear force (N) and moment (N m) of cracking sections, array (s, 6).
+
+    Parameters
+    ----------
+    model : Model
+        With sections.
+    memory : SectionMemory
+        History variables of the sections.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    """
     assert model.sections is not None
     values = np.empty((len(model.sections.interface), 6))
     section_values(model.sections, memory, model.interfaces, model.properties, displacement, values)
@@ -111,7 +128,7 @@ def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> 
 
 
 def set_linear_stresses(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
-    """Give the contacts of cracking sections the stresses, linear over the depth, that carry the same forces.
+    """Set the stresses of cracking sections to the linear distributions with the same resultants.
 
     Parameters
     ----------
@@ -153,6 +170,16 @@ def support_loads(model: Model, sigma: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def outer_support_loads(model: Model, ends: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Return what the supports at some places (m) carry (N, upwards), left to right; see ``support_loads``."""
+    """Return the loads of the supports at given places (N, upwards), left to right; see ``support_loads``.
+
+    Parameters
+    ----------
+    model : Model
+        m interfaces with q contacts.
+    ends : array
+        Places (m).
+    sigma : array (m, q)
+        Normal stress (Pa), tension positive.
+    """
     at, load = support_loads(model, sigma)
     return load[np.isclose(at[:, None], ends, rtol=0.0, atol=1e-6).any(axis=1)]

@@ -1,4 +1,4 @@
-"""What is free while the dead load comes on and held from then on, and what is held until then."""
+"""Supports and properties by loading stage: while the dead load is applied, in the level state, and after it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from damagepred.enumerations import ContactKind
 
 
 def supported_during_load(model: Model) -> Model:
-    """Return the model as it is while the dead load comes on: nothing is held yet that is only held after it.
+    """Return the model without the supports that act only after the dead load.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def supported_during_load(model: Model) -> Model:
 
 
 def unilateral_supports(model: Model) -> IntArray:
-    """Return the interfaces of supports under a footing on jacks that push only.
+    """Return the interfaces of unilateral supports under a footing on jacks.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def unilateral_supports(model: Model) -> IntArray:
 
 
 def level(model: Model) -> Model:
-    """Return the model with a footing on jacks that its supports hold down as well while the dead load comes on.
+    """Return the model with bilateral supports under a footing on jacks, for the level state.
 
-    A wall is built on a level footing. Its load comes on in proportion here, which is how the level state is computed:
-    a wall whose bonds do not yet break spans the footing, and would lift it off supports that only push.
+    A wall is built on a level footing. Here the dead load is applied in proportion: a wall with intact bonds spans the
+    footing, and would lift it off unilateral supports.
 
     Parameters
     ----------
@@ -67,14 +67,14 @@ def level(model: Model) -> Model:
 
 
 def supported_after_load(model: Model, displacement: FloatArray) -> Model:
-    """Return the model as it is once the dead load is on: all is held, from where it stands.
+    """Return the model with all supports, from its displacements under the dead load.
 
     Parameters
     ----------
     model : Model
         The wall.
     displacement : array (3 (n + 1),)
-        Of the blocks and the ground, under the dead load.
+        Of blocks and ground under the dead load.
     """
     supports = model.supports
     start = np.where(supports.after_load, displacement[supports.prescribed], supports.start)

@@ -1,4 +1,4 @@
-"""Where a path on jacks ends: the jacks, or an outer support, carry nothing any more."""
+"""End of a path on jacks: the load factor at which the jacks or an outer support carry nothing any more."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from damagepred.solvers.system.footing_forces import outer_support_loads
 
 
 def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
-    """Return the load (N) at whose end the path ends: of a jack, or of the less loaded outer support.
+    """Return the load (N) whose loss ends the path: of a jack, or of the less loaded outer support.
 
     Parameters
     ----------
@@ -35,18 +35,18 @@ def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
 
 
 class IllinoisRegulaFalsi:
-    """Search for the load factor at which a load is just gone: false position, kept from creeping (Illinois).
+    """Root of the support load along the path: regula falsi, Illinois variant (Dowell and Jarratt 1971).
 
     Parameters
     ----------
     load_factor, load : float
-        Where something is carried still, and how much (N).
+        End of the bracket where load is carried (1, N).
     gone, over : float
-        Where nothing is carried any more, and how much less than nothing (N, not positive).
+        End of the bracket where none is carried, and the load there (1, N, not positive).
     enough : float
         Load that counts as none (N).
     close : float
-        Progress between two points that count as one.
+        Length of the bracket that ends the search (1).
     """
 
     def __init__(
@@ -59,15 +59,23 @@ class IllinoisRegulaFalsi:
 
     @property
     def found(self) -> bool:
-        """Whether the two points are one, or the load at the farther is as good as none."""
+        """Whether the search has converged."""
         return self.vanished or self.gone - self.load_factor < self.close
 
     def between(self) -> float:
-        """Return the load factor to look at next."""
+        """Return the next trial load factor."""
         return self.load_factor + self.load / (self.load - self.over) * (self.gone - self.load_factor)
 
     def note(self, load_factor: float, load: float) -> bool:
-        """Take down what is carried at a load factor between; tell whether it is something still."""
+        """Narrow the bracket with a trial; return whether load is carried there.
+
+        Parameters
+        ----------
+        load_factor : float
+            Of the trial (1).
+        load : float
+            Carried there (N). Twice on the same side: the other end's load is halved (Illinois).
+        """
         if load > self.enough:
             if self.last > 0.0:
                 self.over /= 2.0

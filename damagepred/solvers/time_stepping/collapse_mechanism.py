@@ -1,7 +1,7 @@
 """Does a wall fall that finds no rest? It is pushed on along the way that it goes, to see whether anything stops it.
 
 A little beyond the load that it can carry, a wall sets off so slowly that in any number of cycles it hardly gets
-anywhere: it is not at rest, and nothing has come loose. What is left out of balance then either does work as the wall
+anywhere: it is not at rest, and nothing is detached. What is left out of balance then either does work as the wall
 moves on, however far, or something that it meets on its way resists. With small displacements joints that slide and
 open do so with the same forces all the way, so moving faster changes no more than how soon it is seen. Bonds do not
 break meanwhile: of them the wall has more than it may have.
