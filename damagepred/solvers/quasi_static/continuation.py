@@ -94,6 +94,56 @@ class Count:
     events: int = 0
 
 
+@dataclass
+class StepControl:
+    """Step control of one increment: what is known of the way to its target.
+
+    Attributes
+    ----------
+    collapsed_state : State
+        The wall at ``collapse_point``; the start of the increment while there is none.
+    minimum_step : float
+        Distance to a rejected target below which a distant equilibrium is sought (1).
+    minimum_event_step : float
+        Step within which all bonds fail at its end (1).
+    collapse_residual : float
+        Unbalanced force ratio at ``collapse_point``.
+    overloaded_point, collapse_point, rejected_target : (float, float) or None
+        Nearest load and load factor at which a bond is overloaded, at which the wall collapses, and at which no nearby
+        equilibrium was found.
+    next_point : (float, float) or None
+        Next target; None: that of the predictor.
+    longest : float
+        Step length allowed by the energy balance (1).
+    halvings, event_cuts : int
+        Of the present step.
+    accepted_steps : int
+        Steps since the last event: as often the predictor was too early.
+    """
+
+    collapsed_state: State
+    minimum_step: float
+    minimum_event_step: float
+    collapse_residual: float = np.inf
+    overloaded_point: Point | None = None
+    collapse_point: Point | None = None
+    rejected_target: Point | None = None
+    next_point: Point | None = None
+    longest: float = np.inf
+    halvings: int = 0
+    event_cuts: int = 0
+    accepted_steps: int = 0
+
+    def accept_step(self) -> None:
+        """Count a step that ended before any event."""
+        self.next_point, self.halvings, self.accepted_steps = None, max(self.halvings - 1, 0), self.accepted_steps + 1
+
+    def pass_event(self) -> None:
+        """Start anew after an event."""
+        self.next_point = self.overloaded_point = None
+        self.halvings = self.event_cuts = self.accepted_steps = 0
+
+
 class Continuation:
     """Path of equilibria of one wall: its last equilibrium, and the steps to the next.
 
@@ -321,72 +371,62 @@ class Continuation:
         """
         state, options = self.state, self.options.continuation
         goal = (load, load_factor)
-        minimum_event_step = options.minimum_event_step * distance(state, goal)
-        overloaded_point: Point | None = None  # nearest point with an overloaded bond
-        collapse_point: Point | None = None  # nearest point at which the wall collapses
-        collapsed_state, collapse_residual = state, np.inf  # state and residual there
-        rejected_target: Point | None = None  # nearest point without a nearby equilibrium
-        minimum_step = max(
-            options.collapse_bracket, distance(state, goal) / 2**options.max_halvings
-        )  # way to it from which on one is sought farther off
-        bracket = (
-            options.collapse_bracket if self._locates_collapse else minimum_step * (1.0 + 1e-9)
-        )  # of the load factor at collapse
-        halvings = event_cuts = 0
-        accepted_steps = 0  # since the last event: the predictor was too early
-        next_point: Point | None = None  # next target; None: that of the predictor
-        longest = np.inf  # step length allowed by the energy balance
-        shortest_refinement = distance(state, goal) / 2**self.control.options.refinements
-        shortest_halved_step = (
-            1.5 * distance(state, goal) / 2**options.max_halvings
-        )  # no step shorter than this is halved: it has its jump
+        length = distance(state, goal)
+        minimum_step = max(options.collapse_bracket, length / 2**options.max_halvings)
+        step_control = StepControl(state, minimum_step, options.minimum_event_step * length)
+        bracket = options.collapse_bracket if self._locates_collapse else minimum_step * (1.0 + 1e-9)
+        shortest_refinement = length / 2**self.control.options.refinements
+        # a shorter step is not halved: it snaps through
+        shortest_halved_step = 1.5 * length / 2**options.max_halvings
         while True:
             check_time()
-            if collapse_point is not None and distance(state, collapse_point) <= bracket:
+            if step_control.collapse_point is not None and distance(state, step_control.collapse_point) <= bracket:
                 # bonds that failed before the collapse point
-                collapsed_state.history.cracked[state.history.cracked] = True
-                self.last_stable_load_factor, self.state = state.load_factor, collapsed_state
-                return collapse_residual
-            target = next_point or next_target(
+                step_control.collapsed_state.history.cracked[state.history.cracked] = True
+                self.last_stable_load_factor, self.state = state.load_factor, step_control.collapsed_state
+                return step_control.collapse_residual
+            target = step_control.next_point or next_target(
                 state,
-                overloaded_point or goal,
-                rejected_target or collapse_point,
-                minimum_step if rejected_target else 0.0,
+                step_control.overloaded_point or goal,
+                step_control.rejected_target or step_control.collapse_point,
+                step_control.minimum_step if step_control.rejected_target else 0.0,
             )
-            if distance(state, target) > longest:
-                target = between(state, target, longest / distance(state, target))
+            if distance(state, target) > step_control.longest:
+                target = between(state, target, step_control.longest / distance(state, target))
             ahead, share = self.predict_next_event(state, target)
-            if next_point is None and share < 1.0 and not self._relaxes:
-                share = min(share * 2.0**accepted_steps, 1.0)
+            if step_control.next_point is None and share < 1.0 and not self._relaxes:
+                share = min(share * 2.0**step_control.accepted_steps, 1.0)
                 target = between(state, target, share)
                 ahead = state.displacement + share * (ahead - state.displacement)
             trial = state.at(*target)
             # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
             near = self._locates_collapse or self._relaxes
             worst, jumped = self.equilibrium.find(trial, ahead, near), False
-            only_near = self._locates_collapse and distance(state, target) > minimum_step
+            only_near = self._locates_collapse and distance(state, target) > step_control.minimum_step
             if worst >= self.tolerance and only_near:
-                rejected_target, next_point = target, None
+                step_control.rejected_target, step_control.next_point = target, None
                 continue
             may_halve = (
-                halvings < min(self._halvings, options.max_halvings) and distance(state, target) > shortest_halved_step
+                step_control.halvings < min(self._halvings, options.max_halvings)
+                and distance(state, target) > shortest_halved_step
             )
             if worst >= self.tolerance and may_halve and not near:
                 # a shorter step converges more easily, or shows more clearly that no equilibrium exists
-                next_point, halvings = between(state, target, 0.5), halvings + 1
+                step_control.next_point, step_control.halvings = between(state, target, 0.5), step_control.halvings + 1
                 continue
-            if worst < self.tolerance and halvings:
+            if worst < self.tolerance and step_control.halvings:
                 self._halvings = min(self._halvings + 1, options.max_halvings + 1)
             if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
                 self._halvings = max(self._halvings - 1, options.least_halvings)
                 self._relaxes = self._all_weak
                 diverged, jumped = trial, True
                 trial, worst = self.snap_through(
-                    state.at(*target), state.load_factor, 1.0 if collapse_point is None else options.collapse_relaxation
+                    state.at(*target),
+                    state.load_factor,
+                    1.0 if step_control.collapse_point is None else options.collapse_relaxation,
                 )
-                if (
-                    near and collapse_point is None and self.tolerance <= worst < np.inf
-                ):  # neither at rest nor collapsing
+                # neither at rest nor collapsing
+                if near and step_control.collapse_point is None and self.tolerance <= worst < np.inf:
                     diverged = state.at(*target)
                     far_off = self.equilibrium.find(diverged, ahead)
                     if far_off < self.tolerance and not self.equilibrium.has_diverged(diverged):
@@ -394,55 +434,64 @@ class Continuation:
                 loose = [s for s in (trial, diverged) if detached_blocks(self.model, s.displacement, target[1]).any()]
             if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
                 self.last_stable_load_factor = state.load_factor
-                if loose or collapse_point is None:
-                    collapsed_state = loose[0] if loose else trial
-                collapsed_state = replace(collapsed_state, load=target[0], load_factor=target[1])
-                self.state, collapse_residual = collapsed_state, worst
-                if distance(state, target) <= bracket or (collapse_point is None and not loose):
+                if loose or step_control.collapse_point is None:
+                    step_control.collapsed_state = loose[0] if loose else trial
+                step_control.collapsed_state = replace(
+                    step_control.collapsed_state, load=target[0], load_factor=target[1]
+                )
+                self.state, step_control.collapse_residual = step_control.collapsed_state, worst
+                if distance(state, target) <= bracket or (step_control.collapse_point is None and not loose):
                     return worst
                 # whatever the reason: nearer to the last equilibrium there may be another
-                collapse_point, rejected_target, next_point, minimum_step = target, None, None, options.collapse_bracket
+                step_control.collapse_point, step_control.minimum_step = target, options.collapse_bracket
+                step_control.rejected_target = step_control.next_point = None
                 continue
-            if target == rejected_target:
-                rejected_target, minimum_step = None, options.distant_step_growth * minimum_step
+            if target == step_control.rejected_target:
+                step_control.rejected_target = None
+                step_control.minimum_step *= options.distant_step_growth
             loaded, heaviest = self.bond_loads(trial)
             step = distance(state, target)
             at_event = heaviest <= 1.0 + options.event_tolerance or bool((loaded <= 1.0 + self._near).all())
-            if at_event or step <= minimum_event_step:
+            if at_event or step <= step_control.minimum_event_step:
                 noted = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
                 balance = noted[1]
                 self.commit(trial, unstable=jumped, snapped=jumped)
                 length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
                 # live loads go in small steps anyhow
                 if length < step and step > shortest_refinement and not self._locates_collapse:
-                    (self.never_opened, self.balance, self.broken_at), longest, next_point = noted, length, None
+                    self.never_opened, self.balance, self.broken_at = noted
+                    step_control.longest, step_control.next_point = length, None
                     continue
-                longest = length if longest < np.inf else np.inf
+                step_control.longest = length if step_control.longest < np.inf else np.inf
             if heaviest <= 1.0 + options.overload_tolerance:
-                state, next_point, halvings, accepted_steps = trial, None, max(halvings - 1, 0), accepted_steps + 1
+                state = trial
+                step_control.accept_step()
                 if self._can_reclose:
                     state, worst = self.redistribute_failures(state, worst)
-                if target == overloaded_point:
-                    overloaded_point = None  # in small steps it is passed unbroken: friction remembers the way
-                    minimum_event_step *= options.event_step_growth
+                if target == step_control.overloaded_point:
+                    # in small steps it is passed unbroken: friction is path-dependent
+                    step_control.overloaded_point = None
+                    step_control.minimum_event_step *= options.event_step_growth
                 if target == goal:
                     self.state = state
                     return worst
-            elif at_event or step <= minimum_event_step:
+            elif at_event or step <= step_control.minimum_event_step:
                 state, worst = self.redistribute_failures(trial, worst)
-                next_point, overloaded_point, halvings, event_cuts, accepted_steps = None, None, 0, 0, 0
+                step_control.pass_event()
                 if worst >= self.tolerance or self.equilibrium.has_diverged(state):
                     self.last_stable_load_factor, self.state = trial.load_factor, state
                     return worst
             else:
-                overloaded_point, event_cuts = target, event_cuts + 1
+                step_control.overloaded_point, step_control.event_cuts = target, step_control.event_cuts + 1
                 over = loaded > 1.0 + self._ahead
                 after, wanted = loaded[over], 1.0 + 0.5 * self._near[over]
                 before = self.bond_loads(state)[0][over]
                 share = (
-                    float(np.min((wanted - before) / (after - before))) if event_cuts < options.max_event_cuts else 0.5
+                    float(np.min((wanted - before) / (after - before)))
+                    if step_control.event_cuts < options.max_event_cuts
+                    else 0.5
                 )
-                next_point = between(state, target, min(max(share, 1e-4), 0.95))
+                step_control.next_point = between(state, target, min(max(share, 1e-4), 0.95))
 
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
