@@ -19,8 +19,10 @@ from damagepred.solvers.quasi_static.options import (
     DynamicRelaxationOptions,
     EnergyOptions,
     JackOptions,
+    LinearSystemOptions,
     LineSearchOptions,
     NewtonOptions,
+    ReturnMappingOptions,
 )
 
 
@@ -56,7 +58,8 @@ class SolverOptions:
 
     Attributes
     ----------
-    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, symmetry, zone_selection
+    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, linear_system,
+    symmetry, zone_selection
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
@@ -67,6 +70,8 @@ class SolverOptions:
     continuation: ContinuationOptions = Field(default_factory=ContinuationOptions)
     energy: EnergyOptions = Field(default_factory=EnergyOptions)
     dynamic_relaxation: DynamicRelaxationOptions = Field(default_factory=DynamicRelaxationOptions)
+    return_mapping: ReturnMappingOptions = Field(default_factory=ReturnMappingOptions)
+    linear_system: LinearSystemOptions = Field(default_factory=LinearSystemOptions)
     symmetry: SymmetryOptions = Field(default_factory=SymmetryOptions)
     zone_selection: ZoneSelectionOptions = Field(default_factory=ZoneSelectionOptions)
 

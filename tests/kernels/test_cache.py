@@ -7,8 +7,9 @@ import pytest
 
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
-from damagepred.kernels.interface.equilibrium import contact_stresses
+from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.scene import Scene, Wall
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.equilibrium import State
 
 
@@ -43,6 +44,7 @@ def test_arrays_that_a_law_is_handed_are_not_counted(monkeypatch: pytest.MonkeyP
         stresses(
             model.interfaces,
             model.properties,
+            DEFAULTS.return_mapping.for_kernels(),
             model.ground.at(0.0),
             at_rest.history,
             at_rest.displacement,

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.law import joint_law, slip_compliance
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import slip_compliance
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75

@@ -5,7 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.law import damage_rate, integrity_of, joint_law, slip_compliance
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate, integrity_of
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75

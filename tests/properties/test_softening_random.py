@@ -6,7 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.kernels.joint.law import damage_rate, integrity_of, joint_law, slip_compliance
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate, integrity_of
 
 Joint = tuple[float, float, float]
 

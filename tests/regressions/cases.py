@@ -18,7 +18,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import wall_model
 from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
-from damagepred.kernels.interface.equilibrium import commit_joint_history
+from damagepred.kernels.interface.commit import commit_joint_history
 from damagepred.pipeline import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation

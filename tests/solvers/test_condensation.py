@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_model
-from damagepred.kernels.interface.equilibrium import energy
+from damagepred.kernels.interface.energy import energy
 from damagepred.scene import Scene, Solver
 from damagepred.solvers.quasi_static.continuation import Continuation, quasi_static_path
+from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -52,7 +53,16 @@ def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
     assert 0 < len(listed) < 0.5 * len(everything)
     still, on_ground, state = model.ground.at(0.4), model.ground.at(0.0), path.state
     by_joint = [
-        energy(chosen, model.interfaces, model.properties, still, state.history, state.displacement, on_ground)[0]
+        energy(
+            chosen,
+            model.interfaces,
+            model.properties,
+            ReturnMappingOptions().for_kernels(),
+            still,
+            state.history,
+            state.displacement,
+            on_ground,
+        )[0]
         for chosen in (everything, listed)
     ]
     assert elsewhere > 0.2 * by_joint[0]  # else it would hardly matter

@@ -1,6 +1,8 @@
 """Linear equations of a wall, solved level by level and corrected, against the same equations solved at once."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +14,7 @@ from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.linear_system import (
-    ANCHOR,
-    CHANGED,
+    DEFAULTS,
     BlockTridiagonalSystem,
     block_levels,
     correction_cost,
@@ -102,7 +103,7 @@ class Reference:
         if regularised:
             hold = np.zeros(matrix.shape[0])
             here = equations.active_dofs
-            hold[here] = ANCHOR * assembled(model, equations.elastic).diagonal()[here]
+            hold[here] = DEFAULTS.regularisation * assembled(model, equations.elastic).diagonal()[here]
             matrix = matrix + sparse.diags_array(hold)
         self.matrix = matrix[self.free][:, self.free].tocsc()
 
@@ -190,8 +191,9 @@ WALLS = {
 }
 
 
-def equations_of(model: Model) -> BlockTridiagonalSystem:
-    return BlockTridiagonalSystem(model, held_dofs(model), of_contacts(model, elastic_slopes(model)))
+def equations_of(model: Model, **options: Any) -> BlockTridiagonalSystem:
+    elastic = of_contacts(model, elastic_slopes(model))
+    return BlockTridiagonalSystem(model, held_dofs(model), elastic, options=replace(DEFAULTS, **options))
 
 
 def random_force(model: Model, rng: np.random.Generator) -> FloatArray:
@@ -247,7 +249,7 @@ def test_a_block_that_has_let_go_of_all_its_joints_is_held_by_its_anchor_alone()
     stiffness[(face.block_a == block) | (face.block_b == block)] = 0.0
     equations.update(stiffness)
     found = equations.solve(force)
-    anchor = ANCHOR * assembled(model, equations.elastic).diagonal()[3 * block : 3 * block + 3]
+    anchor = DEFAULTS.regularisation * assembled(model, equations.elastic).diagonal()[3 * block : 3 * block + 3]
     np.testing.assert_allclose(found[3 * block : 3 * block + 3], force[3 * block : 3 * block + 3] / anchor, rtol=1e-6)
     # nothing of that is felt elsewhere; it is 1e7 times as large
     others = np.arange(len(found)) // 3 != block
@@ -297,10 +299,9 @@ def test_what_is_sooner_factorised_is(name: str) -> None:
 
 
 @pytest.mark.parametrize("more", [0, 1])
-def test_as_many_as_there_is_memory_for_may_change_at_once(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("damagepred.solvers.quasi_static.linear_system.CHANGED", 25)
+def test_as_many_as_there_is_memory_for_may_change_at_once(more: int) -> None:
     rng, model = np.random.default_rng(6), WALLS["another"]()
-    equations, force = equations_of(model), random_force(model, rng)
+    equations, force = equations_of(model, max_changed_interfaces=25), random_force(model, rng)
     equations.solve(force)
     equations._factorisation_cost[:] = np.inf
     stiffness = equations.elastic.copy()
@@ -316,7 +317,7 @@ def test_what_changes_bit_by_bit_is_factorised_in_the_end() -> None:
     equations.solve(force)
     stiffness = equations.elastic.copy()
     order = rng.permutation(len(stiffness))
-    for done in range(5, min(CHANGED, len(order)), 5):
+    for done in range(5, min(DEFAULTS.max_changed_interfaces, len(order)), 5):
         stiffness[order[done - 5 : done]] *= 0.7
         equations.update(stiffness)
         assert_same(equations.solve(force), Reference(equations, stiffness).solve(force))

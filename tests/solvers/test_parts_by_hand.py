@@ -12,17 +12,15 @@ from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.explicit.jacks import VOLUME
-from damagepred.kernels.interface.equilibrium import (
-    NO_LIMIT,
-    contact_stresses,
-    softened_bond_load,
-    update_tresca_bounds,
-)
+from damagepred.kernels.interface.checks import softened_bond_load
+from damagepred.kernels.interface.internal_force import contact_stresses, update_tresca_bounds
+from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
 from damagepred.solvers.explicit import load_path
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.continuation import EnergyControl
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
@@ -328,19 +326,22 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     for k in range(3):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     model = wall.build(STIFF)
+    mapping = DEFAULTS.return_mapping.for_kernels()
     history, listed, still = JointHistory.fresh(model), np.arange(2), model.ground.at(0.0)
     history.cracked[0] = True
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    contact_stresses(model.interfaces, model.properties, still, history, displacement, opening, sigma, tau)
+    contact_stresses(model.interfaces, model.properties, mapping, still, history, displacement, opening, sigma, tau)
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
     limit[0, opening[0] > 0.0] = 0.0
     assert (limit[1] > 0.0).all()
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
         tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
-        update_tresca_bounds(listed, model.interfaces, model.properties, still, history, displacement, tresca, share)
+        update_tresca_bounds(
+            listed, model.interfaces, model.properties, mapping, still, history, displacement, tresca, share
+        )
         np.testing.assert_allclose(tresca[0], expected, rtol=1e-9, atol=1e-3)
 
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.energy_balance import WorkBalance
 from damagepred.solvers.system.footing_forces import section_energy
 
@@ -47,7 +48,7 @@ def test_what_cracked_does_not_heal_and_what_the_law_gives_back_is_an_error() ->
     """Under axial force the cracks of a face close as the moment turns: the secant stiffness grows under load."""
     taken = [dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)), dissipated(bent(2e-3, 4e6), bent(3e-3, 4.5e6))]
     assert taken[1] < 0.0
-    balance = WorkBalance(residual=np.zeros(0))
+    balance = WorkBalance(np.zeros(0), DEFAULTS.return_mapping.for_kernels())
     balance._cracked = balance._most_cracked = np.zeros(1)
     for step in taken:
         balance.crack(np.array([step]))

@@ -8,7 +8,8 @@ import xarray as xr
 
 import damagepred
 from damagepred.assembly import wall_model
-from damagepred.kernels.joint.law import damage_rate, joint_law
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.softening import damage_rate
 from damagepred.scene import Joint, Scene, Solver, Wall
 from tests.solvers.test_cap import SOLVERS, B, T, boxes, lost, pushed_wall
 

@@ -15,7 +15,8 @@ from scipy import integrate, optimize
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.kernels.joint.law import damage_rate, joint_law
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.softening import damage_rate
 from damagepred.scene import Joint, Solver
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify

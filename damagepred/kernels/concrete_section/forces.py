@@ -1,7 +1,7 @@
 """Forces of footing sections that follow a law of their own, in place of that of their contacts."""
 
 from damagepred.kernels.concrete_section.law import section_response, section_settle
-from damagepred.kernels.interface.contact import interface_displacement, scatter_interface_force
+from damagepred.kernels.interface.kinematics import interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel, law
 
 
@@ -23,7 +23,7 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
     sections, memory : NamedTuple of arrays
         See ``damagepred.assembly.section``.
     interfaces, properties, displacement, force, stiffness
-        As in ``damagepred.kernels.interface.equilibrium.joint_forces``.
+        As in ``damagepred.kernels.interface.internal_force.joint_forces``.
     """
     for s in range(sections.interface.size):
         i, h = sections.interface[s], sections.length[s]

@@ -1,71 +1,28 @@
-"""Forces of interfaces on the blocks they join, from the displacements of the blocks.
-
-An interface is a straight edge, so the opening along it is linear and the shear constant: both follow from three
-numbers (opening and shear at its middle, relative rotation). The contacts, its integration points, share them.
-"""
+"""Explicit update of contacts: forces of interfaces on the blocks, in tiles, and the fields at a displacement."""
 
 import numpy as np
 
 from damagepred.kernels.explicit.tiles import LANES
+from damagepred.kernels.interface.kinematics import interface_displacement, midpoint_displacement
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint.law import damage_rate, joint_law, slip_compliance, slip_weight_of
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate, slip_weight_of
 
 Y, TURN = np.uint64(1), np.uint64(2)
 
 
 @law
-def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
-    """Return opening and shear (m) in the middle of an interface.
+def gather(tile, displacement):
+    """Gather the displacements of the blocks at the interfaces of a tile.
 
     Parameters
     ----------
-    normal : tuple of float
-        Unit normal from block a to block b.
-    arm_a, arm_b : tuple of float
-        Displacement along (normal, tangent) for a unit rotation of the block (m).
-    drift : tuple of float
-        Displacement of b's centroid less that of a's (m).
-    turn_a, turn_b : float
-        Rotations.
+    tile : record
+        See ``damagepred.kernels.explicit.tiles``.
+    displacement : array (size,)
+        x, y (m) and rotation of each body.
     """
-    opening = normal[0] * drift[0] + normal[1] * drift[1] + arm_b[0] * turn_b - arm_a[0] * turn_a
-    shear = normal[1] * drift[0] - normal[0] * drift[1] + arm_b[1] * turn_b - arm_a[1] * turn_a
-    return opening, shear
-
-
-@law
-def interface_displacement(interfaces, displacement, i):
-    """Return opening and shear in the middle of interface i, and its relative rotation."""
-    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
-    turn_a, turn_b = displacement[a + 2], displacement[b + 2]
-    opening, shear = midpoint_displacement(
-        (interfaces.normal_x[i], interfaces.normal_y[i]),
-        (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
-        (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
-        (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
-        turn_a,
-        turn_b,
-    )
-    return opening, shear, turn_b - turn_a
-
-
-@law
-def scatter_interface_force(interfaces, i, normal, shear, moment, force):
-    """Add to ``force`` what interface i does to its bodies, by its forces (N) and the moment about its middle (N m)."""
-    n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
-    pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
-    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
-    force[a] += pull_x
-    force[a + 1] += pull_y
-    force[a + 2] += normal * interfaces.arm_normal_a[i] + shear * interfaces.arm_shear_a[i] + moment
-    force[b] -= pull_x
-    force[b + 1] -= pull_y
-    force[b + 2] -= normal * interfaces.arm_normal_b[i] + shear * interfaces.arm_shear_b[i] + moment
-
-
-@law
-def gather(tile, displacement):
-    """Bring the displacements of the blocks to the interfaces that join them."""
     for i in range(LANES):
         a, b = tile.dof_a[i], tile.dof_b[i]
         tile.drift_x[i] = displacement[b] - displacement[a]
@@ -76,7 +33,7 @@ def gather(tile, displacement):
 
 @law
 def contact_forces(tile, ground, special, softening, progress):
-    """Apply the law to all contacts of a tile: its memory and its forces on the blocks are brought up to date.
+    """Update the history variables of all contacts of a tile, and its forces on the blocks.
 
     Parameters
     ----------
@@ -86,7 +43,7 @@ def contact_forces(tile, ground, special, softening, progress):
         Movement of the ground under the tile as a straight line in the load factor, None if the tile does not touch
         the ground.
     special : bool or None
-        None if no joint dilates, breaks or wears by slip or has a cap: what they need is then left out when compiling.
+        None if no joint dilates, breaks or softens by slip or has a cap: these are then left out at compile time.
     softening : bool or None
         None if no bond softens.
     progress : float
@@ -185,7 +142,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
     for i in range(interfaces.block_a.size):
         middle, along, turn = interface_displacement(interfaces, displacement, i)
         k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
-        friction, friction_left = properties.friction[i], properties.residual_friction[i]
+        friction, residual_friction = properties.friction[i], properties.residual_friction[i]
         strength = (
             properties.tensile_strength[i],
             properties.cohesion[i],
@@ -195,8 +152,8 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
         residual_strength = (
             properties.residual_tensile_strength[i],
             properties.residual_cohesion[i],
-            friction_left,
-            slip_compliance(k_n, k_s, friction_left, psi),
+            residual_friction,
+            slip_compliance(k_n, k_s, residual_friction, psi),
         )
         critical = properties.critical_opening[i]
         strongest = properties.compressive_strength[i]

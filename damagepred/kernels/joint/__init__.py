@@ -1,1 +1,1 @@
-"""Law of the contacts of a mortar joint."""
+"""The joint law: yield limits, softening, the explicit stress update and the implicit return mapping with tangent."""

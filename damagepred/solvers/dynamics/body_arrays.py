@@ -18,7 +18,8 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import EDGE, FREE, HOME, LAW, POINT
-from damagepred.kernels.joint.law import damage_rate, slip_compliance
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate
 from damagepred.solvers.dynamics.facets import Sides, sides_of
 
 REACH = 0.02

@@ -21,7 +21,9 @@ from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.concrete_section.forces import settle_sections
-from damagepred.kernels.interface.equilibrium import bond_loads, break_in_shear, commit_joint_history, contact_stresses
+from damagepred.kernels.interface.checks import bond_loads
+from damagepred.kernels.interface.commit import break_in_shear, commit_joint_history
+from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.options import DEFAULTS, SolverOptions
@@ -165,7 +167,7 @@ class Continuation:
         self.events, self._halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
-        self.balance = WorkBalance(residual=self.tolerance / self.equilibrium.per_weight)
+        self.balance = WorkBalance(self.tolerance / self.equilibrium.per_weight, self.equilibrium.return_mapping)
         self.control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
@@ -265,6 +267,7 @@ class Continuation:
             self._everything,
             model.interfaces,
             model.properties,
+            self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
             state.displacement,
@@ -330,6 +333,7 @@ class Continuation:
             self.equilibrium.equations.active,
             model.interfaces,
             model.properties,
+            self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
             state.displacement,
@@ -643,6 +647,7 @@ class Continuation:
         contact_stresses(
             model.interfaces,
             model.properties,
+            self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
             state.displacement,

@@ -10,8 +10,9 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
-from damagepred.kernels.interface.equilibrium import energy
-from damagepred.kernels.interface.residual import joint_law_violation_of
+from damagepred.kernels.interface.checks import joint_law_violation_of
+from damagepred.kernels.interface.energy import energy
+from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
@@ -34,6 +35,8 @@ class WorkBalance:
     ----------
     residual : array (size,)
         Largest residual force of each degree of freedom (N, N m).
+    return_mapping : ReturnMapping
+        Parameters of the joint law.
     external_work : float
         Work of dead load, live load and movement on the wall.
     elastic_energy : float
@@ -59,6 +62,7 @@ class WorkBalance:
     """
 
     residual: FloatArray
+    return_mapping: ReturnMapping
     external_work: float = 0.0
     elastic_energy: float = 0.0
     friction_work: float = 0.0
@@ -145,7 +149,14 @@ class WorkBalance:
         ground = model.ground.at(state.load_factor)
         on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
         stored, softened = energy(
-            listed, model.interfaces, model.properties, ground, state.history, state.displacement, on_ground
+            listed,
+            model.interfaces,
+            model.properties,
+            self.return_mapping,
+            ground,
+            state.history,
+            state.displacement,
+            on_ground,
         )
         stored += elsewhere
         if solids is not None:

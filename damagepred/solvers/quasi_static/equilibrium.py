@@ -16,8 +16,10 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.kernels.concrete_section.forces import section_forces
-from damagepred.kernels.interface.equilibrium import NO_LIMIT, farthest_sliding, joint_forces, update_tresca_bounds
+from damagepred.kernels.interface.checks import farthest_sliding
+from damagepred.kernels.interface.internal_force import joint_forces, update_tresca_bounds
 from damagepred.kernels.interface.residual import combine_loads, free_residual, within_limit
+from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -126,6 +128,7 @@ class Equilibrium:
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
+        self.return_mapping = options.return_mapping.for_kernels()
         self.held = held_dofs(model)
         self.dead_load, self.live_load = dead_load(model), live_load(model)
         self.jacks = JackControl.of(model)
@@ -148,7 +151,9 @@ class Equilibrium:
         self._joint_forces(everything, rest, rest.displacement, coulomb=False)
         self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
         self.tangent = self.stiffness.copy()
-        self.equations = BlockTridiagonalSystem(model, self.held, self.stiffness.copy(), self.solids)
+        self.equations = BlockTridiagonalSystem(
+            model, self.held, self.stiffness.copy(), self.solids, options.linear_system
+        )
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
@@ -205,6 +210,7 @@ class Equilibrium:
             active,
             model.interfaces,
             model.properties,
+            self.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
             self._tresca,
@@ -351,10 +357,11 @@ class Equilibrium:
             return -1
         model, equations = self.model, self.equations
         farthest = farthest_sliding(
-            equations.beyond,
+            equations.condensed_interfaces,
             equations.interface_level,
             model.interfaces,
             model.properties,
+            self.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
             state.displacement,
@@ -583,6 +590,7 @@ class Equilibrium:
             self.equations.active,
             model.interfaces,
             model.properties,
+            self.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
             state.displacement,

@@ -1,12 +1,11 @@
-"""Linear equations of a wall, solved level by level, and corrected for the few joints that have changed since.
+"""Tangent equations of a wall: block tridiagonal elimination by levels, with Woodbury corrections for few changes.
 
-Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on; a joint lies within a level
-or between neighbouring ones. The stiffness is then block tridiagonal and is eliminated from the farthest level down to
-the ground. A change of stiffness in one level leaves all that is farther from the ground as it was: elimination
-restarts there. For a wall that separates along its damp-proof course, all above it is eliminated once.
+Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on; an interface lies within a
+level or between neighbouring ones. The stiffness is then block tridiagonal and is eliminated from the farthest level to
+the ground. A change in one level leaves the Schur complements of all farther ones as they are, so elimination restarts
+there. Levels that stay elastic are statically condensed to a superelement on the boundary level once.
 
-Most steps change a few joints only. Then nothing is eliminated anew: the answer of the wall as it was factorised last
-is corrected by the forces that the change makes in these joints (Sherman, Morrison and Woodbury).
+Most Newton iterations change a few interfaces only. Then the last factorisation is corrected by the Woodbury identity.
 """
 
 from __future__ import annotations
@@ -17,63 +16,63 @@ from scipy.linalg import lapack
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
+from damagepred.kernels.linear.assembly import assemble_couplings, assemble_level, copy_rows, farthest_unsymmetric
 from damagepred.kernels.linear.block_tridiagonal import (
-    FEW,
-    assemble_couplings,
-    assemble_level,
+    FEW_ROWS,
     back_substitution,
-    capacitance_matrix,
-    changed_interfaces,
-    copy_rows,
-    correction_agrees,
-    correction_forces,
-    farthest_unsymmetric,
     forward_elimination,
-    relative_displacements,
     schur_complement,
     solve_columns,
     solve_rows,
+)
+from damagepred.kernels.linear.graph_distance import joints_away
+from damagepred.kernels.linear.woodbury import (
+    capacitance_matrix,
+    changed_interfaces,
+    correction_agrees,
+    correction_forces,
+    relative_displacements,
     subtract_correction,
     unit_loads,
 )
-from damagepred.kernels.linear.neighbours import joints_away
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.interface_kinematics import interface_kinematics
+from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.superelements import Solids
 from damagepred.solvers.system.deformable_blocks import idle_dofs
 from damagepred.solvers.system.elastic_stiffness import block_of_dof
 
-ANCHOR = 1e-7
-"""Share of the elastic stiffness that holds every degree of freedom where it is, so that loose blocks do not vanish."""
-NOT_HELD = 1e-12
-"""Smallest pivot over the largest below which what is condensed counts as not held."""
-SLACK = 1e-12
-"""Shear stiffness over normal stiffness up to which a joint guides but does not hold."""
-MOST_MEMORY = 6.0
-"""For two dense matrices of each level (GB)."""
-CHANGED = 100
-"""Joints that may have changed since the last factorisation, before it is done again: there is memory for so many."""
-FAITHFUL = 1e-6
-"""Share to which forces of a correction must agree with the displacements that it ends in."""
+GUIDE_STIFFNESS_RATIO = 1e-12
+"""Shear stiffness over normal stiffness up to which a joint is the guide of an axis of symmetry."""
+DEFAULTS = LinearSystemOptions()
 
 
 class BlockTridiagonalSystem:
-    """Stiffness of a wall, factorised.
+    """Factorised tangent stiffness of a wall.
 
     Parameters
     ----------
     model : Model
         n blocks, m interfaces.
     held : array of int
-        Degrees of freedom that do not move freely.
+        Prescribed degrees of freedom.
     elastic : array (m, 9)
         Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
     solids : Solids, optional
-        The deformable blocks; what lies inside them is condensed.
+        The deformable blocks; their inner degrees of freedom are condensed.
+    options : LinearSystemOptions, optional
+        Tolerances and costs.
     """
 
-    def __init__(self, model: Model, held: IntArray, elastic: FloatArray, solids: Solids | None = None) -> None:
-        self.model, self.elastic, self.solids = model, elastic, solids
+    def __init__(
+        self,
+        model: Model,
+        held: IntArray,
+        elastic: FloatArray,
+        solids: Solids | None = None,
+        options: LinearSystemOptions = DEFAULTS,
+    ) -> None:
+        self.model, self.elastic, self.solids, self.options = model, elastic, solids, options
         self.kinematics = interface_kinematics(model)
         self.level = block_levels(model, held)
         free = np.ones(model.size, dtype=np.bool_)
@@ -91,26 +90,27 @@ class BlockTridiagonalSystem:
         self.place = np.full(model.size, -1, dtype=np.int64)
         self.place[self.dofs] = np.arange(len(self.dofs)) - self.start[level_of[self.dofs]]
         self.at_inverse = np.concatenate(([0], np.cumsum(self.size**2)))
-        if (needed := 16e-9 * float(self.at_inverse[-1])) > MOST_MEMORY:
+        if (needed := 16e-9 * float(self.at_inverse[-1])) > options.max_memory:
             raise InputError(
-                f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes {MOST_MEMORY:g} GB at "
-                f"most; take a larger solver.zone_size, cut fewer blocks, or take method = 'explicit'."
+                f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
+                f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
+                f"method = 'explicit'."
             )
         self.inverses = np.zeros(self.at_inverse[-1])
         self._list_interfaces()
         self._list_solids()
-        self.stiffness = elastic.copy()  # as it is factorised
+        self.stiffness = elastic.copy()  # the factorised one
         self.wanted = elastic.copy()
         side = self.at_far.shape[1]
         self.up = np.zeros((len(self.bridges), side, side))
         self.down = np.zeros((len(self.bridges), side, side))
         self._condensed = [np.zeros((s, s)) for s in self.size]
         own = [self._within(k, elastic).diagonal() for k in range(self.levels)]
-        # a block that nothing joins stays where it is
+        # a block without joints keeps its place
         usual = max((float(values.max(initial=0.0)) for values in own), default=0.0) or 1.0
-        self._regularisation = [ANCHOR * np.where(values > 0.0, values, usual) for values in own]
+        self._regularisation = [options.regularisation * np.where(values > 0.0, values, usual) for values in own]
         self.factorisations = self.corrections = 0
-        self._factorisation_cost = np.concatenate(([0.0], np.cumsum(factorisation_cost(self.size))))
+        self._factorisation_cost = np.concatenate(([0.0], np.cumsum(factorisation_cost(self.size, options))))
         self.set_active_levels(self.levels)
         self._stale = self.levels - 1
 
@@ -167,46 +167,47 @@ class BlockTridiagonalSystem:
         size = self.size[k]
         return self.inverses[self.at_inverse[k] : self.at_inverse[k + 1]].reshape(size, size)
 
-    # -- what is in play ------------------------------------------------------------------------------------------
+    # -- static condensation ---------------------------------------------------------------------------------------
 
     def set_active_levels(self, active_levels: int) -> None:
-        """Look at the levels up to one joint by joint; see ``condense`` for what becomes of those beyond."""
+        """Set the number of active levels; those beyond are condensed, see ``condense``."""
         self.active_levels = active_levels
         self.active = np.flatnonzero(self.interface_level < active_levels)
-        self.beyond = np.flatnonzero(self.interface_level >= active_levels)
+        self.condensed_interfaces = np.flatnonzero(self.interface_level >= active_levels)
         end = self.start[active_levels]
         self.order = np.full(self.place.size, -1, dtype=np.int64)
         self.order[self.dofs[:end]] = np.arange(end)
         self.active_dofs = self.dofs[:end]
-        self._listed = np.empty(CHANGED, dtype=np.int64)
-        self._unit_load_response = np.empty((3 * CHANGED, int(end)))
-        self._compliance = np.empty((3 * CHANGED, 3 * CHANGED))
+        most = self.options.max_changed_interfaces
+        self._listed = np.empty(most, dtype=np.int64)
+        self._unit_load_response = np.empty((3 * most, int(end)))
+        self._compliance = np.empty((3 * most, 3 * most))
         self._forget_changes()
         self._stale = active_levels - 1
 
     def condense(self, active_levels: int, load: FloatArray, live_load: FloatArray | None = None) -> bool:
-        """Take all levels from ``active_levels`` on as elastic, and replace them by what they do to the level before.
+        """Condense all levels from ``active_levels`` on, elastic, to a superelement on the level before.
 
         Parameters
         ----------
         active_levels : int
-            Number of levels, from the ground on, that are looked at joint by joint.
+            Number of active levels, from the ground on.
         load, live_load : array (3 (n + 1),)
-            Dead and live load in full; None: there is no live load.
+            Dead and live load at load factor 1 (N, N m); None: no live load.
 
         Returns
         -------
         bool
-            Whether it can be done: what is beyond must be held by the levels in play.
+            Whether the active levels hold the condensed ones; if not, all levels become active.
         """
         was = self.active_levels
         if active_levels >= self.levels:
             self.set_active_levels(self.levels)
             return False
         if active_levels < was:
-            # without anchors, for these would hold what is condensed in space
-            beyond = self.interface_level >= active_levels
-            self.stiffness[beyond] = self.wanted[beyond] = self.elastic[beyond]
+            # without regularisation, which would hold the condensed levels in space
+            condensed = self.interface_level >= active_levels
+            self.stiffness[condensed] = self.wanted[condensed] = self.elastic[condensed]
             assemble_couplings(self.bridges, self.far_is_b, self.kinematics, self.elastic, self.up, self.down)
             for k in range(self.levels - 1, active_levels - 1, -1):
                 if not self._eliminate(k, regularised=False):
@@ -246,20 +247,50 @@ class BlockTridiagonalSystem:
         return True
 
     def condensed_load(self, load: float, live: float) -> FloatArray:
-        """Return what comes down from the condensed levels on the last one in play: shares of dead and live load."""
+        """Return the condensed load on the boundary degrees of freedom (N, N m).
+
+        Parameters
+        ----------
+        load, live : float
+            Load factors of dead and live load.
+        """
         return load * self._condensed_load[0] + live * self._condensed_load[1]
 
     def condensed_force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
-        """Return the force of the condensed levels on the last level in play, under shares of dead and live load."""
+        """Return the force of the superelement on the boundary degrees of freedom (N, N m).
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m).
+        load, live : float
+            Load factors of dead and live load.
+        """
         return self.condensed_load(load, live) - self._condensed_stiffness @ displacement[self.boundary_dofs]
 
     def condensed_load_work(self, displacement: FloatArray, load: float, live: float) -> float:
-        """Return force times displacement (J) of the loads on the condensed levels."""
+        """Return load times displacement on the condensed levels (J).
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m).
+        load, live : float
+            Load factors of dead and live load.
+        """
         moved = displacement[self.dofs[self.start[self.active_levels] :]]
         return load * float(self._load_on_condensed[0] @ moved) + live * float(self._load_on_condensed[1] @ moved)
 
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
-        """Fill in the displacements of the condensed levels, from the last level in play outwards."""
+        """Recover the displacements of the condensed levels by back substitution.
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m); updated.
+        load, live : float
+            Load factors of dead and live load.
+        """
         if self.active_levels == self.levels:
             return
         moved = displacement[self.dofs]
@@ -282,27 +313,27 @@ class BlockTridiagonalSystem:
     # -- factorising and solving ------------------------------------------------------------------------------------
 
     def update(self, stiffness: FloatArray) -> None:
-        """Take over the stiffness of the interfaces; ``solve`` then answers for it.
+        """Set the stiffness of the interfaces for the next ``solve``.
 
         Parameters
         ----------
         stiffness : array (m, 9)
-            See ``joint_forces``; only interfaces in play count.
+            See ``joint_forces``; only active interfaces count.
         """
         copy_rows(self.active, stiffness, self.wanted)
 
     def solve(self, force: FloatArray) -> FloatArray:
-        """Return the displacements of all degrees of freedom under forces.
+        """Solve for the displacements of all degrees of freedom.
 
         Parameters
         ----------
         force : array (size,) or (r, size)
-            One, or one in each row.
+            Right-hand side, or one in each row.
 
         Returns
         -------
         array
-            Of the same shape; 0 where held or condensed.
+            Of the same shape; 0 where prescribed or condensed.
         """
         changed, new = changed_interfaces(self.active, self.wanted, self.stiffness, self._slot)
         self._take_solids()
@@ -324,7 +355,7 @@ class BlockTridiagonalSystem:
         return displacement
 
     def _take_solids(self) -> None:
-        """Take over the stiffness of the deformable blocks that yield: their levels are factorised anew."""
+        """Set the tangent of deformable blocks that yield: their levels are refactorised."""
         if self.solids is None:
             return
         for d, tangent in self.solids.tangent.items():
@@ -333,16 +364,16 @@ class BlockTridiagonalSystem:
                 self._stale = max(self._stale, int(self.solid_level[d]))
 
     def _refactorisation_pays(self, changed: IntArray, new: int) -> bool:
-        """Tell whether all corrections since the last factorisation, with this one, take longer than another one.
+        """Whether all corrections since the last factorisation, with this one, cost more than the next factorisation.
 
-        What is to come is not known: to rent until the rent would have paid the price is never worse than twice the
-        best that could have been done, whatever comes.
+        Number and size of later changes are unknown; this rule (ski rental) costs at most twice the best in hindsight.
         """
         if not len(changed):
             return False
-        if self._known + new > CHANGED:
+        if self._known + new > self.options.max_changed_interfaces:
             return True
-        self._correction_cost += correction_cost(len(changed), new, int(self.start[self.active_levels]), self._squares)
+        size = int(self.start[self.active_levels])
+        self._correction_cost += correction_cost(len(changed), new, size, self._squares, self.options)
         return self._correction_cost > self._factorisation_cost[int(self.interface_level[changed].max()) + 1]
 
     def _factorise(self, changed: IntArray) -> None:
@@ -353,12 +384,12 @@ class BlockTridiagonalSystem:
         if farthest < 0:
             return
         self.factorisations += 1
-        # an interface that changed may be a bridge to the level before
+        # a changed interface may be a bridge to the next level
         last = self.first_bridge[farthest + 1]
         assemble_couplings(
             self.bridges[:last], self.far_is_b[:last], self.kinematics, self.stiffness, self.up[:last], self.down[:last]
         )
-        # what is eliminated farther from the ground hands its symmetry on
+        # Schur complements inherit symmetry from farther levels
         skew = max(farthest_unsymmetric(self.active, self.interface_level, self.stiffness), self._farthest_yielding())
         for k in range(farthest, -1, -1):
             self._eliminate(k, symmetric=k > skew)
@@ -380,7 +411,7 @@ class BlockTridiagonalSystem:
         if k + 1 < self.levels:
             matrix -= self._condensed[k]
         smallest = invert(matrix, symmetric, self._inverse(k))
-        if not regularised and smallest < NOT_HELD:
+        if not regularised and smallest < self.options.singular_pivot_ratio:
             return False
         if k > 0:
             work = np.empty((self.size[k - 1], self.size[k]))
@@ -412,12 +443,12 @@ class BlockTridiagonalSystem:
         self._squares = float(self.at_inverse[self.active_levels])
 
     def _add_unit_load_responses(self, new: IntArray) -> None:
-        """Find how the wall as factorised answers to unit forces in some joints."""
+        """Compute the response of the factorised system to unit forces in some interfaces, and its compliance."""
         known, now = self._known, self._known + len(new)
         farthest, reached = int(self.interface_level[new].max()), self._unit_load_response[3 * known : 3 * now]
         force = np.zeros((self._unit_load_response.shape[1], 3 * len(new)))
         unit_loads(new, self.kinematics, self.order, force)
-        if 3 * len(new) <= FEW:
+        if 3 * len(new) <= FEW_ROWS:
             reached[:] = force.T
             self._solve_factorised(reached, farthest)
         else:
@@ -450,7 +481,7 @@ class BlockTridiagonalSystem:
         self._known = now
 
     def _solve_woodbury(self, force: FloatArray, changed: IntArray) -> FloatArray | None:
-        """Solve with some joints other than they were factorised; None if that loses too much precision."""
+        """Solve by the Woodbury identity for changed interfaces; None if the correction is too inaccurate."""
         new = changed[self._slot[changed] < 0]
         if len(new):
             self._add_unit_load_responses(new)
@@ -462,65 +493,83 @@ class BlockTridiagonalSystem:
         relative_displacements(changed, self.kinematics, self.order, answer, moved)
         made = np.empty((len(force), len(rows)))
         correction_forces(rows, change, moved, made)
-        # LAPACK counts along columns: to it, what stands here transposed is the matrix itself
+        # LAPACK is column-major: to it the transposed matrix is the matrix
         _, _, forces, singular = lapack.dgesv(matrix.T, made.T, overwrite_a=1, overwrite_b=1)
         if singular:
             return None
         forces = forces.T
         subtract_correction(forces, rows, slots, self._unit_load_response, answer)
         relative_displacements(changed, self.kinematics, self.order, answer, moved)
-        return answer if correction_agrees(rows, change, moved, forces, FAITHFUL) else None
+        accurate = correction_agrees(rows, change, moved, forces, self.options.woodbury_tolerance)
+        return answer if accurate else None
 
 
-def factorisation_cost(size: IntArray) -> FloatArray:
-    """Return about how long it takes to eliminate levels of so many degrees of freedom (ns; only ratios count)."""
+def factorisation_cost(size: IntArray, options: LinearSystemOptions = DEFAULTS) -> FloatArray:
+    """Return the cost of eliminating levels (weighted operations).
+
+    An inversion takes n^3 operations, the Schur complement about 25 n^2: a block has two bridges of 9 entries.
+
+    Parameters
+    ----------
+    size : array of int (levels,)
+        Degrees of freedom n of each level.
+    options : LinearSystemOptions
+        Weights.
+    """
     size = size.astype(np.float64)
-    return 60_000.0 + 0.5 * size**3 + 50.0 * size**2
+    dense, sparse = options.inversion_weight * size**3, options.elimination_weight * 25.0 * size**2
+    return 2.0 * options.call_overhead + dense + sparse
 
 
-def correction_cost(changed: int, new: int, size: int, squares: float) -> float:
-    """Return about how long a correction takes.
+def correction_cost(
+    changed: int, new: int, size: int, squares: float, options: LinearSystemOptions = DEFAULTS
+) -> float:
+    """Return the cost of a Woodbury correction (weighted operations).
 
     Parameters
     ----------
     changed, new : int
-        Joints that are not as they were factorised, two forces each; and those of them that are learnt about.
+        Changed interfaces, two correction forces p each, and those of them without unit-load responses: three
+        solutions each.
     size : int
-        Degrees of freedom.
+        Active degrees of freedom.
     squares : float
-        Sum over the levels of the squares of theirs.
+        Sum of the squares of the sizes of the active levels: a solution takes 4 operations for each.
+    options : LinearSystemOptions
+        Weights.
     """
     forces = 2.0 * changed
-    learnt = 30_000.0 * (new > 0) + 3.0 * new * 0.15 * squares
-    return 0.08 * forces**3 + forces**2 + 0.4 * forces * size + learnt
+    responses = options.call_overhead * (new > 0) + options.product_weight * 12.0 * new * squares
+    solution = options.solution_weight * 2.0 / 3.0 * forces**3
+    return solution + options.vector_weight * (5.0 * forces**2 + 2.0 * forces * size) + responses
 
 
 def block_levels(model: Model, held: IntArray) -> IntArray:
-    """Return how many joints each block (n,) is away from ground and supports; the ground itself is level 0.
+    """Return the level of each block (n,): its distance from ground and supports, in joints.
 
-    Blocks that no joint connects to them follow the farthest level by themselves.
+    Blocks without a connection to them are in the farthest level.
 
     Parameters
     ----------
     model : Model
         The wall.
     held : array of int
-        Degrees of freedom that do not move freely.
+        Prescribed degrees of freedom.
     """
     n = model.n_blocks
     a, b = model.interfaces.block_a, model.interfaces.block_b
-    # from what is held altogether; what is only guided, as along an axis of symmetry, is not near the ground
-    holds = model.properties.shear_stiffness > SLACK * model.properties.normal_stiffness
-    # a footing is one level, whatever carries it, and where
+    # distance from fully supported blocks; a guide, as on an axis of symmetry, is no support
+    holds = model.properties.shear_stiffness > GUIDE_STIFFNESS_RATIO * model.properties.normal_stiffness
+    # a footing is one level, wherever it is supported
     footing = np.empty(0, dtype=np.int64) if model.footing is None else model.footing
     start, end = np.append(a[holds], np.full(len(footing), n)), np.append(b[holds], footing)
-    # what follows from others is not held
+    # dependent degrees of freedom are not prescribed
     own = np.setdiff1d(held, idle_dofs(model))
     blocks, ways = np.unique([block_of_dof(model, int(dof)) for dof in own], return_counts=True)
     roots = blocks[ways >= 3]
     if len(roots) == 1 and not len(footing) and not ((a == n) | (b == n)).any():
         roots = blocks
     away = joints_away(start, end, n + 1, roots)
-    # ground and supports have no free degrees of freedom worth a level: what touches them is level 0
+    # ground and supports are no level of their own: blocks that touch them are level 0
     levels = np.maximum(away - 1, 0)
     return np.where(away < 0, levels.max(), levels)

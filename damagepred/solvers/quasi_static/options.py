@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 
@@ -270,3 +271,80 @@ class DynamicRelaxationOptions:
     uplift_checks: Count = Field(default=2, ge=1)
     volume_rate_growth: Pure = Field(default=4.0, ge=1)
     volume_answer: Pure = Field(default=0.1, gt=0)
+
+
+@described
+class ReturnMappingOptions:
+    """Return mapping of the joints: local Newton iterations and their guards (``damagepred.kernels.joint``).
+
+    Attributes
+    ----------
+    max_iterations : int
+        Newton iterations for the slip of a joint that softens by slip.
+    relative_tolerance : float
+        Residual of that iteration over the shear stress (1).
+    snap_back_ratio : float
+        Tangent stiffness over k_s below which the bond snaps back: it breaks at once (1).
+    dilatant_iterations : int
+        Newton iterations for the slip of a joint that dilates while it softens.
+    cap_slope_ratio : float
+        Shear limit over f_c below which the slope of the cap, infinite at its tip, is bounded (1).
+    yield_tolerance : float
+        Distance from a limit, over the limit, within which a contact counts as yielding (1).
+    """
+
+    max_iterations: Count = Field(default=40, ge=1)
+    relative_tolerance: Pure = Field(default=1e-13, gt=0, lt=1)
+    snap_back_ratio: Pure = Field(default=1e-6, gt=0, lt=1)
+    dilatant_iterations: Count = Field(default=6, ge=0)
+    cap_slope_ratio: Pure = Field(default=1e-3, gt=0)
+    yield_tolerance: Pure = Field(default=1e-9, gt=0, lt=1)
+
+    def for_kernels(self) -> ReturnMapping:
+        """Return the parameters as the kernels take them."""
+        return ReturnMapping(*(getattr(self, name) for name in ReturnMapping._fields))
+
+
+@described
+class LinearSystemOptions:
+    """Block tridiagonal equations, their Woodbury corrections, and when to refactorise instead.
+
+    Costs are floating-point operations, each weighted by how slow its kind is; only ratios of costs count.
+
+    Attributes
+    ----------
+    regularisation : float
+        Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
+    singular_pivot_ratio : float
+        Smallest pivot over the largest below which condensed levels count as not held (1).
+    max_memory : float
+        Of the two dense matrices of each level (GB).
+    max_changed_interfaces : int
+        Interfaces that a Woodbury correction may have; there is memory for so many unit-load responses.
+    woodbury_tolerance : float
+        Residual of the correction forces over their largest, beyond which the system is refactorised (1).
+    call_overhead : float
+        Of each LAPACK or BLAS call (operations).
+    inversion_weight : float
+        Weight of an operation in the inversion of a level (1).
+    elimination_weight : float
+        In its sparse Schur complement (1).
+    solution_weight : float
+        In the solution of the capacitance equations (1).
+    vector_weight : float
+        In sums of vectors (1).
+    product_weight : float
+        In products of matrices (1).
+    """
+
+    regularisation: Pure = Field(default=1e-7, gt=0)
+    singular_pivot_ratio: Pure = Field(default=1e-12, gt=0)
+    max_memory: Pure = Field(default=6.0, gt=0)
+    max_changed_interfaces: Count = Field(default=100, ge=1)
+    woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
+    call_overhead: Pure = Field(default=6e5, ge=0)
+    inversion_weight: Pure = Field(default=10.0, gt=0)
+    elimination_weight: Pure = Field(default=40.0, gt=0)
+    solution_weight: Pure = Field(default=2.4, gt=0)
+    vector_weight: Pure = Field(default=4.0, gt=0)
+    product_weight: Pure = Field(default=0.75, gt=0)

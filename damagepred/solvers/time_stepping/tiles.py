@@ -12,7 +12,8 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
-from damagepred.kernels.joint.law import damage_rate, slip_compliance
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate
 from damagepred.solvers.state.joint_history import JointHistory
 
 

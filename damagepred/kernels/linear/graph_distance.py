@@ -1,4 +1,4 @@
-"""How blocks hang together: how many joints there are between each and the nearest of some."""
+"""Breadth-first distance of blocks, counted in joints, from the nearest of some roots."""
 
 import numpy as np
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from damagepred.kernels.linear.neighbours import joints_away
+from damagepred.kernels.linear.graph_distance import joints_away
 
 
 @pytest.mark.parametrize("seed", range(6))

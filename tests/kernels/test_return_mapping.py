@@ -10,23 +10,24 @@ import pytest
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import JointProperties
-from damagepred.kernels.interface.equilibrium import (
-    NO_LIMIT,
-    commit_joint_history,
-    contact_stresses,
+from damagepred.kernels.interface.commit import commit_joint_history
+from damagepred.kernels.interface.energy import energy
+from damagepred.kernels.interface.internal_force import contact_stresses, joint_forces, update_tresca_bounds
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import NO_LIMIT, slip_compliance
+from damagepred.kernels.joint.return_mapping import (
     coulomb_return,
-    energy,
     is_plain,
-    joint_forces,
     return_mapping,
     tresca_plain,
     tresca_return,
-    update_tresca_bounds,
 )
-from damagepred.kernels.joint.law import damage_rate, joint_law, slip_compliance, slip_weight_of
+from damagepred.kernels.joint.softening import damage_rate, slip_weight_of
+from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.state.joint_history import JointHistory
 
 K_N, K_S = 82e9, 36e9
+OPTIONS = ReturnMappingOptions().for_kernels()
 COUNT = 3000
 CYCLES = 3000
 ALL = "everything"
@@ -91,7 +92,7 @@ def evaluate(joints, cracked, kappa, e, shear):
     """Return what ``return_mapping`` says of each joint, (count, 9)."""
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(return_mapping(joints, i, cracked[i], kappa[i], e[i], shear[i]))
+        found[i] = np.array(return_mapping(joints, i, cracked[i], kappa[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -99,7 +100,7 @@ def evaluate(joints, cracked, kappa, e, shear):
 def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
-        found[i] = np.array(tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i]))
+        found[i] = np.array(tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -208,10 +209,7 @@ def test_never_outside_the_limits(feature: str) -> None:
 def evaluate_plain(joints, cracked, e, shear):
     found = np.empty((e.size, 5))
     for i in range(e.size):
-        cohesion = joints.residual_cohesion[i] if cracked[i] else joints.cohesion[i]
-        friction = joints.residual_friction[i] if cracked[i] else joints.friction[i]
-        k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
-        found[i] = np.array(coulomb_return(k_n, k_s, cohesion, friction, cracked[i], e[i], shear[i]))
+        found[i] = np.array(coulomb_return(joints, i, cracked[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -239,7 +237,7 @@ def test_the_short_frozen_law_of_plain_joints_is_the_whole_one(feature: str) -> 
     for i in range(COUNT):
         k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
         sigma, tau, nn, sn, ss = tresca_plain(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
-        whole = tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i])
+        whole = tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS)
         assert whole == (sigma, tau, nn, 0.0, sn, ss)
 
 
@@ -433,7 +431,7 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
     contact_stresses(
-        model.interfaces, model.properties, model.ground.at(0.0), history, displacement, opening, sigma, tau
+        model.interfaces, model.properties, OPTIONS, model.ground.at(0.0), history, displacement, opening, sigma, tau
     )
     return sigma, tau
 
@@ -457,6 +455,7 @@ def test_what_is_settled_stays(feature: str) -> None:
         everything,
         model.interfaces,
         model.properties,
+        OPTIONS,
         model.ground.at(0.0),
         history,
         displacement,
@@ -480,7 +479,15 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     everything, shape = np.arange(len(model.interfaces.x)), model.interfaces.contact_area.shape
     tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
     update_tresca_bounds(
-        everything, model.interfaces, model.properties, model.ground.at(0.0), history, displacement, tresca, 1.0
+        everything,
+        model.interfaces,
+        model.properties,
+        OPTIONS,
+        model.ground.at(0.0),
+        history,
+        displacement,
+        tresca,
+        1.0,
     )
 
     def forces(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -489,6 +496,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
             everything,
             model.interfaces,
             model.properties,
+            OPTIONS,
             model.ground.at(0.0),
             history,
             tresca,
@@ -548,6 +556,6 @@ def test_energy_of_an_intact_joint_is_that_of_its_springs() -> None:
     sigma, tau = stresses_of(model, history, small)
     everything = np.arange(len(model.interfaces.kind))
     still, on_ground = model.ground.at(0.0), model.ground.at(0.0)
-    stored, softened = energy(everything, model.interfaces, model.properties, still, history, small, on_ground)
+    stored, softened = energy(everything, model.interfaces, model.properties, OPTIONS, still, history, small, on_ground)
     assert stored == pytest.approx((model.interfaces.contact_area * (sigma**2 / K_N + tau**2 / K_S)).sum() / 2)
     assert softened == 0.0

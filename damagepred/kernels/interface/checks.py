@@ -1,0 +1,177 @@
+"""Checks of the joint law at a displacement: loads of the bonds, sliding of condensed joints, violation by stresses."""
+
+import numpy as np
+
+from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
+from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.joint.limits import capped, shear_limit
+from damagepred.kernels.joint.return_mapping import normal_law, return_mapping
+from damagepred.kernels.joint.softening import degraded
+
+
+@law
+def bond_load(stress, strength, block_stress):
+    """Return the load of a bond in tension, 1 at its strength.
+
+    For a strength below the stress of a block's weight, the overload is a share of that stress, not of the strength.
+
+    Parameters
+    ----------
+    stress, strength : float
+        Normal stress and tensile strength (Pa).
+    block_stress : float
+        Weight of a block over the largest area of a contact (Pa).
+    """
+    return stress / strength if strength >= block_stress else 1.0 + (stress - strength) / block_stress
+
+
+@law
+def softened_bond_load(properties, i, kappa, e, tau, no_strength):
+    """Return the load of a softening bond that slip breaks: 1 where |tau| is at its limit.
+
+    The overload is the stress beyond the limit over the intact cohesion. A ratio to the limit, which falls to 0 as the
+    bond opens, would not tell where along the step it was reached.
+
+    Parameters
+    ----------
+    properties : NamedTuple of arrays (m,)
+        Of the joints.
+    i : int
+        Interface.
+    kappa, e : float
+        History variable at the last equilibrium, and opening less dilatant opening (m).
+    tau, no_strength : float
+        Shear stress, and stress that breaks a bond without strength (Pa).
+    """
+    f_t, strongest = properties.tensile_strength[i], properties.compressive_strength[i]
+    sigma, _, integrity, _ = normal_law(
+        e, True, kappa, properties.normal_stiffness[i], f_t, 0.0, properties.critical_opening[i], True
+    )
+    limit = degraded(integrity, properties.cohesion[i], properties.residual_cohesion[i])
+    limit -= sigma * degraded(integrity, properties.friction[i], properties.residual_friction[i])
+    size = capped(abs(tau), sigma, strongest, 1.0 / properties.cap_shear[i])
+    return 1.0 + (size - max(limit, 0.0)) / max(properties.cohesion[i], no_strength)
+
+
+@kernel
+def bond_loads(active, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load):
+    """Fill the load of each bond, 1 at its strength, 0 where there is none; return the largest.
+
+    A softening bond breaks once in tension, and then, if its shear is brittle, once more where it would slide.
+
+    Parameters
+    ----------
+    active, interfaces, properties, options, ground, history, displacement
+        As ``damagepred.kernels.interface.internal_force.joint_forces``.
+    no_strength : float
+        Stress that breaks a bond without strength (Pa).
+    block_stress : float
+        Weight of a block over the largest area of a contact (Pa).
+    load : array (m, q)
+        Filled for active interfaces.
+    """
+    heaviest = 0.0
+    for i in active:
+        middle = interface_displacement(interfaces, displacement, i)
+        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
+        f_t, w_c = max(properties.tensile_strength[i], no_strength), properties.critical_opening[i]
+        residual = properties.residual_tensile_strength[i]
+        for k in range(interfaces.contact_area.shape[1]):
+            load[i, k] = 0.0
+            cracked, kappa = history.cracked[i, k], history.kappa[i, k]
+            softening = cracked and properties.brittle_shear[i] and kappa < w_c
+            if cracked and not softening and (residual == 0.0 or kappa > 0.0 or w_c > 0.0):
+                continue
+            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
+            e = u_n - history.dilatant_opening[i, k]
+            if softening:
+                load[i, k] = softened_bond_load(properties, i, kappa, e, k_s * u_s, no_strength)
+                heaviest = max(heaviest, load[i, k])
+                continue
+            sigma = k_n * e
+            if properties.dilation[i] > 0.0:  # the dilatancy of slip along the step reduces the tension
+                sigma, _, _, _, _, _, _, _, _ = return_mapping(properties, i, cracked, kappa, e, u_s, options)
+            if cracked:
+                load[i, k] = bond_load(sigma, residual, block_stress)
+            else:
+                load[i, k] = bond_load(sigma, f_t, block_stress)
+                if properties.brittle_shear[i]:
+                    limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
+                    strongest, compliance = properties.compressive_strength[i], 1.0 / properties.cap_shear[i]
+                    load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, strongest, compliance) / limit)
+            heaviest = max(heaviest, load[i, k])
+    return heaviest
+
+
+@kernel
+def farthest_sliding(listed, level, interfaces, properties, options, ground, history, displacement):
+    """Return the farthest level at which a joint slides, is crushed or closes its gap; -1 if none does.
+
+    An interface whose bond breaks in tension does not count, unless it dilates.
+
+    Parameters
+    ----------
+    listed : array of int
+        The interfaces.
+    level : array of int (m,)
+        Level of each interface.
+    interfaces, properties, options, ground, history, displacement
+        As ``damagepred.kernels.interface.internal_force.joint_forces``.
+    """
+    farthest = -1
+    for i in listed:
+        if level[i] <= farthest:
+            continue
+        middle, slides = interface_displacement(interfaces, displacement, i), False
+        for k in range(interfaces.contact_area.shape[1]):
+            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
+            sigma = properties.normal_stiffness[i] * (u_n - history.dilatant_opening[i, k])
+            if properties.gap[i] > 0.0:
+                slides |= sigma < 0.0  # closed here, whatever the other contacts do
+                continue
+            if sigma > properties.tensile_strength[i] and properties.dilation[i] == 0.0:
+                slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
+                break
+            limit, _ = shear_limit(properties, i, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, False, options)
+            slides |= abs(properties.shear_stiffness[i] * u_s) > limit
+            slides |= sigma < -properties.compressive_strength[i]
+        if slides:
+            farthest = level[i]
+    return farthest
+
+
+@kernel
+def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
+    """Return the largest stress by which contacts violate the joint law (Pa), 0 if none does.
+
+    Parameters
+    ----------
+    properties : NamedTuple of arrays (m,)
+        Of the joints.
+    cracked, kappa : array (m, q)
+        History variables.
+    sigma, tau : array (m, q)
+        Normal stress, tension positive, and shear stress (Pa).
+    """
+    largest, known = 0.0, True
+    for i in range(sigma.shape[0]):
+        f_t, w_c = properties.tensile_strength[i], properties.critical_opening[i]
+        residual, kappa_0 = properties.residual_tensile_strength[i], f_t / properties.normal_stiffness[i]
+        strongest = properties.compressive_strength[i]
+        for k in range(sigma.shape[1]):
+            integrity = 1.0
+            if cracked[i, k]:
+                integrity = 0.0
+                if w_c > 0.0:
+                    integrity = min(max((w_c - max(kappa[i, k], kappa_0)) / (w_c - kappa_0), 0.0), 1.0)
+            tension = sigma[i, k] - (residual + integrity * (f_t - residual))
+            cohesion = properties.residual_cohesion[i]
+            cohesion += integrity * (properties.cohesion[i] - cohesion)
+            friction = properties.residual_friction[i]
+            friction += integrity * (properties.friction[i] - friction)
+            limit = max(cohesion - sigma[i, k] * friction, 0.0)
+            limit = capped(limit, sigma[i, k], strongest, 1.0 / properties.cap_shear[i])
+            shear = abs(tau[i, k]) - limit
+            known &= sigma[i, k] == sigma[i, k] and tau[i, k] == tau[i, k]
+            largest = max(largest, max(tension, max(shear, -sigma[i, k] - strongest)))
+    return largest if known else np.nan

@@ -1,0 +1,103 @@
+"""Kinematics of interfaces: relative displacements from those of the bodies, and the transposed scatter of forces.
+
+An interface is a straight edge, so the opening along it is linear and the shear constant: both follow from three
+numbers (opening and shear at its middle, relative rotation). The contacts, its integration points, share them.
+"""
+
+from damagepred.kernels.jit import law
+
+
+@law
+def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
+    """Return opening and shear (m) in the middle of an interface.
+
+    Parameters
+    ----------
+    normal : tuple of float
+        Unit normal from block a to block b.
+    arm_a, arm_b : tuple of float
+        Displacement along (normal, tangent) for a unit rotation of the block (m).
+    drift : tuple of float
+        Displacement of b's centroid less that of a's (m).
+    turn_a, turn_b : float
+        Rotations.
+    """
+    opening = normal[0] * drift[0] + normal[1] * drift[1] + arm_b[0] * turn_b - arm_a[0] * turn_a
+    shear = normal[1] * drift[0] - normal[0] * drift[1] + arm_b[1] * turn_b - arm_a[1] * turn_a
+    return opening, shear
+
+
+@law
+def interface_displacement(interfaces, displacement, i):
+    """Return opening and shear (m) in the middle of interface i, and its relative rotation.
+
+    Parameters
+    ----------
+    interfaces : NamedTuple of arrays (m,)
+        Geometry; see ``damagepred.assembly.model``.
+    displacement : array (size,)
+        x, y (m) and rotation of each body.
+    i : int
+        Interface.
+    """
+    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
+    turn_a, turn_b = displacement[a + 2], displacement[b + 2]
+    opening, shear = midpoint_displacement(
+        (interfaces.normal_x[i], interfaces.normal_y[i]),
+        (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
+        (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
+        (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
+        turn_a,
+        turn_b,
+    )
+    return opening, shear, turn_b - turn_a
+
+
+@law
+def scatter_interface_force(interfaces, i, normal, shear, moment, force):
+    """Add the forces of interface i on its two bodies.
+
+    Parameters
+    ----------
+    interfaces, i
+        As ``interface_displacement``.
+    normal, shear, moment : float
+        Forces (N) and moment about the middle (N m) of the interface, tension positive.
+    force : array (size,)
+        On each body (N, N m); added to.
+    """
+    n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
+    pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
+    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
+    force[a] += pull_x
+    force[a + 1] += pull_y
+    force[a + 2] += normal * interfaces.arm_normal_a[i] + shear * interfaces.arm_shear_a[i] + moment
+    force[b] -= pull_x
+    force[b + 1] -= pull_y
+    force[b + 2] -= normal * interfaces.arm_normal_b[i] + shear * interfaces.arm_shear_b[i] + moment
+
+
+@law
+def elastic_trial(interfaces, ground, history, middle, i, k):
+    """Return opening, and shear less plastic slip, of contact k of interface i (m).
+
+    Parameters
+    ----------
+    interfaces : NamedTuple of arrays
+        Geometry; the last interfaces are those with the ground.
+    ground : NamedTuple of arrays (g, q)
+        Displacement of the ground in the present state.
+    history : NamedTuple of arrays (m, q)
+        History variables of the contacts.
+    middle : tuple of float
+        ``interface_displacement`` of i.
+    i, k : int
+        Interface and contact.
+    """
+    opening, shear, turn = middle
+    u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
+    g = i - (interfaces.block_a.size - ground.normal.shape[0])
+    if g >= 0:
+        u_n -= ground.normal[g, k]
+        u_s -= ground.shear[g, k]
+    return u_n, u_s

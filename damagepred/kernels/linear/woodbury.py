@@ -1,0 +1,192 @@
+"""Low-rank correction of a factorised system for a few changed interfaces, by the Woodbury identity (Hager 1989)."""
+
+import numpy as np
+
+from damagepred.kernels.jit import kernel, kernel_making_arrays
+from damagepred.kernels.linear.block_tridiagonal import add_row
+
+
+@kernel
+def unit_loads(listed, kinematics, order, force):
+    """Add unit opening, shear and rotation forces of interfaces, one a column.
+
+    Parameters
+    ----------
+    listed : array of int
+        The interfaces, three columns each.
+    kinematics : NamedTuple of arrays
+        Strain-displacement matrices; see ``damagepred.solvers.quasi_static.interface_kinematics``.
+    order : array of int (size,)
+        Place of each degree of freedom in the order of the levels, -1 where prescribed or condensed.
+    force : array (active degrees of freedom, 3 * listed)
+        Added to.
+    """
+    for s in range(listed.size):
+        i = listed[s]
+        for r in range(kinematics.dof.shape[1]):
+            dof = kinematics.dof[i, r]
+            if dof >= 0 and order[dof] >= 0:
+                for j in range(3):
+                    force[order[dof], 3 * s + j] += kinematics.rows[i, j, r]
+
+
+@kernel
+def relative_displacements(listed, kinematics, order, displacement, relative):
+    """Compute opening, shear and rotation of interfaces from displacements.
+
+    Parameters
+    ----------
+    listed, kinematics, order
+        As ``unit_loads``.
+    displacement : array (r, active degrees of freedom)
+        Rows of displacements in the order of the levels.
+    relative : array (3 * listed, r)
+        Filled.
+    """
+    relative[:] = 0.0
+    for s in range(listed.size):
+        i = listed[s]
+        for r in range(kinematics.dof.shape[1]):
+            dof = kinematics.dof[i, r]
+            if dof < 0 or order[dof] < 0:
+                continue
+            for j in range(3):
+                for m in range(displacement.shape[0]):
+                    relative[3 * s + j, m] += kinematics.rows[i, j, r] * displacement[m, order[dof]]
+
+
+@kernel_making_arrays
+def changed_interfaces(active, wanted, factorised, slot):
+    """Return the interfaces whose stiffness differs from the factorised one, and how many of them have no slot yet.
+
+    Parameters
+    ----------
+    active : array of int
+        Active interfaces.
+    wanted, factorised : array (m, 9)
+        Stiffness of each interface.
+    slot : array of int (m,)
+        Slot of the unit-load responses of an interface, -1 if there are none yet.
+    """
+    changed, count, new = np.empty(active.size, np.int64), 0, 0
+    for i in active:
+        for j in range(9):
+            if wanted[i, j] != factorised[i, j]:
+                changed[count] = i
+                count += 1
+                if slot[i] < 0:
+                    new += 1
+                break
+    return changed[:count], new
+
+
+@kernel_making_arrays
+def capacitance_matrix(compliance, slots, change):
+    """Return the capacitance matrix 1 + D C of the Woodbury identity, without rows that are zero in D.
+
+    A change D of the interface stiffness and the compliance C turn relative displacements x of the factorised system
+    into correction forces p = D (x - C p), so (1 + D C) p = D x. A joint that slides changes its shear row alone.
+
+    Parameters
+    ----------
+    compliance : array
+        Relative displacements of interfaces for unit forces in them.
+    slots : array of int (s,)
+        Of the changed interfaces: rows and columns 3 slot to 3 slot + 2 of the compliance.
+    change : array (s, 9)
+        Change of the stiffness of each.
+
+    Returns
+    -------
+    rows : array of int (p,)
+        3 s + j: opening (0), shear (1) or rotation (2) of changed interface s.
+    matrix : array (p, p)
+        Transposed.
+    """
+    rows, count = np.empty(3 * slots.size, np.int64), 0
+    for s in range(slots.size):
+        for j in range(3):
+            if change[s, 3 * j] != 0.0 or change[s, 3 * j + 1] != 0.0 or change[s, 3 * j + 2] != 0.0:
+                rows[count] = 3 * s + j
+                count += 1
+    rows = rows[:count]
+    columns, matrix = np.empty(count, np.int64), np.empty((count, count))
+    for c in range(count):
+        columns[c] = 3 * slots[rows[c] // 3] + rows[c] % 3
+    for r in range(count):
+        s, j = rows[r] // 3, rows[r] % 3
+        first = compliance[3 * slots[s]]
+        second, third = compliance[3 * slots[s] + 1], compliance[3 * slots[s] + 2]
+        a, b, d = change[s, 3 * j], change[s, 3 * j + 1], change[s, 3 * j + 2]
+        for c in range(count):
+            k = columns[c]
+            matrix[c, r] = a * first[k] + b * second[k] + d * third[k]
+        matrix[r, r] += 1.0
+    return rows, matrix
+
+
+@kernel
+def correction_forces(rows, change, moved, force):
+    """Compute correction forces D x.
+
+    Parameters
+    ----------
+    rows, change
+        As ``capacitance_matrix``.
+    moved : array (3 s, r)
+        Relative displacements x of the changed interfaces.
+    force : array (r, p)
+        Filled.
+    """
+    for c in range(rows.size):
+        s, j = rows[c] // 3, rows[c] % 3
+        for m in range(force.shape[0]):
+            total = 0.0
+            for k in range(3):
+                total += change[s, 3 * j + k] * moved[3 * s + k, m]
+            force[m, c] = total
+
+
+@kernel_making_arrays
+def correction_agrees(rows, change, moved, force, share):
+    """Whether the solution satisfies p = D x.
+
+    Parameters
+    ----------
+    rows, change, moved, force
+        As ``correction_forces``, at the solution.
+    share : float
+        Tolerance, relative to the largest force of a right-hand side (1).
+    """
+    again = np.empty_like(force)
+    correction_forces(rows, change, moved, again)
+    for m in range(force.shape[0]):
+        largest, apart = 0.0, 0.0
+        for c in range(rows.size):
+            difference = abs(again[m, c] - force[m, c])
+            if not difference < np.inf:
+                return False
+            largest, apart = max(largest, abs(force[m, c])), max(apart, difference)
+        if apart > share * largest:
+            return False
+    return True
+
+
+@kernel
+def subtract_correction(amounts, rows, slots, unit_load_response, displacement):
+    """Subtract the response to the correction forces from displacements.
+
+    Parameters
+    ----------
+    amounts : array (r, p)
+        Correction forces.
+    rows, slots
+        As ``capacitance_matrix``.
+    unit_load_response : array (3 slots, active degrees of freedom)
+        Displacements for unit forces in interfaces.
+    displacement : array (r, active degrees of freedom)
+        Updated.
+    """
+    for m in range(displacement.shape[0]):
+        for c in range(rows.size):
+            add_row(-amounts[m, c], unit_load_response[3 * slots[rows[c] // 3] + rows[c] % 3], displacement[m])
