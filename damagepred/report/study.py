@@ -27,8 +27,8 @@ from damagepred.report.wall import wall_drawing
 from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.fragility import fit_fragility
-from damagepred.uq.fragility.bands import FEW_WALLS
 from damagepred.uq.fragility.fit import EXTRAPOLATED
+from damagepred.uq.fragility.options import DEFAULT
 
 if TYPE_CHECKING:
     from damagepred.pipeline import Step
@@ -372,7 +372,7 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
         "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
         f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category that fewer than "
-        f"{FEW_WALLS} walls tell of, quantiles of the posterior. Goodness of fit: how often walls of the "
+        f"{DEFAULT.posterior_below} walls tell of, quantiles of the posterior. Goodness of fit: how often walls of the "
         "curve itself lie as far from it as these walls do; below 0.05 the curve is doubtful."
     )
     if str(curves.attrs["model"]) == "common":

@@ -95,6 +95,13 @@ class StudyCapacities(NamedTuple):
 def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:
     """Check that the damage table of a study has the categories asked for.
 
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    categories : sequence of int
+        Those asked for.
+
     Raises
     ------
     InputError

@@ -61,7 +61,13 @@ class Sampler:
         return 2 * (sample // 4) + sample % 2 if self.crossed else sample
 
     def unit_points(self, dimensions: int, samples: int, seed: int) -> FloatArray:
-        """Return the points of the unit cube that the samples' walls are drawn from, array (samples, dimensions)."""
+        """Return the points of the unit cube that the samples' walls are drawn from, array (samples, dimensions).
+
+        Parameters
+        ----------
+        dimensions, samples, seed : int
+            Size and seed.
+        """
         if not self.crossed:
             return unit_points(self.kind, dimensions, samples, seed, self.replicates)
         # both walls of a table come from one point of twice the dimensions: points that follow each other in Sobol's

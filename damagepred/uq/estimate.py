@@ -67,7 +67,15 @@ def normal_factor(confidence: float) -> float:
 
 
 def student_factor(confidence: float, freedom: float) -> float:
-    """Return the same for an error known from so many degrees of freedom."""
+    """Return the same for an error known from so many degrees of freedom.
+
+    Parameters
+    ----------
+    confidence : float
+        Level of the interval.
+    freedom : float
+        Degrees of freedom, 1 at least.
+    """
     return float(special.stdtrit(max(freedom, 1.0), 0.5 + 0.5 * confidence))
 
 

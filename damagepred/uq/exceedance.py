@@ -22,11 +22,12 @@ from damagepred.uq.estimate import (
     student_factor,
 )
 from damagepred.uq.fragility import capacities, fit_lognormal, movement_measure, normalised_weights
-from damagepred.uq.fragility.bands import FEW_WALLS, posterior_band, resampled_band
+from damagepred.uq.fragility.bands import posterior_band, resampled_band
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
 from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.models import fit_grouped
+from damagepred.uq.fragility.options import DEFAULT
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import chosen_intensity
@@ -272,7 +273,7 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
         )
     (estimator,) = estimators(cells)
     grid, random, count = np.array([at]), generator(0, Stream.BOOTSTRAP, category), effective_reached(estimator)
-    if count < FEW_WALLS:
+    if count < DEFAULT.posterior_below:
         drawn = sample_posterior(estimator, estimator.best(), random)
         band = posterior_band(drawn, 0, grid, confidence)
     else:
@@ -351,7 +352,7 @@ def _median_of(known: CategoryCapacities, category: int, confidence: float, seed
         weight = normalised_weights(heavy, known.upper)
         (estimator,) = estimators(group_intervals(known.lower[None], known.upper[None], weight))
         told, random = effective_reached(estimator), generator(seed, Stream.BOOTSTRAP, category)
-        if told < FEW_WALLS:
+        if told < DEFAULT.posterior_below:
             drawn = sample_posterior(estimator, estimator.best(), random)
             logarithm = drawn[:, 1] / drawn[:, 0]
             lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))

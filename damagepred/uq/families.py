@@ -55,6 +55,13 @@ def _positive(where: str, given: Given, *names: str) -> None:
 def standard_deviation(where: str, given: Given) -> float:
     """Return the standard deviation from ``std``, or from ``cov`` and ``mean``.
 
+    Parameters
+    ----------
+    where : str
+        Place in the study, for messages.
+    given : mapping of str to float
+        Parameters of the distribution, in SI.
+
     Raises
     ------
     InputError

@@ -88,7 +88,15 @@ def course_sequences(course: IntArray, kind: Int8Array, x: FloatArray, apart: fl
 
 
 def lag_correlation(marginal: Any, correlation: float) -> float:
-    """Return the correlation of normals that gives neighbours of this marginal the stated correlation."""
+    """Return the correlation of normals that gives neighbours of this marginal the stated correlation.
+
+    Parameters
+    ----------
+    marginal : frozen distribution
+        Of the values.
+    correlation : float
+        Of the values of neighbours, as stated.
+    """
     from damagepred.uq.correlation import gaussian_correlation
 
     return gaussian_correlation(marginal, marginal, correlation)

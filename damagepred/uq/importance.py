@@ -148,6 +148,13 @@ def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> Shift:
 def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:
     """Check that proposals are for variables with one value a wall.
 
+    Parameters
+    ----------
+    places : sequence of str
+        Variables with one value a wall.
+    proposals : mapping of str to Proposal
+        By place.
+
     Raises
     ------
     InputError

@@ -90,6 +90,13 @@ def movement_measure(ds: xr.Dataset) -> str:
 def chosen_intensity(ds: xr.Dataset, asked: str | None) -> str:
     """Return the measure of the movement that a fit reads, the study's own if none is asked for.
 
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    asked : str or None
+        Name of the measure asked for.
+
     Raises
     ------
     InputError
@@ -116,7 +123,15 @@ def _available(ds: xr.Dataset, name: str) -> bool:
 
 
 def attributes(ds: xr.Dataset, name: str) -> dict[str, str]:
-    """Return unit and name in words of a measure."""
+    """Return unit and name in words of a measure.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    name : str
+        Name of the measure.
+    """
     if name in ds.variables:
         known = ds[name].attrs
         return {"long_name": str(known.get("long_name", name)), "units": str(known.get("units", "1"))}

@@ -36,7 +36,15 @@ class Marginal(Protocol):
 
 
 def from_normal(marginal: Marginal, z: FloatArray) -> FloatArray:
-    """Turn standard normals into values of a marginal, without losing the upper tail to rounding."""
+    """Turn standard normals into values of a marginal, without losing the upper tail to rounding.
+
+    Parameters
+    ----------
+    marginal : Marginal
+        The distribution.
+    z : array
+        Standard normals.
+    """
     if isinstance(marginal, Mixture):
         return marginal.quantile(z)
     z = np.asarray(z, dtype=np.float64)

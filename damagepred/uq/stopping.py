@@ -103,7 +103,13 @@ class StopWhen:
 
 
 def interim_sizes(first: int, most: int) -> list[int]:
-    """Return the numbers of walls at which a study looks: doubled from the first, and the most that are allowed."""
+    """Return the numbers of walls at which a study looks: doubled from the first, and the most that are allowed.
+
+    Parameters
+    ----------
+    first, most : int
+        Walls at the first analysis, and the most that are allowed.
+    """
     found = [min(first, most)]
     while found[-1] < most:
         found.append(min(2 * found[-1], most))

@@ -20,6 +20,7 @@ from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.fit import FEWEST, CommonFit, Fit
 from damagepred.uq.fragility.grouped_data import normalised_weights
 from damagepred.uq.fragility.models import fit_common, fit_lognormal, fit_ordinal
+from damagepred.uq.fragility.options import FragilityOptions
 from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
@@ -31,6 +32,7 @@ __all__ = [
     "Capacities",
     "CommonFit",
     "Fit",
+    "FragilityOptions",
     "capacities",
     "fit_common",
     "fit_fragility",

@@ -9,7 +9,7 @@
   of many. For walls that count alike, and curves fitted each for itself.
 
 Quantiles of resamples are taken further out by what n walls leave open (``expanded_percentiles``). Of a category that
-fewer than ``FEW_WALLS`` tell of, a band asked for as BCa is that of the posterior instead
+fewer than ``FragilityOptions.posterior_below`` walls tell of, a band asked for as BCa is that of the posterior instead
 (``damagepred.uq.fragility.posterior``).
 
 Each number is treated as a function of g = 1/dispersion and h = ln(median)/dispersion.
@@ -26,19 +26,11 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.likelihood import likelihood
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.fragility.resampling import Resampled
 
-FEW_WALLS = 100
-"""Walls below which quantiles of the posterior stand in for BCa; see studies/coverage."""
-
-FEWEST_WALLS = 30
-"""Walls below which there is no band by resampling or profile likelihood: it would hold less than it says."""
-
 BANDS = ("percentile", "bca", "profile")
-
-_DIRECTIONS = 128
-"""Points on the rim of the likely parameters."""
 
 
 class Band(NamedTuple):
@@ -165,11 +157,25 @@ def has_profile_band(estimator: Estimator) -> bool:
 
 
 def profile_is_defined(categories: int, weight: FloatArray) -> bool:
-    """Tell whether categories fitted together are but one, and walls count alike."""
+    """Tell whether categories fitted together are but one, and walls count alike.
+
+    Parameters
+    ----------
+    categories : int
+        Number of categories fitted together.
+    weight : array (groups,)
+        Weight of each wall of a group.
+    """
     return categories == 1 and not np.ptp(weight) > 0
 
 
-def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confidence: float) -> Band:
+def profile_band(
+    estimator: Estimator,
+    best: FloatArray,
+    grid: FloatArray,
+    confidence: float,
+    options: FragilityOptions = DEFAULT,
+) -> Band:
     """Return the band of one category by profile likelihood.
 
     Parameters
@@ -182,6 +188,8 @@ def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confi
         Movements.
     confidence : float
         Of the band.
+    options : FragilityOptions
+        Points on the contour.
 
     Raises
     ------
@@ -196,21 +204,21 @@ def profile_band(estimator: Estimator, best: FloatArray, grid: FloatArray, confi
     n = max(effective_reached(estimator), 2.0)
     # of n capacities known exactly this limit gives Student's interval of the median, and chi-squared's of many
     drop = n * np.log1p(special.stdtrit(n - 1.0, 0.5 * (1.0 + confidence)) ** 2 / (n - 1.0))
-    rim = _likelihood_contour(estimator, best, float(drop))
+    rim = _likelihood_contour(estimator, best, float(drop), options.profile_directions)
     numbers = _curve_quantities(rim[:, 0], rim[:, 1], grid)
     return _band(numbers.min(axis=0), numbers.max(axis=0))
 
 
-def _likelihood_contour(estimator: CompositeLikelihood, best: FloatArray, drop: float) -> FloatArray:
+def _likelihood_contour(estimator: CompositeLikelihood, best: FloatArray, drop: float, directions: int) -> FloatArray:
     """Return the parameters at which twice the log-likelihood is by ``drop`` below its maximum."""
-    angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
+    angle = np.linspace(0.0, 2 * np.pi, directions, endpoint=False)
     root = np.linalg.inv(np.linalg.cholesky(-estimator.hessian(best)))
     towards = np.column_stack((np.cos(angle), np.sin(angle))) @ root
-    weight = np.broadcast_to(estimator.cells.total, (_DIRECTIONS, len(estimator.cells.number)))
+    weight = np.broadcast_to(estimator.cells.total, (directions, len(estimator.cells.number)))
     most = estimator.value(best)
     with np.errstate(divide="ignore"):
         limit = np.where(towards[:, 0] < 0, 0.9999 * best[0] / -towards[:, 0], np.inf)  # the dispersion is positive
-    far = np.minimum(np.full(_DIRECTIONS, np.sqrt(drop)), limit)
+    far = np.minimum(np.full(directions, np.sqrt(drop)), limit)
     for _ in range(40):
         here = likelihood(best + far[:, None] * towards, estimator.rows, weight)
         lost, rate = 2.0 * (most - here.value), -2.0 * (here.gradient * towards).sum(axis=1)

@@ -38,6 +38,7 @@ from damagepred.uq.fragility.fit import (
 )
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.fragility.models import fit_grouped, require_ascending
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
@@ -53,21 +54,6 @@ Bands = Literal["bca", "percentile", "profile"]
 EMPIRICAL = "empirical"
 """Status of a curve that has no median and dispersion of a lognormal, because none was asked for."""
 
-MANY_WALLS = 50_000
-"""Of more walls, every second, third ... is enough for Akaike's criterion."""
-
-MOST_FITTED = 0.95
-"""Share of the resamples that can be fitted, below which those that cannot would be missing from the band."""
-
-FEWEST_COMMON = 15
-"""Walls that must tell of each category for bands of curves with a common dispersion; see studies/coverage."""
-
-FEWEST_COMMON_WALLS = 30
-"""Walls that such a study must have in all: a bound on those that tell alone would pick the unusual studies."""
-
-FEW = 10
-"""Fewer walls than that which reached a category are worth a word."""
-
 
 class _Request(NamedTuple):
     model: Model
@@ -78,6 +64,7 @@ class _Request(NamedTuple):
     seed: int
     categories: list[int]
     grid: FloatArray
+    options: FragilityOptions
 
 
 @checked
@@ -94,6 +81,7 @@ def fit_fragility(
     goodness: int = 0,
     seed: int = 0,
     points: int = 501,
+    options: FragilityOptions = DEFAULT,
 ) -> xr.Dataset:
     """Fit a fragility curve for each damage category of a study.
 
@@ -124,6 +112,8 @@ def fit_fragility(
         Of the resampling.
     points : int
         Number of points of the curves.
+    options : FragilityOptions
+        From how many walls on each kind of band is taken, and their resolution.
 
     Returns
     -------
@@ -170,7 +160,7 @@ def fit_fragility(
             require_number(what, number, least, MOST)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
-    asked = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid)
+    asked = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid, options)
     columns, more = _curves(walls, asked)
     attrs = {
         "model": model,
@@ -182,6 +172,7 @@ def fit_fragility(
         "samples": len(walls.sample),
         "samples_failed": int((ds["status"].values == SampleStatus.FAILED).sum()),
         "curves_cross": int(_cross(columns)),
+        "fragility_options": options.text(),
         **more,
     }
     if walls.crossed:
@@ -241,7 +232,7 @@ def _curves(walls: StudyCapacities, asked: _Request) -> tuple[dict[str, NDArray[
     columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, asked) for k in kinds])
     _add_start_share(columns, before, walls.weight, asked.confidence)
     _end_where_walls_end(columns, walls.largest)
-    return columns, _criteria(fits, walls)
+    return columns, _criteria(fits, walls, asked.options.criterion_walls)
 
 
 def _add_start_share(
@@ -301,19 +292,19 @@ def _with_bands(
     if possible and _too_few(estimator.cells, count, asked):
         return fits, none, nothing
     if asked.band == "profile":
-        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], nothing
+        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence, asked.options)], nothing
     if asked.bootstrap == 0:
         return fits, none, nothing
     random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[places[0]])
     dependent = isinstance(estimator, CompositeLikelihood) and len(places) > 1
-    if asked.band == "bca" and not dependent and count < bands.FEW_WALLS:
-        draws = sample_posterior(estimator, best, random)
+    if asked.band == "bca" and not dependent and count < asked.options.posterior_below:
+        draws = sample_posterior(estimator, best, random, asked.options)
         return fits, [bands.posterior_band(draws, n, asked.grid, asked.confidence) for n in range(len(places))], nothing
     again = resample(estimator, best, asked.bootstrap, random)
     share = [len(again.again) / asked.bootstrap] * len(places)
-    if share[0] < MOST_FITTED and bands.has_profile_band(estimator):
+    if share[0] < asked.options.fitted_share and bands.has_profile_band(estimator):
         # what cannot be fitted lies to one side: what is left of the resamples would make too narrow a band
-        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence)], share
+        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence, asked.options)], share
     limits = [
         bands.resampled_band(asked.band, again, n, asked.grid, asked.confidence, count) for n in range(len(places))
     ]
@@ -323,8 +314,9 @@ def _with_bands(
 def _too_few(cells: GroupedIntervals, known: float, asked: _Request) -> bool:
     """Whether a band would hold the truth less often than it says, of so many walls that tell of a category."""
     if asked.band != "bca":
-        return known < bands.FEWEST_WALLS
-    return asked.model == "common" and (known < FEWEST_COMMON or _effective(cells) < FEWEST_COMMON_WALLS)
+        return known < asked.options.fewest_resampled
+    few = known < asked.options.fewest_common or _effective(cells) < asked.options.fewest_common_walls
+    return asked.model == "common" and few
 
 
 def _effective(cells: GroupedIntervals) -> float:
@@ -445,12 +437,12 @@ def _judged(fits: list[Fit], free: list[Npmle], walls: StudyCapacities, asked: _
     return {"distance": gap, "p_value": chance}
 
 
-def _criteria(fits: list[Fit], walls: StudyCapacities) -> dict[str, float]:
+def _criteria(fits: list[Fit], walls: StudyCapacities, most: int) -> dict[str, float]:
     """Return Akaike's criterion of both ways to fit the categories that have curves."""
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
         return {}
-    some = slice(None, None, -(-len(walls.weight) // MANY_WALLS))
+    some = slice(None, None, -(-len(walls.weight) // most))
     lower, upper = walls.capacities.lower[good, some], walls.capacities.upper[good, some]
     cells = group_intervals(lower, upper, walls.weight[some])
     found = {f"aic_{word}": goodness.akaike_criterion(cells, word == "common") for word in ("separate", "common")}
@@ -467,7 +459,7 @@ def _note(
     count = int(cells.number[reached].sum())
     at_once = int(cells.number[reached & (cells.lower[0] == 0)].sum())
     said = []
-    if count < FEW:
+    if count < asked.options.caution_below:
         said.append(f"rests on {count} walls that reached it")
     if asked.bootstrap and _too_few(cells, effective_reached(CompositeLikelihood([0], cells)), asked):
         instead = "separate curves" if asked.band == "bca" else "bca"
@@ -476,7 +468,7 @@ def _note(
         said.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
-    if share < MOST_FITTED:
+    if share < asked.options.fitted_share:
         by_profile = bands.profile_is_defined(1 + common, walls.weight)
         what = "is by profile likelihood" if by_profile else "is too narrow"
         said.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")

@@ -33,7 +33,15 @@ class Estimator(Protocol):
         """Return how often each of the ``rows`` counts for weights (resamples, cells)."""
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return parameters (resamples, 1 + categories) for weights (resamples, cells)."""
+        """Return parameters (resamples, 1 + categories) for weights (resamples, cells).
+
+        Parameters
+        ----------
+        weight : array (resamples, groups)
+            Number of walls of each group, weighted.
+        start : array (parameters,), optional
+            Where to begin.
+        """
 
     def scores(self, at: FloatArray) -> FloatArray:
         """Return each cell's own gradient of the log-likelihood, array (cells, parameters)."""
@@ -92,7 +100,15 @@ class MaximumLikelihood:
         return weight
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return the parameters for weights of the cells."""
+        """Return the parameters for weights of the cells.
+
+        Parameters
+        ----------
+        weight : array (resamples, groups)
+            Number of walls of each group, weighted.
+        start : array (parameters,), optional
+            Where to begin.
+        """
         raise NotImplementedError
 
     def scores(self, at: FloatArray) -> FloatArray:
@@ -153,7 +169,15 @@ class CompositeLikelihood(MaximumLikelihood):
         return weight if self._sum is None else np.asarray(weight @ self._sum)
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return the parameters for weights of the cells."""
+        """Return the parameters for weights of the cells.
+
+        Parameters
+        ----------
+        weight : array (resamples, groups)
+            Number of walls of each group, weighted.
+        start : array (parameters,), optional
+            Where to begin.
+        """
         return maximise_likelihood(self.rows, self.row_weight(weight), self._start if start is None else start)[0]
 
     def scores(self, at: FloatArray) -> FloatArray:
@@ -207,7 +231,15 @@ class OrdinalProbit(MaximumLikelihood):
         return LinearBounds(below, above, no_below, no_above, np.zeros(len(level), dtype=bool))
 
     def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return the parameters for weights of the cells."""
+        """Return the parameters for weights of the cells.
+
+        Parameters
+        ----------
+        weight : array (resamples, groups)
+            Number of walls of each group, weighted.
+        start : array (parameters,), optional
+            Where to begin.
+        """
         size = len(self.categories)
         begin = self._composite.at(weight, start)
         at = np.empty_like(begin)

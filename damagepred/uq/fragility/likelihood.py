@@ -149,7 +149,17 @@ def likelihood(at: FloatArray, rows: LinearBounds | CategoryIntervals, weight: F
 
 
 def scores(at: FloatArray, rows: LinearBounds | CategoryIntervals, count: int) -> FloatArray:
-    """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
+    """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters).
+
+    Parameters
+    ----------
+    at : array (parameters,)
+        Parameters.
+    rows : LinearBounds or CategoryIntervals
+        What is known.
+    count : int
+        Number of rows.
+    """
     found = np.empty((count, rows.parameters))
     for first in range(0, len(found), _AT_ONCE):
         some = rows.part(slice(first, first + _AT_ONCE))
@@ -199,7 +209,13 @@ def _terms(at: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
 
 
 def log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return log(Phi(b) - Phi(a)) without cancellation in either tail."""
+    """Return log(Phi(b) - Phi(a)) without cancellation in either tail.
+
+    Parameters
+    ----------
+    a, b : array
+        Lower and upper bounds of the normal.
+    """
     flip = a > 0
     low, high = np.where(flip, -b, a), np.where(flip, -a, b)
     log_high, log_low = special.log_ndtr(high), special.log_ndtr(low)

@@ -110,7 +110,17 @@ def _together(fits: Sequence[Fit]) -> CommonFit:
 
 
 def fit_grouped(cells: GroupedIntervals, common: bool = False, single: bool = False) -> list[Fit]:
-    """Fit a curve to each category of counted walls; see ``estimators``."""
+    """Fit a curve to each category of counted walls; see ``estimators``.
+
+    Parameters
+    ----------
+    cells : GroupedIntervals
+        Walls.
+    common : bool
+        Whether all categories share a dispersion.
+    single : bool
+        Whether each wall is known at one movement alone.
+    """
     found = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common)]
     for estimator in estimators(cells, common, single):
         for k, fit in zip(estimator.categories, estimator.fits()):

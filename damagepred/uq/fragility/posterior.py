@@ -25,17 +25,12 @@ from damagepred.uq.estimate import effective_samples
 from damagepred.uq.fragility.estimators import Estimator
 from damagepred.uq.fragility.grouped_data import GroupedIntervals
 from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Likelihood, likelihood
-
-_POINTS = 60
-"""Dispersions to either side of the estimate at which the density is worked out."""
-
-_NOTHING = 25.0
-"""Logarithm by which it has fallen where it no longer counts."""
-
-_DRAWS = 1500
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 
-def sample_posterior(estimator: Estimator, best: FloatArray, random: np.random.Generator) -> FloatArray:
+def sample_posterior(
+    estimator: Estimator, best: FloatArray, random: np.random.Generator, options: FragilityOptions = DEFAULT
+) -> FloatArray:
     """Draw from the posterior of the parameters, array (draws, parameters).
 
     Parameters
@@ -46,6 +41,8 @@ def sample_posterior(estimator: Estimator, best: FloatArray, random: np.random.G
         Its estimate.
     random : Generator
         Source of the draws.
+    options : FragilityOptions
+        Resolution and number of draws.
 
     Notes
     -----
@@ -66,8 +63,11 @@ def sample_posterior(estimator: Estimator, best: FloatArray, random: np.random.G
 
     others = len(best) - 1
     spread = np.sqrt(max(np.linalg.pinv(-of(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
-    step = np.clip(8.0 * spread, 4.0, 12.0) / _POINTS
-    upwards, downwards = (list(_profile_points(best, direction * step, of, log_prior)) for direction in (1.0, -1.0))
+    step = np.clip(8.0 * spread, 4.0, 12.0) / options.posterior_points
+    upwards, downwards = (
+        list(_profile_points(best, direction * step, of, log_prior, options.posterior_drop))
+        for direction in (1.0, -1.0)
+    )
     found = [*downwards[:0:-1], *upwards]
     log_g, density = np.array([np.log(one.at[0]) for one in found]), np.array([one.density for one in found])
     at, precision = np.array([one.at for one in found]), np.array([one.precision for one in found])
@@ -75,13 +75,14 @@ def sample_posterior(estimator: Estimator, best: FloatArray, random: np.random.G
     share = 0.5 * (density[1:] + density[:-1]) * np.diff(log_g)
     upto = np.append(0.0, np.cumsum(share)) / share.sum()
     # draws from the density between the points, taken as even, and from the normals at the nearest points
-    uniform = (np.arange(_DRAWS) + random.random(_DRAWS)) / _DRAWS
+    count = options.posterior_draws
+    uniform = (np.arange(count) + random.random(count)) / count
     panel = np.clip(np.searchsorted(upto, uniform, side="right") - 1, 0, len(share) - 1)
     inside = (uniform - upto[panel]) / np.maximum(np.diff(upto)[panel], 1e-300)
     drawn_g = log_g[panel] + inside * np.diff(log_g)[panel]
     middle = at[panel, 1:] + inside[:, None] * (at[panel + 1, 1:] - at[panel, 1:])
     factor = np.linalg.cholesky(np.linalg.inv(precision))[panel]
-    normal = random.standard_normal((_DRAWS, others))
+    normal = random.standard_normal((count, others))
     draws = np.column_stack((np.exp(drawn_g), middle + np.einsum("nij,nj->ni", factor, normal)))
     proposed = (
         np.log(share[panel] / np.diff(log_g)[panel])
@@ -93,8 +94,8 @@ def sample_posterior(estimator: Estimator, best: FloatArray, random: np.random.G
     log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
     heavy = np.exp(log_weight - log_weight.max())
     # systematic resampling: each draw as often as its weight says
-    places = (np.arange(_DRAWS) + random.random()) / _DRAWS
-    return draws[np.minimum(np.searchsorted(np.cumsum(heavy) / heavy.sum(), places), _DRAWS - 1)]
+    places = (np.arange(count) + random.random()) / count
+    return draws[np.minimum(np.searchsorted(np.cumsum(heavy) / heavy.sum(), places), count - 1)]
 
 
 def effective_reached(estimator: Estimator) -> float:
@@ -146,6 +147,7 @@ def _profile_points(
     step: float,
     of: Callable[[FloatArray], Likelihood],
     log_prior: Callable[[FloatArray, Likelihood], FloatArray],
+    drop: float,
 ) -> Iterator[_Point]:
     """Follow the largest likelihood from its maximum to ever larger or smaller dispersions, as far as it counts."""
     at, most = best.copy(), -np.inf
@@ -168,7 +170,7 @@ def _profile_points(
         density = float((here.value + log_prior(at[None], here))[0] + np.log(at[0]))
         density -= 0.5 * float(np.linalg.slogdet(precision)[1])
         most = max(most, density)
-        if not density >= most - _NOTHING:
+        if not density >= most - drop:
             return
         yield _Point(at, density, precision)
         at = at * np.exp(step)  # the medians stay

@@ -115,6 +115,16 @@ def _one_step_estimates(each: FloatArray, number: IntArray, resamples: int, rand
 
 
 def draw(cells: GroupedIntervals, resamples: int, random: np.random.Generator) -> FloatArray:
-    """Return how many walls of each cell there are in each resample, array (resamples, cells)."""
+    """Return how many walls of each cell there are in each resample, array (resamples, cells).
+
+    Parameters
+    ----------
+    cells : GroupedIntervals
+        Walls.
+    resamples : int
+        Number of resamples.
+    random : Generator
+        Source of the draws.
+    """
     walls = int(cells.number.sum())
     return random.multinomial(walls, cells.number / walls, size=resamples).astype(np.float64)

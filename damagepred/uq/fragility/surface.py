@@ -19,7 +19,7 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import read_capacities, require_categories, without_damaged_at_start
-from damagepred.uq.fragility.bands import FEW_WALLS, expanded_percentiles
+from damagepred.uq.fragility.bands import expanded_percentiles
 from damagepred.uq.fragility.estimators import CompositeLikelihood, MaximumLikelihood
 from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons_not_fitted
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
@@ -29,6 +29,7 @@ from damagepred.uq.fragility.likelihood import (
     linear_bounds,
     maximise_likelihood,
 )
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import attributes, chosen_intensity
@@ -50,6 +51,7 @@ def fit_surface(
     bootstrap: int = 500,
     seed: int = 0,
     points: tuple[int, int] = (81, 41),
+    options: FragilityOptions = DEFAULT,
 ) -> xr.Dataset:
     """Fit the probability of a category against the movement and a second variable.
 
@@ -72,6 +74,8 @@ def fit_surface(
         Resamples of walls, and their seed.
     points : tuple of int
         Points of the movement and of the second variable.
+    options : FragilityOptions
+        See ``fit_fragility``.
 
     Returns
     -------
@@ -110,7 +114,9 @@ def fit_surface(
     )
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic)
-    columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
+    columns, attrs = _fitted(
+        model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category), options
+    )
     _bound_by_walls(columns, StartShare.of(before[known], walls.weight[known], confidence), walls.largest)
     reached = np.isfinite(walls.capacities.upper)
     columns |= {
@@ -137,6 +143,7 @@ def fit_surface(
             "confidence": confidence,
             "bootstrap_samples": bootstrap,
             "bootstrap_seed": seed,
+            "fragility_options": options.text(),
             "samples": int(known.sum()),
             "samples_failed": int(found.failed.sum()),
             **attrs,
@@ -208,6 +215,7 @@ def _fitted(
     confidence: float,
     bootstrap: int,
     random: np.random.Generator,
+    options: FragilityOptions,
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Return the variables of the dataset, and its attributes that tell what the second variable explains."""
     status = reasons_not_fitted(model.cells)[0] or FITTED
@@ -224,8 +232,8 @@ def _fitted(
             at = np.full(3, np.nan)
         else:
             attrs = {"aic_with": 6.0 - 2.0 * model.value(at), "aic_without": 4.0 - 2.0 * plain.value(alone)}
-            if bootstrap and effective_reached(model) < FEW_WALLS:
-                again, tails = sample_posterior(model, at, random), level
+            if bootstrap and effective_reached(model) < options.posterior_below:
+                again, tails = sample_posterior(model, at, random, options), level
             elif bootstrap:
                 again, tails = (
                     resample(model, at, bootstrap, random).again,
