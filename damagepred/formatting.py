@@ -101,3 +101,12 @@ def plain(value: Any) -> str:
 def named(word: str) -> str:
     """Return a name of the archive or the scene file in plain words."""
     return word.replace("_", " ")
+
+
+def duration(seconds: float) -> str:
+    """Return a time (s) with the unit that suits it."""
+    if seconds < 90:
+        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

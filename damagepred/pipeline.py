@@ -408,6 +408,28 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     return values
 
 
+def matrix_bytes(model: Model, solver: Solver) -> int:
+    """Return what the matrices of the quasi-static solver take (bytes): two for each level of blocks, dense.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    solver : Solver
+        Its settings; the explicit solver has no matrices.
+    """
+    if solver.method != "quasi_static":
+        return 0
+    from damagepred.solvers.quasi_static.linear_system import block_levels
+    from damagepred.solvers.symmetry import symmetric_half
+    from damagepred.solvers.system.elastic_stiffness import held_dofs
+
+    half = symmetric_half(model) if solver.symmetric_half else None
+    solved = model if half is None else half.model
+    levels = block_levels(solved, held_dofs(solved))[: solved.n_blocks]
+    return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())
+
+
 def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
     """Return how far blocks move beyond the ground, and the widest crack, over the larger of length and height.
 

@@ -282,7 +282,7 @@ class StudyBar:
         fresh = state.done - self._before
         if not fresh or state.done == state.total:
             return ""
-        from damagepred.study.campaign.words import duration
+        from damagepred.formatting import duration
 
         return f"about {duration((time.monotonic() - self._began) / fresh * (state.total - state.done))} left"
 

@@ -14,7 +14,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
-from damagepred.formatting import chance, length, named, number, with_band
+from damagepred.formatting import chance, duration, length, named, number, with_band
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words, shares
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
@@ -24,7 +24,6 @@ from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, d
 from damagepred.report.quality import category_name, common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
-from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.fit import EXTRAPOLATED

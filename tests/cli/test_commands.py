@@ -137,10 +137,10 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     symmetric: bool, megabytes: str, data_folder: Path
 ) -> None:
     from damagepred.assembly import wall_model
+    from damagepred.pipeline import matrix_bytes
     from damagepred.scene import Scene, Solver
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
     from damagepred.solvers.symmetry import symmetric_half
-    from damagepred.study.campaign.cost_estimate import matrix_bytes
 
     model, solver = wall_model(Scene.from_toml(data_folder / "bryant_dishing.toml")), Solver(symmetric_half=symmetric)
     told = matrix_bytes(model, solver)

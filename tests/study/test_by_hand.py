@@ -16,6 +16,7 @@ from damagepred.archive.parts import Column
 from damagepred.assembly import Limits, wall_geometry
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
+from damagepred.formatting import duration
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.scene.accuracy import Measured
 from damagepred.study import Study
@@ -23,14 +24,13 @@ from damagepred.study.campaign import dispatch, sample
 from damagepred.study.campaign import preset_accuracy as accuracy
 from damagepred.study.campaign import stopping as running
 from damagepred.study.campaign.budget import require_affordable, sample_timeout
+from damagepred.study.campaign.campaign import RunSummary, _Stop
 from damagepred.study.campaign.cost_estimate import Estimate, zone_bytes
 from damagepred.study.campaign.dispatch import GivenExecutor
 from damagepred.study.campaign.sample import kept_of_movement
 from damagepred.study.campaign.status import standing
 from damagepred.study.campaign.stopping import Ending, Look
-from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings, differing_keys
-from damagepred.study.study import RunSummary, _Stop
 from damagepred.uq import estimate
 from damagepred.uq.stopping import StopWhen
 from tests.conftest import SMALL_STUDY

@@ -83,7 +83,7 @@ def test_killed_while_the_folder_is_made(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_a_design_records_the_joints_of_as_many_walls_as_is_sensible(monkeypatch: pytest.MonkeyPatch) -> None:
-    from damagepred.study import study as module
+    from damagepred.study.campaign import campaign as module
 
     study = Study(settings())
     places = set(study.design.joint)

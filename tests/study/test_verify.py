@@ -263,7 +263,7 @@ def test_values_that_cannot_be_are_refused(
 def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = Path(shutil.copytree(done, tmp_path / "study.dp"))
     here = sample.environment() | {"kernel_hash": "new"}
-    for where in ("damagepred.study.study.environment", "damagepred.study.campaign.sample.environment"):
+    for where in ("damagepred.study.campaign.campaign.environment", "damagepred.study.campaign.sample.environment"):
         monkeypatch.setattr(where, lambda: here)
     before = {file: file.read_bytes() for file in files(folder)}
     with pytest.raises(StudyError, match="kernel hash new; go on with that program, or mix versions with --mix-ver"):

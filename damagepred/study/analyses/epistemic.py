@@ -14,8 +14,8 @@ from damagepred.archive.folder import open_study
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene.reading import build, plain
+from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.settings import StudySettings
-from damagepred.study.study import Study
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import Exceedance, exceedance
 from damagepred.uq.reweight import density_ratio
@@ -69,7 +69,7 @@ def alternatives(
     InputError
         If an alternative is for no variable with a value a wall, or has no density.
     """
-    study, ds = Study.from_folder(path), open_study(path)
+    study, ds = Campaign.from_folder(path), open_study(path)
     found = [_estimate("", ds, category, at, confidence)]
     for name, changes in (study.settings.study.epistemic if others is None else others).items():
         other = changed(study.settings, name, changes)

@@ -10,7 +10,7 @@ import numpy as np
 from damagepred.archive.folder import open_study
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.study.study import Study
+from damagepred.study.campaign.campaign import Campaign
 from damagepred.uq.capacity import reached_by
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.importance import cross_entropy_shift
@@ -64,7 +64,7 @@ def propose(path: str | Path, category: int, at: float) -> Proposed:
     InputError
         If the study's walls are those of a table, or too few reached the category at all.
     """
-    study, ds = Study.from_folder(path), open_study(path)
+    study, ds = Campaign.from_folder(path), open_study(path)
     design = study.design
     if design.sampler.kind == "table" or not design.wall:
         raise InputError(f"{path}: importance sampling needs variables with one value a wall, drawn by the study.")

@@ -25,8 +25,8 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Limits
 from damagepred.errors import InputError, StudyError
 from damagepred.study.analyses.limit_state import Question
+from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.settings import StudySettings
-from damagepred.study.study import Study
 from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.control_variate import FEWEST, PilotReport, read_pilot, two_level
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
@@ -157,7 +157,11 @@ def run_two_level(
         raise StudyError(f"{folder}: is no folder of two-level runs; nothing was changed. Choose another with -o.")
 
     def run(level: StudySettings, name: str, samples: int) -> xr.Dataset:
-        if Study(level, limits).run(folder / name, samples, workers, executor, mix_versions=mix_versions).interrupted:
+        if (
+            Campaign(level, limits)
+            .run(folder / name, samples, workers, executor, mix_versions=mix_versions)
+            .interrupted
+        ):
             raise KeyboardInterrupt
         return open_study(folder / name)
 

@@ -8,24 +8,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Limits, Model, wall_size
+from damagepred.formatting import duration
 from damagepred.input_files import read_toml
-from damagepred.pipeline import Step, model_of, solve
-from damagepred.scene import Scene, Solver
+from damagepred.pipeline import Step, matrix_bytes, model_of, solve
+from damagepred.scene import Scene
 from damagepred.scene.assumed import ground_line
-from damagepred.solvers.quasi_static.linear_system import block_levels
-from damagepred.solvers.symmetry import symmetric_half
-from damagepred.solvers.system.elastic_stiffness import held_dofs
+from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.campaign.preset_accuracy import accuracy_lines
 from damagepred.study.campaign.warm_up import warm_up
-from damagepred.study.campaign.words import duration
 from damagepred.study.settings import StudySettings
-from damagepred.study.study import Study
 
 LONG_ENOUGH = 60.0
 """Seconds after which no further increment is timed."""
@@ -116,24 +111,6 @@ class _LongEnough(Exception):
     """Enough increments have been timed."""
 
 
-def matrix_bytes(model: Model, solver: Solver) -> int:
-    """Return what the matrices of the quasi-static solver take (bytes): two for each level of blocks, dense.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    solver : Solver
-        Its settings; the explicit solver has no matrices.
-    """
-    if solver.method != "quasi_static":
-        return 0
-    half = symmetric_half(model) if solver.symmetric_half else None
-    solved = model if half is None else half.model
-    levels = block_levels(solved, held_dofs(solved))[: solved.n_blocks]
-    return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())
-
-
 def zone_bytes(model: Model, increments: int) -> int:
     """Return what is kept of zones (four stresses and a state) and gridpoints (displacement) in memory (bytes)."""
     if model.mesh is None:
@@ -177,7 +154,7 @@ def price(
     if any(key in tables for key in ("scene", "study", "variables", "correlation")):
         settings = StudySettings.from_toml(path)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
-        scene, fields = Study(settings, limits).sample(0)
+        scene, fields = Campaign(settings, limits).sample(0)
         ground = ground_line(settings.scene, settings.variables)
     else:
         scene, fields = Scene.from_toml(path), {}

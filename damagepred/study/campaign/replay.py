@@ -18,8 +18,8 @@ from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.pipeline import Step, solve
 from damagepred.solvers.options import with_recorded_options
+from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.campaign.sample import sampled_wall
-from damagepred.study.study import Study
 
 BIT_FOR_BIT = "bit for bit"
 """First words of the comparison of a sample that is the same."""
@@ -60,7 +60,7 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     design = folder.design()
     if not 0 <= sample < design.sizes["sample"]:
         raise InputError(f"sample {sample}: {folder.path} has samples 0 to {design.sizes['sample'] - 1}.")
-    study = Study.from_folder(path)
+    study = Campaign.from_folder(path)
     values = {place: float(design[place].values[sample]) for place in study.design.wall}
     scene, fields = sampled_wall(study.settings, study.design, sample, values)
     if recorded := design.attrs.get("solver_options"):

@@ -15,7 +15,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.archive.schema import CATEGORIES
 from damagepred.enumerations import SOLVED, SampleStatus
-from damagepred.study.campaign.words import duration
+from damagepred.formatting import duration
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.estimate import effective_samples, probability
 

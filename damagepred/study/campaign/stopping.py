@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.errors import InputError
-from damagepred.study.study import Progress, RunSummary, Study
+from damagepred.study.campaign.campaign import Campaign, Progress, RunSummary
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
@@ -80,7 +80,7 @@ class Ending(NamedTuple):
 
 
 def run_until(
-    study: Study,
+    study: Campaign,
     out: str | Path,
     samples: int | None = None,
     workers: int = 1,
@@ -97,7 +97,7 @@ def run_until(
 
     Parameters
     ----------
-    study : Study
+    study : Campaign
         With ``[study.stop_when]``, ``time_budget``, or both.
     out : str or Path
         Study folder.
@@ -152,7 +152,7 @@ def _confidence(rule: StopWhen | None, at: list[int], replicates: int, timed: bo
 
 
 def _piece(
-    study: Study,
+    study: Campaign,
     out: str | Path,
     count: int,
     workers: int,

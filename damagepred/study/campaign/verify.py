@@ -23,10 +23,10 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
+from damagepred.formatting import duration
+from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.campaign.replay import BIT_FOR_BIT, replay
-from damagepred.study.campaign.words import duration
 from damagepred.study.settings import read_frozen
-from damagepred.study.study import Study
 
 
 @dataclass
@@ -249,7 +249,7 @@ def _study(folder: StudyFolder) -> Iterator[str]:
 
 def _design(folder: StudyFolder) -> Iterator[str]:
     """Draw the design again."""
-    study = Study.from_text(folder.study_text())
+    study = Campaign.from_text(folder.study_text())
     count = 0
     with suppress(InputError):
         asked = read_signed_json(folder.manifest_file, folder.study_hash).get("samples")
