@@ -35,7 +35,7 @@ from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.cli import main as command_line
 from damagepred.errors import ArchiveWarning, InputError
 from damagepred.study import Study
-from damagepred.study import study as study_module
+from damagepred.study.campaign import campaign as study_module
 from damagepred.study.campaign.dispatch import GivenExecutor
 from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings

@@ -13,9 +13,9 @@ from damagepred.errors import InputError
 from damagepred.study import Study, open_study
 from damagepred.study.analyses.two_level import levels, pilot_of, run_two_level
 from damagepred.study.campaign import sample
+from damagepred.study.campaign.campaign import Campaign, RunSummary
 from damagepred.study.campaign.sample import Outcome, Solved
 from damagepred.study.settings import StudySettings
-from damagepred.study.study import RunSummary
 from damagepred.uq.control_variate import PilotReport
 from damagepred.uq.design import Design
 from tests.conftest import SMALL_STUDY
@@ -121,7 +121,7 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_an_interrupt_ends_it_and_it_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Study, "run", lambda *given, **more: RunSummary(tmp_path, 12, 3, 0, True, 1.0))
+    monkeypatch.setattr(Campaign, "run", lambda *given, **more: RunSummary(tmp_path, 12, 3, 0, True, 1.0))
     with pytest.raises(KeyboardInterrupt):
         run_two_level(settings(LARGER), 1, 5e-3, tmp_path / "two", pilot=12)
 
