@@ -660,6 +660,21 @@ def report(
     screen.say(f"wrote {place}")
 
 
+@app.command()
+def guide(
+    topic: Annotated[str | None, typer.Argument(help="Page to read; left out, the pages are listed.")] = None,
+) -> None:
+    """Read the guide in the terminal."""
+    from damagepred.guide import TOPICS, page, title
+
+    if topic is not None:
+        screen.markdown(page(topic))
+        return
+    screen.say("damagepred guide TOPIC, with one of these topics:")
+    for name in TOPICS:
+        screen.say(f"  {name:20} {title(name)}")
+
+
 def main() -> None:
     """Run the command line; every expected error is one message and an exit code."""
     from damagepred.errors import InputError, SolverError, StudyError

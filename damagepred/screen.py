@@ -102,6 +102,16 @@ def say(message: str, *, error: bool = False) -> None:
         _out.print(escaped(message))
 
 
+def markdown(text: str) -> None:
+    """Print Markdown, laid out in a terminal and as it is elsewhere."""
+    if not _out.is_terminal:
+        _OUTPUT.write(text)
+        return
+    from rich.markdown import Markdown
+
+    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(text))
+
+
 def quantity(option: str, text: str, unit: str) -> float:
     """Read a number with a unit from the command line.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from damagepred.errors import InputError
+from damagepred.guide import page
 from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
 from damagepred.scene.assumed import ground_line
 from damagepred.study.campaign.template import STARTER
@@ -159,16 +160,16 @@ def test_soil_swells_under_dishing_and_shrinks_under_doming():
     assert (Soil().stiffness("dishing"), Soil().stiffness("doming")) == (4e6, 5e6)
 
 
-def test_stiffness_of_the_soil_is_the_same_by_default_in_starter_readme_statistics_and_study(data_folder: Path) -> None:
+def test_stiffness_of_the_soil_is_the_same_by_default_in_starter_guide_statistics_and_study(data_folder: Path) -> None:
     usual = Soil()
     statistics = tomllib.loads((data_folder / "statistics" / "ground.toml").read_text())
     house = tomllib.loads((data_folder.parent / "studies" / "soil_movement" / "house.toml").read_text())
-    readme = (data_folder.parent / "README.md").read_text()
+    guide = page("footing-and-ground")
     for name in ("swelling_stiffness", "shrinking_stiffness"):
         expected = getattr(usual, name)
         assert statistics[f"soil.{name}"]["mean"] == expected
         assert house["scene"]["soil"][name] == house["variables"][f"soil.{name}"]["mean"] == expected
-        for text in (STARTER, readme):
+        for text in (STARTER, guide):
             assert [float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)] == [1e-3 * expected]
 
 

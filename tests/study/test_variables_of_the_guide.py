@@ -1,6 +1,5 @@
-"""The README's example of what is uncertain is a study that can be drawn."""
+"""The guide's example of what is uncertain is a study that can be drawn."""
 
-import re
 import tomllib
 from pathlib import Path
 
@@ -9,17 +8,15 @@ import pytest
 
 from damagepred.study import Study
 from damagepred.study.campaign.sample import joint_places
-from tests.conftest import ROOT
+from tests.guide.pages import WRITTEN, blocks
 
 
 def test_the_example_can_be_drawn(tmp_path: Path) -> None:
-    section = (ROOT / "README.md").read_text().split("## What is uncertain")[1]
-    example = re.search(r"```toml\n(.*?)```", section, re.DOTALL)
-    assert example is not None
-    (tmp_path / "house.toml").write_text("[scene.wall]\nlength = 2.4\nheight = 0.9\n" + example[1])
-    (tmp_path / "shear_tests.csv").write_text("test,cohesion\n1,0.31\n2,0.42\n3,0.35\n4,0.29\n5,0.51\n")
+    example, measured = blocks(WRITTEN["uncertainty"])[:2]
+    (tmp_path / "house.toml").write_text(example.text)
+    (tmp_path / "shear_tests.csv").write_text(measured.text)
     study = Study.from_toml(tmp_path / "house.toml")
-    assert set(study.settings.variables) == set(tomllib.loads(example[1])["variables"])
+    assert set(study.settings.variables) == set(tomllib.loads(example.text)["variables"])
     places = joint_places(study.settings.scene)
     drawn = [study.design.joint_values(i, places) for i in range(300)]
     strength, cohesion = (np.array([d[f"joint.{n}"] for d in drawn]) for n in ("tensile_strength", "cohesion"))

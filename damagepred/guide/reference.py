@@ -1,0 +1,262 @@
+"""The guide's pages of all keys and of all archive variables, written from the code.
+
+python -m damagepred.guide.reference
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic_core import PydanticUndefined
+
+from damagepred.archive.schema import VARIABLES
+from damagepred.archive.schema import Variable as ArchiveVariable
+from damagepred.scene import (
+    BaseMotion,
+    BlockMaterial,
+    ControlJoint,
+    Damage,
+    Dpc,
+    Dynamics,
+    Footing,
+    Joint,
+    Loads,
+    Mound,
+    Movement,
+    Opening,
+    ReinforcedConcrete,
+    Rig,
+    Soil,
+    Solver,
+    Wall,
+)
+from damagepred.scene.quantity import Quantity
+from damagepred.study.settings import Sampling
+from damagepred.uq.importance import Proposal
+from damagepred.uq.stopping import StopWhen
+from damagepred.uq.variable import Component, JointField, Variable
+
+SCENE_TABLES: dict[str, type] = {
+    "[wall]": Wall,
+    "[[opening]]": Opening,
+    "[[control_joint]]": ControlJoint,
+    "[block]": BlockMaterial,
+    "[joint]": Joint,
+    "[dpc]": Dpc,
+    "[footing]": Footing,
+    "[footing.concrete]": ReinforcedConcrete,
+    "[movement]": Movement,
+    "[rig]": Rig,
+    "[mound]": Mound,
+    "[soil]": Soil,
+    "[loads]": Loads,
+    "[solver]": Solver,
+    "[damage]": Damage,
+    "[dynamics]": Dynamics,
+    "[[dynamics.base]]": BaseMotion,
+}
+STUDY_TABLES: dict[str, type] = {
+    "[study]": Sampling,
+    "[study.stop_when]": StopWhen,
+    '[study.importance."place"]': Proposal,
+    '[variables."place"]': Variable,
+    '[variables."place".field]': JointField,
+    '[[variables."place".components]]': Component,
+}
+
+LARGE = 1e4
+"""Bounds beyond it (SI) only keep out slips of the pen, and are not listed."""
+
+KEYS_HEAD = """\
+# Keys: every table and key of a scene and a study
+
+A scene file has the tables below at its top level. A study file has them under `[scene.*]`, such as `[scene.wall]`;
+or it names a scene file with `scene = "wall.toml"`.
+
+Each key has its unit, its default and its range in brackets. A number without a unit is SI; a string may carry a unit,
+such as `"8 mm"`. A key that is *required* must be given where its table is. A key that is left out takes its default,
+and an *optional* one has no value: the text calls that None.
+
+`damagepred.guide.reference` writes this page from the code.
+"""
+ARCHIVE_HEAD = """\
+# Archive: every variable of a result
+
+`damagepred solve -o wall.nc` writes a wall. `damagepred study` writes a folder; `damagepred.open_study` reads it.
+In a study the dimension `sample` comes first, and sampled inputs bear the name of their place, such as
+`joint.friction`. A result holds the variables that its scene has.
+
+Each variable has its dimensions and its unit in brackets. Flags are whole numbers with the meanings listed; -1 is
+unknown. NaN is unknown, too. Files follow the CF conventions 1.11, meshes of zones the UGRID conventions.
+
+`damagepred.guide.reference` writes this page from the code.
+"""
+
+
+def keys_page() -> str:
+    """Return the page of all keys of scenes and studies."""
+    parts = [KEYS_HEAD, "## The scene\n", "- `title` (text, default `masonry wall`): what the wall is.\n"]
+    parts += [_table(name, kind) for name, kind in SCENE_TABLES.items()]
+    parts += ["## The study\n", "`[correlation]` has a table of partners for a variable, each with its correlation.\n"]
+    parts += [_table(name, kind) for name, kind in STUDY_TABLES.items()]
+    return "\n".join(parts)
+
+
+def archive_page() -> str:
+    """Return the page of all variables of archives."""
+    groups: dict[str, list[str]] = {}
+    for name, variable in VARIABLES.items():
+        groups.setdefault(_group(variable), []).append(_variable(name, variable))
+    parts = [f"## {group}\n\n" + "\n".join(lines) + "\n" for group, lines in groups.items()]
+    return "\n".join([ARCHIVE_HEAD, *parts])
+
+
+def _table(name: str, kind: type) -> str:
+    """Return the section of one table: what it is, and its keys."""
+    own, texts = described_fields(kind)
+    if kind is Component:
+        shown = [f for f in dataclasses.fields(kind) if f.name in texts]
+    else:
+        for base in kind.__mro__[1:]:
+            if dataclasses.is_dataclass(base):
+                texts = described_fields(base)[1] | texts
+        shown = list(dataclasses.fields(kind))
+    rows = [_key(kind, field.name, texts[field.name]) for field in shown if field.name in texts]
+    more = '\n\nBesides, the keys of `[variables."place"]` but `components` and `field`.' if kind is Component else ""
+    return f"### `{name}`\n\n{_wrapped(own + more)}\n\n" + "\n".join(rows) + "\n"
+
+
+def described_fields(kind: type) -> tuple[str, dict[str, str]]:
+    """Return what a class says of itself, and of each attribute (numpydoc).
+
+    Parameters
+    ----------
+    kind : type
+        Class whose docstring has a section Attributes.
+    """
+    head, _, attributes = inspect.cleandoc(kind.__doc__ or "").partition("\nAttributes\n----------\n")
+    texts: dict[str, str] = {}
+    for names, text in re.findall(r"^(\w[\w, ]*) : [^\n]*\n((?:(?:    .*)?\n?)*)", attributes, re.MULTILINE):
+        for name in names.split(","):
+            texts[name.strip()] = _markdown(textwrap.dedent(text))
+    return _markdown(head), texts
+
+
+def _markdown(text: str) -> str:
+    """Return reStructuredText's literals as Markdown has them, and paragraphs in one line each."""
+    paragraphs = re.split(r"\n\s*\n", text.strip().replace("``", "`"))
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+
+
+def _wrapped(text: str, indent: str = "") -> str:
+    return "\n\n".join(
+        textwrap.fill(paragraph, 118, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
+        for paragraph in text.split("\n\n")
+    )
+
+
+def _key(kind: Any, name: str, text: str) -> str:
+    field = kind.__pydantic_fields__[name]
+    facts = [_type(field), _default(field), *_bounds(field)]
+    return _wrapped(f"- `{name}` ({', '.join(fact for fact in facts if fact)}): {text}", "  ")
+
+
+def _parts(annotation: Any) -> Iterator[Any]:
+    """Yield an annotation and all that stands inside it."""
+    yield annotation
+    for part in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
+        yield from _parts(part)
+
+
+def _all(field: Any) -> list[Any]:
+    return [*field.metadata, *_parts(field.annotation)]
+
+
+def _type(field: Any) -> str:
+    """Return unit, words to choose from, or type of a key."""
+    inside = _all(field)
+    if units := [part.unit for part in inside if isinstance(part, Quantity)]:
+        return _unit(units[0])
+    for part in inside:
+        if get_origin(part) is Literal:
+            return " or ".join(f"`{word}`" for word in get_args(part))
+        if isinstance(part, type) and dataclasses.is_dataclass(part):
+            return "table"
+    names = {bool: "true or false", int: "whole number", float: "number", str: "text", dict: "table"}
+    return next((word for kind, word in names.items() if kind in inside), "")
+
+
+def _unit(unit: str) -> str:
+    return "no unit" if unit == "1" else unit.replace("**", "").replace("*", " ")
+
+
+def _default(field: Any) -> str:
+    value = field.get_default(call_default_factory=True)
+    if value is PydanticUndefined:
+        return "required"
+    if value is None or value == () or value == {}:
+        return "optional"
+    if isinstance(value, bool):
+        return f"default {str(value).lower()}"
+    return f"default `{value}`" if isinstance(value, str) else f"default {value:g}"
+
+
+def _bounds(field: Any) -> list[str]:
+    """Return the range of a number in words, without bounds that only keep out slips of the pen."""
+    words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+    found: dict[str, float] = {}
+    for mark in _all(field):
+        for sign, tightest in (("gt", max), ("ge", max), ("lt", min), ("le", min)):
+            value = getattr(mark, sign, None)
+            if isinstance(value, int | float) and abs(value) < LARGE:
+                found[sign] = tightest(found.get(sign, value), value)
+    if "gt" in found and found.get("ge", -LARGE) <= found["gt"]:
+        found.pop("ge", None)
+    return [f"{words[sign]} {value:g}" for sign, value in found.items()]
+
+
+def _group(variable: ArchiveVariable) -> str:
+    """Return the heading that a variable of an archive stands under, by its last dimension."""
+    names = {
+        "increment": "Of the wall, increment by increment",
+        "sample": "Of a sample of a study",
+        "group_count": "Of groups of cracks",
+        "opening": "Of openings",
+        "support": "Of supports",
+        "jack": "Of jacks",
+        "section": "Of sections of the footing",
+        "block": "Of blocks",
+        "vertex": "Of corners of blocks",
+        "contact": "Of contacts",
+        "zone": "Of zones",
+        "gridpoint": "Of gridpoints",
+    }
+    last = variable.dims[-1] if variable.dims else ""
+    return names.get(last, "Of the mesh of zones")
+
+
+def _variable(name: str, variable: ArchiveVariable) -> str:
+    facts = [", ".join(variable.dims) or "no dimension"]
+    facts += [_unit(variable.units)] if variable.units else []
+    flags = "; ".join(f"{number} {word}" for number, word in enumerate(variable.flags))
+    return _wrapped(f"- `{name}` ({'; '.join(facts)}): {variable.long_name}." + (f" {flags}." if flags else ""), "  ")
+
+
+PAGES = {"keys": keys_page, "archive": archive_page}
+"""Topic -> what writes its page."""
+
+
+def main() -> None:
+    """Write the pages beside this file."""
+    for topic, write in PAGES.items():
+        (Path(__file__).parent / f"{topic}.md").write_text(write(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""Markdown pages as tests see them: blocks of code with the comments before them, and sentences of prose.
+
+Comments before a block say how it is run (CONTRIBUTING.md):
+
+<!-- file: NAME -->          the block is written to that file
+<!-- quick: OLD => NEW -->   the fast test replaces OLD by NEW, such as a number of samples
+<!-- slow -->                the fast test leaves the block out
+<!-- not run: REASON -->     no test runs it
+"""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from damagepred.guide import TOPICS
+from damagepred.guide.reference import PAGES
+from tests.conftest import ROOT
+
+GUIDE = ROOT / "damagepred" / "guide"
+WRITTEN = {"README": ROOT / "README.md"} | {t: GUIDE / f"{t}.md" for t in TOPICS if t not in PAGES}
+"""Pages written by hand, by name."""
+
+_BLOCK = re.compile(r"((?:^<!-- [^\n]* -->\n)*)^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+class Block(NamedTuple):
+    """A block of code: what the comments before it say, its language, its text."""
+
+    comments: dict[str, list[str]]
+    language: str
+    text: str
+
+    def quick(self) -> str:
+        """Return the text with the replacements of the fast test."""
+        text = self.text
+        for pair in self.comments.get("quick", []):
+            old, new = pair.split(" => ")
+            assert old in text, f"quick: '{old}' is not in the block"
+            text = text.replace(old, new)
+        return text
+
+
+def blocks(path: Path) -> list[Block]:
+    found = []
+    for comments, language, text in _BLOCK.findall(path.read_text(encoding="utf-8")):
+        said: dict[str, list[str]] = {}
+        for line in re.findall(r"<!-- (.*) -->", comments):
+            key, _, value = line.partition(": ")
+            said.setdefault(key, []).append(value)
+        found.append(Block(said, language, text))
+    return found
+
+
+def sentences(text: str) -> list[str]:
+    """Return the sentences of a page, without code, tables, comments and headings."""
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"<!--.*?-->", "", text)
+    text = re.sub(r"!\[([^\]]*)\]\([^)]*\)", "", text)
+    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    text = re.sub(r"^(\||#).*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^\*References\.\*.*?(\n\n|\Z)", "\n\n", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"`[^`]*`", "Code", text)
+    paragraphs = re.split(r"\n\s*\n|\n(?=[-*] |\d+\. )", text)
+    return [s for p in paragraphs for s in re.split(r"(?<=[.?!])\*{0,2}\s+(?=[\"*(A-Z])", " ".join(p.split())) if s]

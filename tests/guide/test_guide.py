@@ -1,0 +1,123 @@
+"""README and guide: what they say is current, in short sentences, and every command in them runs."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from damagepred.errors import InputError
+from damagepred.guide import TOPICS, page
+from damagepred.guide.reference import PAGES, described_fields
+from damagepred.scene import Scene, Wall
+from damagepred.version import __version__
+from tests.conftest import ROOT
+from tests.guide.pages import GUIDE, WRITTEN, blocks, sentences
+
+MOST_WORDS = 30
+PRIVATE = re.compile(
+    r"\b(seed paper|from memory|sandbox|helper|agent|the brief|TODO|FIXME)\b|/work/|/tmp/", re.IGNORECASE
+)
+"""Words of those who write the package; users do not know them."""
+
+
+def run(command: list[str], folder: Path) -> subprocess.CompletedProcess:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "COLUMNS": "80"}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def run_page(name: str, folder: Path, quick: bool) -> int:
+    """Run the blocks of a page one after the other in a folder; return how many commands and snippets ran."""
+    count = 0
+    for block in blocks(WRITTEN[name]):
+        said, text = block.comments, block.quick() if quick else block.text
+        if {"not run", "main command", "test command"} & set(said) or (quick and "slow" in said):
+            continue
+        if "file" in said:
+            (folder / said["file"][0]).write_text(text, encoding="utf-8")
+            continue
+        if block.language == "toml":
+            Scene.from_dict(tomllib.loads(text))
+        if block.language not in ("bash", "python"):
+            continue
+        commands = text.strip().splitlines() if block.language == "bash" else [text]
+        start = ["bash", "-euo", "pipefail", "-c"] if block.language == "bash" else [sys.executable, "-c"]
+        for command in commands:
+            done = run([*start, command], folder)
+            assert done.returncode == 0, f"{name}: {command}\n{done.stdout}\n{done.stderr}"
+            count += 1
+    return count
+
+
+@pytest.mark.parametrize("name", [name for name, path in WRITTEN.items() if any(b.language for b in blocks(path))])
+def test_commands_and_snippets_of_a_page_run(name: str, tmp_path: Path) -> None:
+    assert run_page(name, tmp_path, quick=True) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize("name", [name for name, path in WRITTEN.items() if any(b.language for b in blocks(path))])
+def test_commands_and_snippets_of_a_page_run_as_they_stand(name: str, tmp_path: Path) -> None:
+    assert run_page(name, tmp_path, quick=False) > 0
+
+
+@pytest.mark.parametrize("topic", PAGES)
+def test_generated_pages_are_what_the_code_says(topic: str) -> None:
+    assert page(topic) == PAGES[topic](), "run: python -m damagepred.guide.reference"
+
+
+def test_every_key_of_a_table_is_described_with_unit_default_and_range() -> None:
+    text = page("keys")
+    for name in described_fields(Wall)[1]:
+        assert f"- `{name}` (" in text
+    assert "- `length` (m, default 6, above 0, at most 1000)" in text
+    assert "- `bond` (`running` or `stack`, default `running`)" in text
+    assert "- `x` (m, required, at least 0)" in text
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_sentences_are_short_and_words_are_not_private(name: str) -> None:
+    text = WRITTEN[name].read_text(encoding="utf-8")
+    long = [s for s in sentences(text) if len(s.split()) > MOST_WORDS]
+    assert not long, "\n".join(f"{len(s.split())} words: {s}" for s in long)
+    assert not PRIVATE.findall(text)
+
+
+@pytest.mark.parametrize("path", [*WRITTEN.values(), ROOT / "CONTRIBUTING.md"], ids=lambda p: p.stem)
+def test_links_lead_to_files(path: Path) -> None:
+    for link in re.findall(r"\]\(([^)#]+)\)", path.read_text(encoding="utf-8")):
+        assert link.startswith("https://") or (path.parent / link).exists(), link
+
+
+def test_studies_and_data_that_pages_name_exist() -> None:
+    for path in WRITTEN.values():
+        for named in re.findall(r"`((?:studies|data|damagepred|tests)/[\w./]+)`", path.read_text(encoding="utf-8")):
+            assert (ROOT / named).exists() or named.endswith("/results"), f"{path.name}: {named}"
+
+
+def test_readme_is_one_screen_and_citation_is_of_this_version() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
+    assert f"version: {__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_every_page_is_a_topic() -> None:
+    assert {p.stem for p in GUIDE.glob("*.md")} - {"words"} == set(TOPICS)
+
+
+def test_a_wrong_topic_is_told_the_nearest() -> None:
+    with pytest.raises(InputError, match="Did you mean 'theory'"):
+        page("theorie")
+
+
+def test_the_command_prints_a_page_as_it_is_where_no_terminal_is(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "damagepred", "guide"]
+    listed = run(command, tmp_path)
+    assert all(topic in listed.stdout for topic in TOPICS)
+    assert run([*command, "theory"], tmp_path).stdout == page("theory")
+    wrong = run([*command, "glosary"], tmp_path)
+    assert wrong.returncode == 2
+    assert "Did you mean 'glossary'?" in wrong.stderr
