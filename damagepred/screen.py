@@ -6,6 +6,7 @@ import contextlib
 import errno
 import itertools
 import os
+import re
 import sys
 import time
 import warnings
@@ -103,13 +104,14 @@ def say(message: str, *, error: bool = False) -> None:
 
 
 def markdown(text: str) -> None:
-    """Print Markdown, laid out in a terminal and as it is elsewhere."""
+    """Print Markdown, in a terminal laid out and without comments, elsewhere as it is."""
     if not _out.is_terminal:
         _OUTPUT.write(text)
         return
     from rich.markdown import Markdown
 
-    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(text))
+    shown = re.sub(r"^<!--.*-->\n", "", text, flags=re.MULTILINE)
+    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(shown))
 
 
 def quantity(option: str, text: str, unit: str) -> float:
