@@ -245,7 +245,9 @@ def _variable(name: str, variable: ArchiveVariable) -> str:
     facts = [", ".join(variable.dims) or "no dimension"]
     facts += [_unit(variable.units)] if variable.units else []
     flags = "; ".join(f"{number} {word}" for number, word in enumerate(variable.flags))
-    return _wrapped(f"- `{name}` ({'; '.join(facts)}): {variable.long_name}." + (f" {flags}." if flags else ""), "  ")
+    return _wrapped(
+        f"- `{name}` ({'; '.join(facts)}): {variable.long_name}." + (f" Flags: {flags}." if flags else ""), "  "
+    )
 
 
 PAGES = {"keys": keys_page, "archive": archive_page}

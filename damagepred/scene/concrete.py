@@ -32,8 +32,8 @@ class ReinforcedConcrete:
     Attributes
     ----------
     law : {"cracked", "branson"}
-        "cracked": a cracked and an uncracked state share the length of the beam (Ghali and Favre; EN 1992-1-1 7.4.3),
-        steel yields, and axial force counts. "branson": an effective second moment of area between the gross and the
+        "cracked": a cracked and an uncracked state share the length of the beam (Ghali and Favre; EN 1992-1-1 7.4.3).
+        Steel yields, and axial force counts. "branson": an effective second moment of area between the gross and the
         cracked one, whatever the axial force; its steel does not yield.
     grade : str
         N20, N25, N32, N40 or N50: the characteristic cylinder strength f'c in MPa.

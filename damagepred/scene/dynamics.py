@@ -91,8 +91,8 @@ class Dynamics:
     movement_time : float or None
         Time over which the movement of the ground and of moved blocks is applied, gently (s). None: it is not.
     ground_pieces : int
-        Where the form of the ground changes as its movement grows, the number of equal parts of the load factor in
-        each of which every point of the ground moves in a straight line between its exact states.
+        Number of equal parts of the load factor where the form of the ground changes as its movement grows. In each,
+        every point of the ground moves in a straight line between its exact states.
     damping : {"none", "viscous", "rayleigh", "local"}
         ``viscous``: proportional to mass, against the motion relative to the base. ``rayleigh``: proportional to mass
         and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for coming to rest.
@@ -103,11 +103,11 @@ class Dynamics:
     local_damping : float
         Share of the unbalanced force that opposes the motion.
     contact_damping : float
-        Dashpots of contacts without tensile strength, while they are pressed: share of the critical damping of a block
-        that bounces on a joint, for the joint where that takes the strongest dashpot. They never pull. 0: impacts are
-        elastic, and a rocking block bounces for ever. 1: impacts are inelastic. A rigid block that rocks on its corners
-        (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its angular velocity
-        at each impact; more, if points along its base take part of the impulse.
+        Dashpots of contacts without tensile strength, while they are pressed. The number is a share of the critical
+        damping of a block that bounces on a joint, for the joint that needs the strongest dashpot. They never pull. 0:
+        impacts are elastic, and a rocking block bounces for ever. 1: impacts are inelastic. A rigid block that rocks on
+        its corners (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its
+        angular velocity at each impact. It keeps more if points along its base take part of the impulse.
     time_step_safety : float or None
         Fraction of the largest stable time step, which follows from the highest frequency and the damping. None: 0.5;
         0.25 where nothing damps joints without strength, as blocks that bounce on them gain energy with longer steps.

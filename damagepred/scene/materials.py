@@ -92,16 +92,16 @@ class Joint:
         Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
     shear_fracture_energy : float or None
         G_f (N/m), mode II: what sliding an unopened joint takes to wear off its bond, on top of what the residual
-        values take. Cohesion, friction and what tension the joint carries fall linearly with the slip, to the residual
-        values at 2 G_f / (cohesion - residual_cohesion): slip and opening use up one and the same bond. Only together
-        with fracture_energy, without dilation and brittle_shear. So little that the elastic joint holds more: the first
-        slip breaks the bond. None: slip leaves the bond as it is. Clay brick and mortar: 10 to 250 N/m (van der
-        Pluijm 1999, assumed).
+        values take. Cohesion, friction and tension fall linearly with the slip, to the residual values at 2 G_f /
+        (cohesion - residual_cohesion). Slip and opening use up one and the same bond. Only together with
+        fracture_energy, without dilation and brittle_shear. So little that the elastic joint holds more: the first slip
+        breaks the bond. None: slip leaves the bond as it is. Clay brick and mortar: 10 to 250 N/m (van der Pluijm 1999,
+        assumed).
     compressive_strength : float or None
-        f_c (Pa), the cap: the joint carries no more pressure, sigma >= -f_c, and closes for good beyond (it crushes);
-        and pressed near to it, it carries less shear, |tau| <= sqrt((f_c^2 - sigma^2) / C_ss) where that is less than
-        Coulomb's limit (the ellipse of Lourenco and Rots 1997, without its hardening and softening; slip on it does
-        not close the joint). None: no cap. It goes without dilation.
+        f_c (Pa), the cap. The joint carries no more pressure, sigma >= -f_c, and closes for good beyond (it crushes).
+        Near it the joint carries less shear, |tau| <= sqrt((f_c^2 - sigma^2) / C_ss), where that is less than Coulomb's
+        limit. This is the ellipse of Lourenco and Rots (1997), without its hardening and softening; slip on it does not
+        close the joint. None: no cap. It goes without dilation.
     cap_shear : float
         C_ss (1), how much shear counts in the cap; 9 as Lourenco and Rots have it.
     """
@@ -184,8 +184,8 @@ class Footing:
     """Footing beam under the wall (``[footing]``), the paper's 300 x 300 mm concrete by default.
 
     A prescribed movement shape moves the underside of the wall as given, so these values then only describe
-    the footing. On jacks or on a mound it is a beam that finds its own form: a chain of rigid segments, one below
-    each brick of the first course, and between them sections that bend and shear.
+    the footing. On jacks or on a mound it is a beam that finds its own form. The beam is a chain of rigid segments,
+    one below each brick of the first course. The sections between them bend and shear.
 
     Attributes
     ----------

@@ -21,8 +21,8 @@ Kind = Literal["dishing", "doming"]
 class Mound:
     """Free-field movement of the ground (``[mound]``), read with ``[movement] shape = "mound"``.
 
-    ``walsh`` and ``mitchell`` are the mounds of reactive clay: in doming the edges shrink and go down by y_m and the
-    middle stays, in dishing the edges swell and go up by y_m. The other shapes go down in dishing and up in doming.
+    ``walsh`` and ``mitchell`` are the mounds of reactive clay, whose middle stays. In doming the edges shrink and go
+    down by y_m, in dishing they swell and go up by y_m. The other shapes go down in dishing and up in doming.
 
     The movement runs through the mounds of growing ``surface_movement``: each state on the way is the mound of its own
     movement, and what joints have been through is kept. The edge distance of walsh follows the movement reached so
@@ -31,9 +31,9 @@ class Mound:
     Attributes
     ----------
     shape : {"walsh", "mitchell", "tree", "pipe", "tunnel", "table"}
-        ``walsh``: flat, with a parabola over the edge distance; ``mitchell``: a power of the distance from the middle;
-        ``tree``: largest at the tree, nothing at its reach; ``pipe``: a bell over a wet patch; ``tunnel``: Gaussian
-        trough across a tunnel; ``table``: as given.
+        ``walsh``: flat, with a parabola over the edge distance. ``mitchell``: a power of the distance from the middle.
+        ``tree``: largest at the tree, nothing at its reach. ``pipe``: a bell over a wet patch. ``tunnel``: Gaussian
+        trough across a tunnel. ``table``: as given.
     surface_movement : float
         For walsh and mitchell the characteristic surface movement y_s of the site (m), otherwise the largest movement.
     movement_ratio : float or None
@@ -57,9 +57,9 @@ class Mound:
         Of tree, middle of the wet patch, or axis of the tunnel, along the wall from its left end (m); it may lie
         outside the wall. None: the left end for the tree, the middle otherwise.
     reach : float or None
-        Distance at which a tree moves nothing any more (None: the wall's length), half width of the wet patch (None:
-        half the wall's length), or distance i of the trough's inflection point from the tunnel's axis (None:
-        trough_width times the tunnel's depth) (m).
+        Distance (m) at which a tree moves nothing any more; None: the wall's length. Half width of the wet patch; None:
+        half the wall's length. Distance i of the trough's inflection point from the tunnel's axis; None: trough_width
+        times the tunnel's depth.
     tunnel_depth : float or None
         z_0 of the tunnel's axis below the footing (m); with it the ground moves along the wall, too.
     trough_width : float

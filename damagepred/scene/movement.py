@@ -28,14 +28,14 @@ class Movement:
     increments : int
         Number of equal increments.
     shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound"}
-        Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points;
-        ``parabola``: uniform small curvature; ``arc``: circle through ends and centre, flatter on the way (under
-        a deformable footing the final circle scaled, a difference of (deflection / length)^2); ``table``: as given.
-        With the others the footing is a beam that finds its own form: ``jacks``: on the supports and jacks of
-        ``[rig]``; ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says.
+        Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points.
+        ``parabola``: uniform small curvature. ``arc``: circle through ends and centre, flatter on the way; under a
+        deformable footing the final circle scaled, a difference of (deflection / length)^2. ``table``: as given.
+        With the others the footing is a beam that finds its own form. ``jacks``: on the supports and jacks of
+        ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says.
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there as a fraction of the
-        central one; 0 at both ends, and not 0 in the middle, where it is scaled to 1. Between the points a
+        central one. It is 0 at both ends, and not 0 in the middle, where it is scaled to 1. Between the points a
         monotone cubic is drawn (PCHIP).
     """
 

@@ -35,7 +35,7 @@ class Solver:
         triangles, zones, with assumed strains in bending. ``auto``: the wall is solved with rigid blocks first, and
         those are cut for which the joints' forces say that it matters; see ``rigid_error``.
     rigid_error : float
-        For ``auto``: the strain energy that rigid blocks leave out or make up, in all, as a share of that in the wall.
+        For ``auto``: the strain energy that rigid blocks leave out or make up, as a share of that in the wall.
     above_dpc, below_dpc : {"rigid", "deformable"} or None
         Another choice for the blocks of one part of the wall; None: as ``blocks`` says. Without a dpc all is above.
     zone_size : float or None
@@ -58,26 +58,26 @@ class Solver:
     contacts_per_interface : int
         2 to 9 (Lobatto) or 1 to 9 (midpoint).
     no_tension_subdivisions : int or None
-        Equal parts into which the interfaces of joints without a bond are cut, each with its contacts (composite
-        quadrature): dpc, soil, dry joints. These stand on a part of their length, and three contacts see that too
+        Equal parts into which interfaces of joints without a bond (dpc, soil, dry joints) are cut. Each part has its
+        contacts (composite quadrature). These stand on a part of their length, and three contacts see that too
         coarsely. None: 4 with the three contacts of Lobatto, 1 with any other quadrature and in dynamic runs.
     tolerance : float or None
         Forces are in balance when the largest unbalanced force is below this multiple of the mean block weight.
         None: 1e-6 for ``quasi_static``, 1e-3 for ``explicit``.
     step_energy_tolerance : float
-        The quasi-static solver repeats a step of the movement in shorter ones where joints open or slide within it so
-        much that the energy error, summed along the path, would exceed this share of the largest external work. So it
-        follows opening and friction closely, whatever the number of increments. A large value leaves the steps as the
-        increments make them.
+        Energy error, summed along the path, that the quasi-static solver allows as a share of the largest external
+        work. A step in which joints open or slide too much for it is repeated in shorter ones. So it follows opening
+        and friction closely, whatever the number of increments. A large value leaves the steps as the increments make
+        them.
     condense : bool
-        Whether the quasi-static solver condenses courses whose joints stay elastic to what they do to the course
-        before, and opens them when one of their joints would slide or break; False looks at every joint in every step.
+        Whether the quasi-static solver condenses courses statically while their joints stay elastic. A course is
+        recovered when one of its joints would slide or break. False looks at every joint in every step.
     damping : float
         Local damping of the explicit solver: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
         Where zones do not settle between joints that give way, it goes down by itself, to 0.1.
     ramp_cycles : int
-        Cycles over which the explicit solver applies one increment's movement before the wall is left to settle;
-        applied faster, it cracks joints that a slow movement leaves whole.
+        Cycles over which the explicit solver applies one increment's movement before the wall is left to settle. A
+        faster movement cracks joints that a slow one leaves whole.
     ramp_pieces : int
         Straight pieces of which such a ramp is made. Where the form of the ground changes as its movement grows, every
         point of the ground moves in a straight line between its exact states at their ends.
@@ -86,21 +86,20 @@ class Solver:
     time_step_safety : float
         Fraction of the explicit solver's largest stable time step, which is known from the stiffness and the damping.
     energy_tolerance : float
-        Energy that may not balance, as a share of the largest work done, before a run says so on the screen, in the
-        archive and in the report; changes no result.
+        Energy error, as a share of the largest work done, beyond which the screen, the archive and the report say so.
+        Changes no result.
     snap_through_tolerance : float
-        Energy that the quasi-static solver may find set free in snap-through (the wall moves by itself to an
-        equilibrium that is not near), as a share of the largest work done, before a run says so in the same places: its
-        result then depends on the number of increments. Changes no result.
+        Energy set free in snap-through, as a share of the largest work done, beyond which the same places say so. In
+        snap-through the wall moves by itself to an equilibrium that is not near, and the result depends on the number
+        of increments. Changes no result.
     displacement_tolerance : float
-        Displacement of a block, beyond that of the ground, as a share of the wall's length or height, whichever is
-        larger, above which a wall is marked ``implausible``: the equations take displacements as small. Changes no
-        result.
+        Displacement of a block beyond that of the ground, as a share of the larger of the wall's length and height.
+        Above it a wall is marked ``implausible``, as the equations take displacements as small. Changes no result.
     crack_tolerance : float
         Width of the widest crack, as a share of the same, above which a wall is marked so. Changes no result.
     symmetric_half : bool
-        Whether only one half of a wall is solved that is its own mirror image, in geometry, properties, loads and
-        movement; False solves it in full.
+        Whether one half is solved of a wall that is its own mirror image in geometry, properties, loads and movement.
+        False solves it in full.
     advanced : mapping or None
         Tables of options of the algorithms, for experts, such as ``[solver.advanced.newton] max_iterations = 30``;
         keys, meanings and defaults: ``damagepred.solvers.options``.
@@ -199,8 +198,8 @@ class Damage:
         hold the category by the band besides, as ``damage_category_band``.
     band_gauge : float
         Length of the gauge laid across a crack band (m); see ``damagepred.damage.bands``. The default spans three
-        bricks of 240 mm and their four head joints, across which solvers and paces agree where single joints do not
-        (``studies/quasi_static_agreement``); take about three units where they are longer. It is less than
+        bricks of 240 mm and their four head joints: across them solvers agree where single joints do not
+        (``studies/quasi_static_agreement``). Take about three units where they are longer. It is less than
         ``group_distance``: cracks that make a group are cracks of their own, which ``count_rule`` counts.
     band_threshold : float
         Opening from which a broken joint counts in a crack band (m). Above 0 the width hangs on how neighbouring joints
@@ -209,9 +208,9 @@ class Damage:
         Opening of the bed on the footing from which it counts as separated (m).
     count_footing_gap : bool
         Whether a gap along the bed on the footing counts as a crack of a wall without a dpc. Not by default: the widths
-        of damage tables are those of cracks in walls; a wall that lifts off its footing as a whole is not torn, as it
-        is not where it lifts off its dpc, and the gap would make the category follow the ground's movement alone. It
-        is a crack that an owner sees: reports say where it would make the category higher.
+        of damage tables are those of cracks in walls, and a wall that lifts off as a whole is not torn. The gap would
+        make the category follow the ground's movement alone. But an owner sees it as a crack: reports say where it
+        would make the category higher.
     """
 
     table: Literal["as2870", "bre251"] = "as2870"

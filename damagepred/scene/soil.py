@@ -18,10 +18,10 @@ class Soil:
     ----------
     swelling_stiffness : float
         Pressure per displacement (Pa/m) of soil that swells, read in dishing, when the edges heave. AS 2870-2011 takes
-        100 / m times the mean pressure q on the soil, and at least 1000 kPa/m (read in the manual of a design program,
-        CORD of FMG Engineering). Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The least value
-        belongs to a slab of about 10 kPa. A value too small is unsafe: the footing sinks into soft soil that swells,
-        and the wall is bent less (``studies/soil_movement``).
+        100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of the design program
+        CORD, FMG Engineering.) Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The least value belongs
+        to a slab of about 10 kPa. A value too small is unsafe: the footing sinks into soft soil that swells, and the
+        wall is bent less (``studies/soil_movement``).
     shrinking_stiffness : float
         The same of soil that shrinks, read in doming, when the edges dry; 5000 kPa/m (assumed).
     shear_stiffness : float or None

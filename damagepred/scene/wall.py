@@ -109,9 +109,9 @@ class Opening:
 class ControlJoint:
     """A control joint, also called articulation joint (``[[control_joint]]``): parts the leaf from top to bottom.
 
-    Every course ends at it. It carries no tension and no shear, and pressure only once it has closed by its width:
-    then brick meets brick through what is left of the filler, which takes no shear either. The resistance of the
-    filler before, and ties across the joint, are left out.
+    Every course ends at it. It carries no tension and no shear, and pressure only once it has closed by its width.
+    The filler that is left between the bricks then takes no shear either. Its resistance before, and ties across the
+    joint, are left out.
 
     Attributes
     ----------

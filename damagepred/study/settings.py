@@ -55,7 +55,7 @@ class Sampling:
         For the values that hold for a whole wall. Only a Latin hypercube cannot be extended.
     replicates : int
         Sobol points from so many independent scrambles that take turns. From 4 on the error of an estimate is read from
-        how far their means differ; with fewer it is taken as if the points were random, which errs to the safe side.
+        how far their means differ. With fewer the points are taken as random, which errs to the safe side.
     table, table_columns : str or None, tuple of str
         CSV file with the samples for ``sampler = "table"`` (see ``damagepred.uq.table.read_table``), by its place
         beside the study file, and the places it gives; the latter are read from it.
@@ -82,11 +82,11 @@ class Sampling:
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
     crossed : bool
-        Samples come in fours, two walls and two fields in every combination: what ``damagepred sensitivity`` needs to
+        Samples come in fours, two walls and two fields in every combination. ``damagepred sensitivity`` needs them to
         tell what varies from joint to joint from what holds for a wall.
     movement : {"path", "sampled", "both"}
-        What is kept of each wall: its path, increment by increment, up to its own sampled movement; or only where that
-        ends, so that results have one value a sample; or both, the latter as ``end_*``. Where the end counts, paths are
+        What is kept of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the end
+        of that, one value a sample. ``both``: the latter as ``end_*``. Where the end counts, paths are
         solved to it unless ``stop_at_category`` says otherwise.
     """
 

@@ -58,10 +58,9 @@ class JointField:
     course_correlation : float
         Correlation of the value with that of the next unit's joint in the same course; courses are independent. With
         ``over = "wall"`` the same correlation at the distance of a unit's length in any direction. Along a course it is
-        solved for neighbours (Nataf); k joints apart the underlying normals are correlated by the k-th power of theirs,
-        and the values themselves, where they are skewed, a little otherwise than by the k-th power of this: lognormal
-        ones by (exp(rho^k s^2) - 1) / (exp(s^2) - 1), with s the standard deviation of the logarithm. A
-        correlation_length is solved at every distance.
+        solved for neighbours (Nataf). k joints apart the underlying normals have the k-th power of their correlation.
+        Skewed values have a slightly different power: lognormal ones (exp(rho^k s^2) - 1) / (exp(s^2) - 1), with s the
+        standard deviation of the logarithm. A correlation_length is solved at every distance.
     correlation_length : float or None
         Instead: the correlation falls with the distance d of two joints as exp(-d / correlation_length) (m).
     vertical_length : float or None
@@ -71,7 +70,7 @@ class JointField:
         Whether only joints of one course are correlated, between the same openings, or all of the wall. None: the wall
         with a correlation_length, the course with a course_correlation.
     nugget : float
-        With a correlation_length: share of the variance that is each joint's own, so that the correlation is
+        With a correlation_length: share of the variance that is each joint's own. The correlation is then
         (1 - nugget) exp(-d / correlation_length) however near two joints are.
     """
 

@@ -3,7 +3,7 @@
 Comments before a block say how it is run (CONTRIBUTING.md):
 
 <!-- file: NAME -->          the block is written to that file
-<!-- quick: OLD => NEW -->   the fast test replaces OLD by NEW, such as a number of samples
+<!-- quick: OLD => NEW -->   the fast test replaces OLD by NEW, such as a number of samples; \\n is a new line
 <!-- slow -->                the fast test leaves the block out
 <!-- not run: REASON -->     no test runs it
 """
@@ -36,7 +36,7 @@ class Block(NamedTuple):
         for pair in self.comments.get("quick", []):
             old, new = pair.split(" => ")
             assert old in text, f"quick: '{old}' is not in the block"
-            text = text.replace(old, new)
+            text = text.replace(old, new.replace("\\n", "\n"))
         return text
 
 
@@ -59,6 +59,7 @@ def sentences(text: str) -> list[str]:
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"^(\||#).*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"^\*References\.\*.*?(\n\n|\Z)", "\n\n", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"^- `[^`]*` \(.*?\):", "-", text, flags=re.MULTILINE | re.DOTALL)  # facts of a key or variable
     text = re.sub(r"`[^`]*`", "Code", text)
     paragraphs = re.split(r"\n\s*\n|\n(?=[-*] |\d+\. )", text)
     return [s for p in paragraphs for s in re.split(r"(?<=[.?!])\*{0,2}\s+(?=[\"*(A-Z])", " ".join(p.split())) if s]

@@ -79,9 +79,9 @@ def test_every_key_of_a_table_is_described_with_unit_default_and_range() -> None
     assert "- `x` (m, required, at least 0)" in text
 
 
-@pytest.mark.parametrize("name", WRITTEN)
-def test_sentences_are_short_and_words_are_not_private(name: str) -> None:
-    text = WRITTEN[name].read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", [*WRITTEN.values(), *(GUIDE / f"{t}.md" for t in PAGES)], ids=lambda p: p.stem)
+def test_sentences_are_short_and_words_are_not_private(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
     long = [s for s in sentences(text) if len(s.split()) > MOST_WORDS]
     assert not long, "\n".join(f"{len(s.split())} words: {s}" for s in long)
     assert not PRIVATE.findall(text)
