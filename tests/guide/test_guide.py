@@ -2,13 +2,16 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from damagepred.cli import main
 from damagepred.errors import InputError
 from damagepred.guide import TOPICS, page
 from damagepred.guide.reference import PAGES, described_fields
@@ -30,39 +33,66 @@ def run(command: list[str], folder: Path) -> subprocess.CompletedProcess:
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-def run_page(name: str, folder: Path, quick: bool) -> int:
-    """Run the blocks of a page one after the other in a folder; return how many commands and snippets ran."""
+Runner = Callable[[str, str], None]
+"""Runs a command or a snippet, given its language, in the working folder; fails as it fails."""
+
+
+def in_a_shell(language: str, text: str) -> None:
+    """Run it as users do."""
+    start = ["bash", "-euo", "pipefail", "-c"] if language == "bash" else [sys.executable, "-c"]
+    done = run([*start, text], Path.cwd())
+    assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+
+
+def in_this_process(language: str, text: str) -> None:
+    """Run it without starting a process, which takes seconds, if it is no work for a shell."""
+    if language == "python":
+        exec(compile(text, "snippet", "exec"), {"__name__": "snippet"})
+    elif not text.startswith("damagepred ") or set(text) & set(">|;&"):
+        in_a_shell(language, text)
+    else:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sys, "argv", shlex.split(text, comments=True))
+            with pytest.raises(SystemExit) as stop:
+                main()
+            assert not stop.value.code, text
+
+
+def run_page(name: str, quick: bool, runner: Runner) -> int:
+    """Run the blocks of a page one after the other; return how many commands and snippets ran."""
     count = 0
     for block in blocks(WRITTEN[name]):
         said, text = block.comments, block.quick() if quick else block.text
         if {"not run", "main command", "test command"} & set(said) or (quick and "slow" in said):
             continue
         if "file" in said:
-            (folder / said["file"][0]).write_text(text, encoding="utf-8")
+            Path(said["file"][0]).write_text(text, encoding="utf-8")
             continue
         if block.language == "toml":
             Scene.from_dict(tomllib.loads(text))
-        if block.language not in ("bash", "python"):
-            continue
-        commands = text.strip().splitlines() if block.language == "bash" else [text]
-        start = ["bash", "-euo", "pipefail", "-c"] if block.language == "bash" else [sys.executable, "-c"]
-        for command in commands:
-            done = run([*start, command], folder)
-            assert done.returncode == 0, f"{name}: {command}\n{done.stdout}\n{done.stderr}"
-            count += 1
+        if block.language in ("bash", "python"):
+            for command in text.strip().splitlines() if block.language == "bash" else [text]:
+                runner(block.language, command)
+                count += 1
     return count
 
 
-@pytest.mark.parametrize("name", [name for name, path in WRITTEN.items() if any(b.language for b in blocks(path))])
-def test_commands_and_snippets_of_a_page_run(name: str, tmp_path: Path) -> None:
-    assert run_page(name, tmp_path, quick=True) > 0
+RUN = [name for name, path in WRITTEN.items() if any(block.language for block in blocks(path))]
+"""Pages with commands or snippets."""
+
+
+@pytest.mark.parametrize("name", RUN)
+def test_commands_and_snippets_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_page(name, True, in_this_process) > 0
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
-@pytest.mark.parametrize("name", [name for name, path in WRITTEN.items() if any(b.language for b in blocks(path))])
-def test_commands_and_snippets_of_a_page_run_as_they_stand(name: str, tmp_path: Path) -> None:
-    assert run_page(name, tmp_path, quick=False) > 0
+@pytest.mark.parametrize("name", RUN)
+def test_commands_and_snippets_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_page(name, False, in_a_shell) > 0
 
 
 @pytest.mark.parametrize("topic", PAGES)
