@@ -9,7 +9,7 @@ import dataclasses
 import inspect
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -37,6 +37,7 @@ from damagepred.scene import (
     Wall,
 )
 from damagepred.scene.quantity import Quantity
+from damagepred.solvers.options import option_classes
 from damagepred.study.settings import Sampling
 from damagepred.uq.importance import Proposal
 from damagepred.uq.stopping import StopWhen
@@ -69,6 +70,9 @@ STUDY_TABLES: dict[str, type] = {
     '[variables."place".field]': JointField,
     '[[variables."place".components]]': Component,
 }
+
+ADVANCED_TABLES = {f"[solver.advanced.{name}]": kind for name, kind in option_classes().items()}
+"""Options of the algorithms, for experts."""
 
 LARGE = 1e4
 """Bounds beyond it (SI) only keep out slips of the pen, and are not listed."""
@@ -105,6 +109,8 @@ def keys_page() -> str:
     parts += [_table(name, kind) for name, kind in SCENE_TABLES.items()]
     parts += ["## The study\n", "`[correlation]` has a table of partners for a variable, each with its correlation.\n"]
     parts += [_table(name, kind) for name, kind in STUDY_TABLES.items()]
+    parts += ["## The algorithms, for experts\n", "Every archive records all of these as `solver_options`.\n"]
+    parts += [_table(name, kind) for name, kind in ADVANCED_TABLES.items()]
     return "\n".join(parts)
 
 
@@ -181,6 +187,8 @@ def _all(field: Any) -> list[Any]:
 def _type(field: Any) -> str:
     """Return unit, words to choose from, or type of a key."""
     inside = _all(field)
+    if any(get_origin(part) in (dict, Mapping) for part in inside):
+        return "table"
     if units := [part.unit for part in inside if isinstance(part, Quantity)]:
         return _unit(units[0])
     for part in inside:
@@ -188,7 +196,7 @@ def _type(field: Any) -> str:
             return " or ".join(f"`{word}`" for word in get_args(part))
         if isinstance(part, type) and dataclasses.is_dataclass(part):
             return "table"
-    names = {bool: "true or false", int: "whole number", float: "number", str: "text", dict: "table"}
+    names = {bool: "true or false", int: "whole number", float: "number", str: "text"}
     return next((word for kind, word in names.items() if kind in inside), "")
 
 
@@ -204,6 +212,8 @@ def _default(field: Any) -> str:
         return "optional"
     if isinstance(value, bool):
         return f"default {str(value).lower()}"
+    if isinstance(value, tuple):
+        return f"default {', '.join(f'{item:g}' for item in value)}"
     return f"default `{value}`" if isinstance(value, str) else f"default {value:g}"
 
 

@@ -227,9 +227,9 @@ class EnergyOptions:
 class DynamicRelaxationOptions:
     """Dynamic relaxation: ramp, convergence checks, damping schedule.
 
-    Stick-slip shakes the moving blocks, and local damping, a share of the forces that shake, then brakes them like a
-    friction that does not exist: a wall well beyond its limit load would creep at a steady pace. So damping is reduced
-    once the impact of the load has died away.
+    Stick-slip shakes the moving blocks. Local damping, a share of these forces, then brakes them like a friction that
+    does not exist: a wall beyond its limit load would creep. So damping is reduced once the impact of the load has died
+    away.
 
     Attributes
     ----------
