@@ -21,9 +21,9 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
 from damagepred.solvers.explicit import load_path
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.continuation import EnergyControl
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
+from damagepred.solvers.quasi_static.step_control import EnergyControl
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import picture
 from damagepred.solvers.system.detached_blocks import largest_elastic_displacement

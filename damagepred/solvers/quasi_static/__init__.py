@@ -1,6 +1,6 @@
-"""The path of equilibria itself: no time, no damping, no loading rate.
+"""Quasi-static solver: the path of equilibria without time, damping or loading rate.
 
-``linear_system`` solves the linear wall, ``equilibrium`` finds one equilibrium, ``continuation`` goes from one to the
-next and breaks bonds, ``dynamic_relaxation`` lets the wall move by itself where none is near, ``energy_balance`` tells
-where the energy goes.
+``linear_system``: the linear wall. ``equilibrium``: Newton's method, Coulomb friction by Tresca fixed-point iteration.
+``continuation``: events from equilibrium to equilibrium, with its ``step_control``. ``dynamic_relaxation``:
+snap-through. ``energy_balance``: where the work goes. ``options``: tolerances, budgets and factors of all of these.
 """
