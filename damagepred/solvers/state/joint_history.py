@@ -1,4 +1,4 @@
-"""Memory of the joints and motion of the blocks while a path is followed."""
+"""History variables of the joints, and the contact fields that follow from them."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from damagepred.kernels.interface.contact import contact_fields
 
 
 class JointHistory(NamedTuple):
-    """What a contact remembers, arrays (m, q).
+    """History variables of the contacts, arrays (m, q).
 
     Attributes
     ----------
     slip, dilatant_opening : array (m, q)
-        Plastic slip and opening by dilation (m).
+        Plastic slip, and opening by dilation less crushing (m).
     cracked : array of bool (m, q)
         Whether tensile strength was passed, or the bond broken by slip.
     kappa : array (m, q)
-        In joints that soften, the largest opening less dilation (m) that a cracked contact has reached; at least
-        the critical one, infinite in the quasi-static solver, where slip has broken the bond. 0 while intact, and in
-        joints whose bond breaks at once; of these the quasi-static solver marks by infinity which have parted.
+        Softening joints: largest equivalent opening of the cracked contact (m), 0 while intact; where slip has broken
+        the bond at least the critical opening, infinite in the quasi-static solver. Brittle joints: 0, infinite where
+        the quasi-static solver found them parted.
     """
 
     slip: FloatArray
@@ -34,18 +34,18 @@ class JointHistory(NamedTuple):
 
     @classmethod
     def fresh(cls, model: Model) -> JointHistory:
-        """Return the memory of joints that have seen nothing yet; what has a gap is as if crushed by it, and parted."""
+        """Return the initial state; a joint with a gap counts as crushed by it, and cracked."""
         shape = model.interfaces.contact_area.shape
         gap = np.broadcast_to(model.properties.gap[:, None], shape)
         return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
 
     def copy(self) -> JointHistory:
-        """Return a memory of its own."""
+        """Return an independent copy."""
         return JointHistory(self.slip.copy(), self.dilatant_opening.copy(), self.cracked.copy(), self.kappa.copy())
 
 
 def without_bond(model: Model) -> BoolArray:
-    """Tell which interfaces (m,) have no bond to break: no strength, and what holds them in shear does not drop."""
+    """Whether interfaces (m,) have no bond: no tensile strength, and a shear strength that does not drop."""
     law = model.properties
     bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
     return np.asarray(bare & (law.friction == law.residual_friction) | (law.gap > 0.0))
@@ -61,7 +61,7 @@ class ContactFields(NamedTuple):
     normal_stress, shear_stress : array (m, q)
         Tension positive (Pa).
     history : JointHistory
-        What the joint law makes of the memory there: slip and stress belong together.
+        Updated by the joint law at the displacement.
     """
 
     opening: FloatArray
@@ -102,7 +102,15 @@ def fields_of(model: Model, history: JointHistory, displacement: FloatArray, loa
 
 
 def contact_states(model: Model, history: JointHistory) -> Int8Array:
-    """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
+    """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    history : JointHistory
+        History variables.
+    """
     control = (model.interfaces.kind == ContactKind.CONTROL_JOINT)[:, None]
     states = np.where(
         history.cracked,

@@ -62,7 +62,7 @@ class ZoneField:
         return plastic
 
     def set_plastic_strain(self, plastic: FloatArray) -> None:
-        """Give the zones another plastic strain (z, 4)."""
+        """Set the plastic strain (z, 4) of the zones."""
         put(self.zones.memory["plastic"], self._memory, plastic[self._yields])
 
     def stresses(self, displacement: FloatArray) -> FloatArray:
@@ -85,7 +85,15 @@ class ZoneField:
 
 
 def beyond_limits(model: Model, stress: FloatArray) -> BoolArray:
-    """Tell which zones (z,) are stressed, (z, 4) in Pa, beyond what they bear, by more than rounding."""
+    """Whether zones (z,) violate their yield criterion by more than rounding.
+
+    Parameters
+    ----------
+    model : Model
+        With a mesh.
+    stress : array (z, 4)
+        Of the zones (Pa).
+    """
     assert model.mesh is not None
     beyond = np.zeros(len(stress), dtype=np.bool_)
     zones_beyond(stress, block_moduli(model)[1], model.mesh.zone_block, beyond)

@@ -10,8 +10,8 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.solvers.system.deformable_blocks import idle_dofs, kinematics, rigid_motion, spread, zone_stiffness
 
-UNBALANCED = 1e-3
-"""Share of the largest load that an elastic solution may leave unbalanced by rounding."""
+ELASTIC_RESIDUAL_TOLERANCE = 1e-3
+"""Residual of an elastic solution over the largest load, above which the wall counts as singular (1)."""
 
 
 def elastic_stiffness(model: Model, apart: bool = False) -> sparse.csc_array:
@@ -39,7 +39,13 @@ def elastic_stiffness(model: Model, apart: bool = False) -> sparse.csc_array:
 
 
 def joint_stiffness(model: Model, apart: bool = False) -> sparse.csc_array:
-    """Return the stiffness of the intact joints alone, (3 bodies, 3 bodies); see ``elastic_stiffness``."""
+    """Return the stiffness of the intact joints alone, (3 bodies, 3 bodies).
+
+    Parameters
+    ----------
+    model, apart
+        As ``elastic_stiffness``.
+    """
     face = model.interfaces
     q = face.contact_area.shape[1]
     ones = np.ones((1, q))
@@ -122,7 +128,7 @@ def elastic_solutions(model: Model, *loads: FloatArray) -> list[FloatArray] | No
         displacement[free] = moved = factors.solve(load[free])
         # what nothing holds may come out singular but for rounding: it is then taken so far that nothing balances
         missing = np.abs(stiffness @ moved - load[free]).max(initial=0.0)
-        if not missing <= UNBALANCED * np.abs(load[free]).max(initial=0.0):
+        if not missing <= ELASTIC_RESIDUAL_TOLERANCE * np.abs(load[free]).max(initial=0.0):
             return None
         found.append(displacement)
     return found
@@ -187,7 +193,15 @@ def held_dofs(model: Model) -> IntArray:
 
 
 def block_of_dof(model: Model, dof: int) -> int:
-    """Return the block that a degree of freedom belongs to."""
+    """Return the block that a degree of freedom belongs to.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    dof : int
+        Degree of freedom.
+    """
     if dof < 3 * (model.n_blocks + 1) or model.mesh is None:
         return dof // 3
     mesh = model.mesh
