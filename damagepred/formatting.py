@@ -24,7 +24,15 @@ _FIXED = {
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number to so many figures, without an exponent where that is legible."""
+    """Return a number to so many figures, without an exponent where that is legible.
+
+    Parameters
+    ----------
+    value : float
+        Any.
+    digits : int
+        Significant figures.
+    """
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞"
     text = f"{value:.{digits}g}"
@@ -54,7 +62,15 @@ def quantity(value: float, unit: str, digits: int = 4) -> tuple[str, str]:
 
 
 def length(value: float, digits: int = 3) -> str:
-    """Return a movement or width (m) in mm with its unit."""
+    """Return a movement or width (m) in mm with its unit.
+
+    Parameters
+    ----------
+    value : float
+        In m.
+    digits : int
+        Significant figures.
+    """
     return f"{number(1e3 * value, digits)} mm" if math.isfinite(value) else "–"
 
 

@@ -1,4 +1,4 @@
-"""What the command line shows: messages, progress, tables."""
+"""Output of the command line: messages, progress, tables."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def escaped(text: str) -> str:
 
 
 def show_archive_warnings() -> None:
-    """Print what archives warn of, each once, to the error stream."""
+    """Print warnings of archives, each once, to the error stream."""
     shown: set[str] = set()
     before = warnings.showwarning
 
@@ -96,7 +96,15 @@ def show_archive_warnings() -> None:
 
 
 def say(message: str, *, error: bool = False) -> None:
-    """Print a message, errors to the error stream."""
+    """Print a message, errors to the error stream.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    error : bool
+        Whether it goes to the error stream.
+    """
     if error:
         _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
     else:
@@ -116,6 +124,15 @@ def markdown(text: str) -> None:
 
 def quantity(option: str, text: str, unit: str) -> float:
     """Read a number with a unit from the command line.
+
+    Parameters
+    ----------
+    option : str
+        Name of the option, for messages.
+    text : str
+        As given.
+    unit : str
+        SI unit to convert to.
 
     Raises
     ------
@@ -140,6 +157,13 @@ def quantity(option: str, text: str, unit: str) -> float:
 def whole_numbers(option: str, text: str) -> list[int]:
     """Read a list of whole numbers, parted by commas, from the command line.
 
+    Parameters
+    ----------
+    option : str
+        Name of the option, for messages.
+    text : str
+        As given.
+
     Raises
     ------
     InputError
@@ -160,7 +184,17 @@ def clear() -> None:
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table, its numbers to the right; in several with the same first column where the screen is too narrow."""
+    """Print a table, its numbers to the right; in several with the same first column where the screen is too narrow.
+
+    Parameters
+    ----------
+    title : str
+        Above the table.
+    columns : sequence of str
+        Heads, in lines.
+    rows : Sequence[Sequence[str]]
+        Cells.
+    """
     from rich.table import Table
 
     for number, shown in enumerate(_parts_that_fit(columns, rows, _out.width)):
@@ -300,7 +334,7 @@ class StudyBar:
 
 
 def wall_table(ds: xr.Dataset) -> None:
-    """Print what became of a wall, a line an increment."""
+    """Print the path of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions
     from damagepred.rejudge import footing_gap_note
     from damagepred.tables import path_columns
@@ -312,13 +346,23 @@ def wall_table(ds: xr.Dataset) -> None:
 
 
 def cautions(said: Sequence[str]) -> None:
-    """Print what a reader must know of how walls were solved."""
+    """Print cautions on the solution of walls."""
     for line in said:
         say(f"caution: {line}")
 
 
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
-    """Print cracks, the widest of each part of the wall first; at most so many of them."""
+    """Print cracks, the widest of each part of the wall first; at most so many of them.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``damagepred.cracks`` returns it.
+    frame : pandas.DataFrame
+        As ``crack_frame`` returns it.
+    most : int
+        Rows at most.
+    """
     from damagepred.tables import crack_columns
 
     end = 1e3 * float(found["central_deflection"][-1])
@@ -337,7 +381,13 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
 
 
 def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
-    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
+    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments.
+
+    Parameters
+    ----------
+    before, after : xarray.Dataset
+        Datasets of the same wall or study.
+    """
     names = [str(ds["damage_category"].attrs["flag_meanings"]).split() for ds in (before, after)]
     title = str(before.attrs.get("title", ""))
     if "sample" in before["damage_category"].dims:
@@ -378,7 +428,7 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
 
 
 def _levels(ds: xr.Dataset) -> list[str]:
-    """Say how many walls, or which increments, are seen to be out of level or plumb, and have sticking openings."""
+    """Shares of walls, or the worst increment, out of level or plumb or with sticking openings, in words."""
     import numpy as np
 
     from damagepred.uq.capacity import sample_weights
@@ -400,7 +450,7 @@ def _levels(ds: xr.Dataset) -> list[str]:
 
 
 def zones_in_words(ds: xr.Dataset) -> list[str]:
-    """Say how many blocks are deformable, and how many of their zones yield; nothing if all are rigid."""
+    """Return the numbers of deformable blocks, zones and yielding zones, in words; empty if all blocks are rigid."""
     if "zones" not in ds.attrs:
         return []
     shear, tension, before = (ds[f"zones_{how}"].values for how in ("in_shear", "in_tension", "yielded_before"))
@@ -413,7 +463,7 @@ def zones_in_words(ds: xr.Dataset) -> list[str]:
 
 
 def wall_quality(ds: xr.Dataset) -> list[str]:
-    """Say what a wall cost and how good its path is."""
+    """Return residuals, work and energy balance of a wall's path, in words."""
     balance = f"unbalanced force at most {float(ds['unbalanced_force_ratio'].max()):.1e} block weights"
     reaction = f"reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN"
     if ds.attrs["solver_method"] == "explicit":
@@ -507,7 +557,7 @@ def fragility_table(curves: xr.Dataset) -> None:
 
 
 def surface_lines(surface: xr.Dataset) -> list[str]:
-    """Say what a fragility surface holds.
+    """Return slope, dispersion and information criteria of a fragility surface, in words.
 
     Parameters
     ----------
@@ -540,7 +590,7 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
 
 
 def sensitivity_tables(found: xr.Dataset) -> None:
-    """Print what a study's damage depends on.
+    """Print the sensitivity of a study's damage to its inputs.
 
     Parameters
     ----------
@@ -577,7 +627,7 @@ def sensitivity_tables(found: xr.Dataset) -> None:
 
 
 def _fit_lines(curves: xr.Dataset) -> list[str]:
-    """Say how well curves fit, and what to know of them."""
+    """Return goodness of fit and cautions of fragility curves, in words."""
     said = []
     for number, note, chance, gap in zip(
         *(curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
@@ -608,7 +658,7 @@ def _category(number: int, names: Sequence[str]) -> str:
 
 
 def _median_cell(curve: xr.Dataset, scale: float, digits: str) -> str:
-    """Return a median with its band; of a curve that is extrapolated only what is known of it."""
+    """Return a median with its band; of an extrapolated curve its lower bound."""
     if str(curve["fit_status"].values) != "extrapolated":
         return _with_band(curve, "median", scale, digits)
     return f"> {scale * float(curve['median']):{digits}}"

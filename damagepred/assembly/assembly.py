@@ -41,10 +41,10 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
-BEARING = 1e-4
+BEARING_WIDTH = 1e-4
 """Width of a bearing (m): a knife edge, that hardly hinders a block from turning."""
 
-FARTHEST = 1e4
+LARGEST_DISPLACEMENT = 1e4
 """Displacement (m, rad) that is taken for a slip of the unit beyond."""
 
 NO_JAMBS = Jambs.none()
@@ -60,11 +60,11 @@ class Grounded(NamedTuple):
     x: float | None
     material: int
     kind: ContactKind
-    width: float = BEARING
+    width: float = BEARING_WIDTH
 
 
 class Assembly:
-    """Blocks, and what holds, loads and moves them.
+    """Blocks with their supports, loads and prescribed movements.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ class Assembly:
         joint : Joint
             Material.
         kind : ContactKind, optional
-            What it is; by default told from its direction.
+            Its kind; by default from its direction.
         """
         self._check(a)
         self._check(b)
@@ -192,7 +192,17 @@ class Assembly:
 
     @checked
     def set_joint_above(self, course: int, joint: Joint, kind: ContactKind = ContactKind.DPC) -> None:
-        """Give the whole bed joint on top of a course (counted from 0) its own material and kind."""
+        """Give the whole bed joint on top of a course (counted from 0) its own material and kind.
+
+        Parameters
+        ----------
+        course : int
+            Number of the course, from 0.
+        joint : Joint
+            Material of the bed joint.
+        kind : ContactKind
+            Kind of its contacts.
+        """
         self._joint_materials.append(joint)
         self._levels[course] = (len(self._joint_materials) - 1, kind)
 
@@ -235,7 +245,7 @@ class Assembly:
         self._ground_profile, self._ground_growth = displacement, growth
 
     @checked
-    def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING) -> None:
+    def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING_WIDTH) -> None:
         """Let a block bear on the ground in one point of its underside, on a knife edge.
 
         Parameters
@@ -258,7 +268,15 @@ class Assembly:
 
     @checked
     def support(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
-        """Hold a block in the directions that are True."""
+        """Hold a block in the directions that are True.
+
+        Parameters
+        ----------
+        block : int
+            Its number.
+        x, y, rotation : bool
+            Whether that degree of freedom is prescribed as zero.
+        """
         for axis, held in enumerate((x, y, rotation)):
             if held:
                 dof = 3 * self._check(block) + axis
@@ -271,6 +289,13 @@ class Assembly:
 
         So a loading beam goes down with the wall under its preload and keeps its height from then on. ``move`` may be
         given as well: the block then moves from where it stands.
+
+        Parameters
+        ----------
+        block : int
+            Its number.
+        x, y, rotation : bool
+            Whether that degree of freedom is held.
         """
         for axis, held in enumerate((x, y, rotation)):
             if held:
@@ -285,11 +310,22 @@ class Assembly:
         """Move a block by the given displacement (m, m, rad; small) over the whole path.
 
         Directions left out stay as they are: free, or held if the block is supported.
+
+        Parameters
+        ----------
+        block : int
+            Its number.
+        x, y : float, optional
+            Displacement (m).
+        rotation : float, optional
+            Rotation, counter-clockwise (rad).
         """
         for axis, value in enumerate((x, y, rotation)):
             if value is None:
                 continue
-            amount = require_number(f"block {block}: displacement", value, -FARTHEST, FARTHEST, unit="m or rad")
+            amount = require_number(
+                f"block {block}: displacement", value, -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT, unit="m or rad"
+            )
             self._prescribed[3 * self._check(block) + axis] = amount
 
     @checked
@@ -308,7 +344,9 @@ class Assembly:
         """
         for amount in (x, y):
             if amount is not None and not callable(amount):
-                require_number(f"block {block}: displacement", amount, -FARTHEST, FARTHEST, unit="m")
+                require_number(
+                    f"block {block}: displacement", amount, -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT, unit="m"
+                )
         self._holds.append(Hold(self._check(block), where, x, y))
 
     @checked
@@ -378,7 +416,7 @@ class Assembly:
     ) -> None:
         """Add a live load to a block: it grows from nothing with the movement, in proportion, while dead load stays.
 
-        Where the wall falls under it, the dataset's attribute ``collapse_progress`` tells the share it still stood.
+        Where the wall collapses under it, the attribute ``collapse_progress`` is the last load factor in equilibrium.
 
         Parameters
         ----------
@@ -393,7 +431,13 @@ class Assembly:
 
     @checked
     def push_body(self, *, x: float = 0.0, y: float = 0.0) -> None:
-        """Add a live load to all blocks: multiples of their weight along x and y at full movement."""
+        """Add a live load to all blocks: multiples of their weight along x and y at full movement.
+
+        Parameters
+        ----------
+        x, y : float
+            Load over weight (1).
+        """
         if not np.isfinite([x, y]).all():
             raise InputError(f"push_body: multiples of the weight must be finite, got {(x, y)!r}.")
         self._push_body = self._push_body + np.array([x, y])
@@ -432,7 +476,7 @@ class Assembly:
         Parameters
         ----------
         solver : Solver, optional
-            Its quadrature is used, and what it says of zones.
+            Its quadrature and its settings of zones are used.
         deformable : frozenset of int, optional
             Blocks that are cut into zones, whatever the settings say.
         no_tension : frozenset of ContactKind
@@ -473,7 +517,7 @@ class Assembly:
         return Geometry(blocks, interfaces, joints, material, ground_x, mesh)
 
     def _zone_sizes(self, settings: Solver, deformable: frozenset[int] | None) -> dict[int, float]:
-        """Tell which blocks are deformable, and how large their cells are; what is held or moved as one is rigid."""
+        """Deformable blocks and the size of their cells; supported, moved and loaded blocks are rigid."""
         held = {dof // 3 for dof in self._prescribed}
         sizes = {}
         for block, own in enumerate(self._zone_size):
@@ -627,7 +671,7 @@ class Assembly:
         ), what
 
     def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]) -> tuple[Int8Array, IntArray]:
-        """Tell kind and material of each interface: by direction, then by level, then by pair."""
+        """Return kind and material of each interface: by direction, then by level, then by pair."""
         level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
         kind = np.where(level, ContactKind.BED_JOINT, ContactKind.HEAD_JOINT).astype(np.int8)
         material = np.zeros(len(kind), dtype=np.int64)
@@ -662,5 +706,11 @@ def _numbered(materials: list[Any], material: object | None) -> int:
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Sequence[tuple[float, float]]:
-    """Return the corners of a rectangle, counter-clockwise."""
+    """Return the corners of a rectangle, counter-clockwise.
+
+    Parameters
+    ----------
+    left, bottom, right, top : float
+        Its sides (m).
+    """
     return [(left, bottom), (right, bottom), (right, top), (left, top)]

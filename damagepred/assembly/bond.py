@@ -11,7 +11,7 @@ import numpy as np
 
 from damagepred.errors import InputError
 from damagepred.scene import ControlJoint, Opening, Scene
-from damagepred.scene.wall import SLIVER
+from damagepred.scene.wall import EDGE_TOLERANCE
 
 
 class Brick(NamedTuple):
@@ -78,10 +78,10 @@ def _marks(scene: Scene) -> list[tuple[list[float], float]]:
 def _breakpoints(marks: list[float], spacing: float) -> list[float]:
     # jambs a hair apart are one: a sliver between them would be no brick
     points = np.unique(np.array(marks))
-    keep = np.concatenate(([True], np.diff(points) > SLIVER * spacing))
+    keep = np.concatenate(([True], np.diff(points) > EDGE_TOLERANCE * spacing))
     keep[-1] = True
     points = points[keep]
-    if len(points) > 2 and points[-1] - points[-2] <= SLIVER * spacing:
+    if len(points) > 2 and points[-1] - points[-2] <= EDGE_TOLERANCE * spacing:
         points = np.delete(points, -2)
     return [float(v) for v in points]
 
@@ -135,7 +135,15 @@ def lay_bricks(scene: Scene) -> list[Brick]:
 
 
 def lowest_course(scene: Scene, joint: ControlJoint) -> int:
-    """Return the first course that a control joint parts."""
+    """Return the first course that a control joint parts.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    joint : ControlJoint
+        The control joint.
+    """
     return 0 if scene.dpc is None or joint.through_dpc else scene.dpc.course
 
 

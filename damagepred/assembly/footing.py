@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly.assembly import BEARING, Assembly, rectangle
+from damagepred.assembly.assembly import BEARING_WIDTH, Assembly, rectangle
 from damagepred.assembly.bond import Brick
 from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Jacks, JointProperties
@@ -27,9 +27,9 @@ from damagepred.scene import Footing, Joint, Scene
 
 SHEAR_AREA = 5.0 / 6.0
 """Share of a rectangle's area that carries shear, kappa."""
-UNLIMITED = 1e13
+UNLIMITED_STRENGTH = 1e13
 """Strength (Pa) that nothing reaches, as a number that the laws can still calculate with."""
-LOOSE = 1e-6
+GUIDE_STIFFNESS_RATIO = 1e-6
 """Stiffness of a support along the wall, over its upright one: it guides the footing, and holds no force worth it."""
 
 
@@ -87,7 +87,7 @@ def _cells(scene: Scene) -> int:
 def add_footing(
     assembly: Assembly, found: Foundation, bricks: Sequence[Brick], length: float, unit: float, *, alone: bool = False
 ) -> IntArray:
-    """Add the blocks of a footing to a wall, join them, and let them rest on supports or ground.
+    """Add the blocks of a footing to a wall, join them, and support them on bearings or ground.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def add_footing(
         # where two segments meet, both are carried: else a wall were not its own mirror image
         here = under(ends, x)
         for at in here:
-            assembly.bear(blocks[at], x, width=BEARING / len(here))
+            assembly.bear(blocks[at], x, width=BEARING_WIDTH / len(here))
     return np.array(blocks, dtype=np.int64)
 
 
@@ -156,7 +156,15 @@ def segment_ends(lowest: Sequence[Brick], length: float, unit: float, longest: f
 
 
 def under(ends: FloatArray, x: float) -> IntArray:
-    """Return which segments are at a place (m): one, or the two that meet there."""
+    """Return which segments are at a place (m): one, or the two that meet there.
+
+    Parameters
+    ----------
+    ends : array of float
+        Ends of the segments, left to right (m).
+    x : float
+        Place along the wall (m).
+    """
     near = 1e-6 * float(ends[-1] - ends[0])
     here = (ends[:-1] <= x + near) & (ends[1:] >= x - near)
     return np.flatnonzero(here)
@@ -200,8 +208,8 @@ def section_law(
 
 
 def section_joint() -> Joint:
-    """Return the law of the interfaces between segments: they part nowhere."""
-    return Joint(tensile_strength=UNLIMITED, cohesion=UNLIMITED, friction=0.0)
+    """Return the law of the interfaces between segments: unlimited strength."""
+    return Joint(tensile_strength=UNLIMITED_STRENGTH, cohesion=UNLIMITED_STRENGTH, friction=0.0)
 
 
 def soil_joint(scene: Scene) -> Joint:
@@ -225,11 +233,11 @@ def support_joint(scene: Scene, pulls: bool) -> Joint:
     pulls : bool
         Whether they hold the footing down, too.
     """
-    stiffness = scene.rig.support_stiffness / (BEARING * scene.footing.width)
-    strength = UNLIMITED if pulls else 0.0
+    stiffness = scene.rig.support_stiffness / (BEARING_WIDTH * scene.footing.width)
+    strength = UNLIMITED_STRENGTH if pulls else 0.0
     return Joint(
         normal_stiffness=stiffness,
-        shear_stiffness=LOOSE * stiffness,
+        shear_stiffness=GUIDE_STIFFNESS_RATIO * stiffness,
         tensile_strength=strength,
         cohesion=strength,
         friction=0.0 if pulls else 1.0,
@@ -295,7 +303,15 @@ def upward(geometry: Geometry, segments: IntArray, size: int, *, top: bool = Fal
 
 
 def deflection_of(up: Upward, left: float, right: float) -> FloatArray:
-    """Return the weights of all degrees of freedom in the upward deflection of the middle relative to two ends (m)."""
+    """Return the weights of all degrees of freedom in the upward deflection of the middle relative to two ends (m).
+
+    Parameters
+    ----------
+    up : Upward
+        Weights of the upward displacement at a place.
+    left, right : float
+        The two ends (m).
+    """
     return up(0.5 * (left + right)) - 0.5 * (up(left) + up(right))
 
 

@@ -41,7 +41,15 @@ class Geometry:
 
 
 def outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the outlines of all blocks, those of deformable ones facet by facet, and the facet of each edge, or -1."""
+    """Return the outlines of all blocks, those of deformable ones facet by facet, and the facet of each edge, or -1.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Of the wall.
+    mesh : Mesh or None
+        Zones of deformable blocks; None: all are rigid.
+    """
     none = np.full(len(blocks.vertices), -1, dtype=np.int64)
     if mesh is None:
         return blocks.vertices, blocks.first_vertex, none
@@ -56,7 +64,13 @@ def outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, I
 
 
 def joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
-    """Put common edges one list after the other."""
+    """Put common edges one list after the other.
+
+    Parameters
+    ----------
+    first, second : SharedEdges
+        Lists of common edges.
+    """
     return SharedEdges(*(np.concatenate(pair) for pair in zip(first, second)))
 
 
@@ -80,7 +94,19 @@ def cut(edges: SharedEdges, parts: IntArray) -> tuple[SharedEdges, IntArray]:
 
 
 def in_order(edges: SharedEdges, kind: Int8Array, blocks: Blocks, grounded: int) -> IntArray:
-    """Course by course, left to right, the ground last: neighbours in space are neighbours in memory."""
+    """Course by course, left to right, the ground last: neighbours in space are neighbours in memory.
+
+    Parameters
+    ----------
+    edges : SharedEdges
+        Common edges, one an interface.
+    kind : Int8Array
+        Kind of each interface.
+    blocks : Blocks
+        Of the wall.
+    grounded : int
+        Number of the ground as a body.
+    """
     middle = (edges.start + edges.end) / 2
     is_ground = np.arange(len(kind)) >= len(kind) - grounded
     course = np.append(blocks.course, -1)[edges.b]
@@ -90,7 +116,19 @@ def in_order(edges: SharedEdges, kind: Int8Array, blocks: Blocks, grounded: int)
 def bodies_of(
     edges: SharedEdges, facet: IntArray, ground: int, mesh: Mesh | None
 ) -> tuple[Mesh | None, IntArray, IntArray]:
-    """Return the bodies on both sides of each interface: blocks, the ground, or pieces of facets of their own."""
+    """Return the bodies on both sides of each interface: blocks, the ground, or pieces of facets of their own.
+
+    Parameters
+    ----------
+    edges : SharedEdges
+        Common edges, one an interface.
+    facet : array of int
+        Facet of each outline edge, or -1.
+    ground : int
+        Number of the ground as a body.
+    mesh : Mesh or None
+        Zones of deformable blocks; None: all are rigid.
+    """
     if mesh is None:
         return None, edges.a, edges.b
     middle = (edges.start + edges.end) / 2
@@ -104,7 +142,17 @@ def bodies_of(
 
 
 def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[IntArray, Joints]:
-    """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly."""
+    """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly.
+
+    Parameters
+    ----------
+    edges : SharedEdges
+        Common edges, one an interface.
+    kind : Int8Array
+        Kind of each interface.
+    blocks : Blocks
+        Of the wall.
+    """
     course = np.append(blocks.course, -1)[edges.b]
     is_bed = ~np.isin(kind, (ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT)) & (course >= 0)
     count = len(blocks.x) + 1

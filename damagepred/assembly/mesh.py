@@ -17,7 +17,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.geometry import mass_properties
 from damagepred.errors import InputError
 
-SHORTEST = 1e-6
+EDGE_TOLERANCE = 1e-6
 """Share of the longest edge below which cells of another shrink to a point: gridpoints are joined by their places."""
 MOST_ZONES = 2_000_000
 """Zones that are cut at most: beyond, a slip of the unit is likelier than a wish."""
@@ -206,7 +206,7 @@ def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple
         longest = max(np.hypot(*(np.roll(q, -1, axis=0) - q).T).max() for q in quads)
         cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
         shortest = float(np.hypot(*(middle - corners).T).min())
-        if shortest < SHORTEST * cells[0] * longest:
+        if shortest < EDGE_TOLERANCE * cells[0] * longest:
             raise InputError(
                 f"zone_size = {size:g} m: an edge of {2 * shortest:g} m is too short to be cut into zones in a "
                 f"block of {2 * longest:g} m; leave out one of its corners, or keep the block rigid (zone_size = 0)."
@@ -224,7 +224,15 @@ def _zones_of(quads: list[FloatArray], cells: tuple[int, int]) -> int:
 
 
 def cells_along(length: float, size: float) -> int:
-    """Return the number of cells along an edge: even where more than one is needed."""
+    """Return the number of cells along an edge: even where more than one is needed.
+
+    Parameters
+    ----------
+    length : float
+        Of the edge (m).
+    size : float
+        Wanted size of a cell (m).
+    """
     cells = int(np.ceil(length / size * (1 - 1e-9)))
     return 1 if cells <= 1 else cells + cells % 2
 
@@ -405,6 +413,13 @@ def default_zone_size(polygon: FloatArray, method: str) -> float:
 
     A brick of 240 x 75 mm is cut into 8 x 2 cells of four zones for the explicit solver, as many as the paper has. The
     quasi-static solver's work grows with the cube of the gridpoints along the joints of a course; it takes 4 x 1.
+
+    Parameters
+    ----------
+    polygon : array of float
+        Corners of the block (k, 2) (m).
+    method : str
+        Of the solver.
     """
     corners = polygon - polygon.mean(axis=0)
     edge = np.roll(corners, -1, axis=0) - corners

@@ -149,7 +149,7 @@ class Ground(NamedTuple):
     Attributes
     ----------
     normal, shear : array (g, q)
-        Along normal and tangent of the interface, taken from block b's side as what the joint does *not* open (m).
+        Along normal and tangent of the interface, subtracted from the opening of the joint on block b's side (m).
     """
 
     normal: FloatArray
@@ -238,7 +238,7 @@ class Supports(NamedTuple):
     live_load : array (3 n,)
         Load at full movement that grows with it from nothing, added to the dead load (N, N m).
     start : array (p,)
-        Where what is prescribed starts (m, rad): 0 but for what was free while the dead load came on.
+        Initial values of prescribed degrees of freedom (m, rad): 0, except those free under the dead load.
     after_load : array of bool (p,)
         What is free while the dead load comes on and held from then on, where it stands; see ``solvers.stages``.
     """
@@ -257,7 +257,7 @@ class Supports(NamedTuple):
         return cls(np.empty(0, np.int64), empty, load, np.zeros_like(load), empty, np.empty(0, np.bool_))
 
     def displacement(self, progress: float) -> FloatArray:
-        """Return the displacement (p,) of what is prescribed at a share of the full movement (m, rad)."""
+        """Return the prescribed displacements (p,) at a load factor of the movement (m, rad)."""
         return self.start + progress * self.prescribed_displacement
 
 
@@ -273,9 +273,9 @@ class Jacks(NamedTuple):
     ends : array (e,)
         Where the outer supports are (m).
     deflection : float
-        Of the footing's centre at full movement (m, upwards), where it is what is controlled.
+        Of the footing's centre at full movement (m, upwards), under displacement control.
     load : float
-        Of each jack at full movement (N), where that is what is controlled; it grows from the load of the level state.
+        Of each jack at full movement (N), under load control; it grows from the load of the level state.
     by_load : bool
         Which of the two is controlled. The deflection is 0, and the load what that takes, while the dead load comes on.
     stop : str

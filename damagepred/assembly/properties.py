@@ -10,7 +10,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointProperties
 from damagepred.scene import BlockMaterial, Joint
 
-STEEPEST = 1.1
+SNAP_BACK_RATIO = 1.1
 """Smallest critical slip over the elastic shear displacement it uses up; below, the first slip breaks the bond."""
 
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
@@ -135,7 +135,7 @@ def lump_block_elasticity(
 
 
 def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[JointProperties, int]:
-    """Let joints break at once whose fracture energy is less than what they hold elastically as they crack; count them.
+    """Make joints brittle whose fracture energy is below their elastic energy at cracking (snap-back); count them.
 
     Their tension would have to fall to nothing at an opening, w_c, that is not beyond the one at which they crack,
     f_t / k_n (snap-back). The same holds for slip. Tension may soften where the first slip breaks the bond; where
@@ -152,7 +152,7 @@ def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[Jo
     opening = properties.critical_opening
     soft = opening > elastic
     slip = np.where(soft, properties.critical_slip, 0.0)
-    shear = STEEPEST * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
+    shear = SNAP_BACK_RATIO * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
     limited = ((opening > 0) & ~soft) | ((properties.critical_slip > 0) & (slip <= shear))
     brittle = properties._replace(
         critical_opening=np.where(soft, opening, 0.0),

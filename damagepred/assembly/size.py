@@ -69,7 +69,7 @@ class Costs:
     iterations : float
         Newton iterations of an increment, of which one in twenty factorises all courses.
     settling_cycles : float
-        Cycles of the explicit solver in which an increment comes to rest after its ramp.
+        Cycles of the explicit solver until an increment reaches equilibrium after its ramp.
     block_memory : float
         Of a block with its contacts while a wall is solved (bytes).
     """
@@ -135,7 +135,7 @@ class WallSize:
 
 @checked
 def wall_size(scene: Scene, increments: int | None = None) -> WallSize:
-    """Return the size of a scene's wall and what it costs to solve it.
+    """Return the size of a scene's wall and the estimated cost of solving it.
 
     Parameters
     ----------

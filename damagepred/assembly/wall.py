@@ -191,7 +191,7 @@ def _no_tension(scene: Scene) -> frozenset[ContactKind]:
 
 
 def _own_bed(scene: Scene) -> bool:
-    """Return whether the bed on the footing, or on what the wall stands on, has a material of its own."""
+    """Whether the bed on the footing or ground has a material of its own."""
     return scene.footing.joint is not None
 
 
@@ -391,7 +391,15 @@ def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
 
 
 def dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
-    """Return the joint material of a dpc: no tension, its own friction, the mortar's stiffness unless given."""
+    """Return the joint material of a dpc: no tension, its own friction, the mortar's stiffness unless given.
+
+    Parameters
+    ----------
+    dpc : Dpc or None
+        Of the scene; None: there is none.
+    joint : Joint
+        The wall's mortar.
+    """
     if dpc is None:
         return joint
     return Joint(

@@ -12,8 +12,8 @@ from damagepred.damage.joints import JointMap
 from damagepred.damage.tracing import Crack, Links, Pieces, trace
 
 PARTS = ("wall", "below_dpc", "dpc_opening", "dpc_slip")
-"""What cracks are told apart by: the wall proper, the courses below the dpc, the dpc where it is open, and where it is
-closed and has slipped."""
+"""Parts that cracks are assigned to: the wall proper, the courses below the dpc, the dpc where it is open, and where it
+is closed and has slipped."""
 WALL, BELOW_DPC, DPC_OPENING, DPC_SLIP = range(4)
 
 

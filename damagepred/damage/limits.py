@@ -1,4 +1,4 @@
-"""Limits of the simple methods: tensile strains, and movements of the ground. They are data, each with its source."""
+"""Limits of the simple methods, from data files with sources: tensile strains and movements of the ground."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class StrainTable:
 
 @dataclass(frozen=True)
 class MovementLimit:
-    """A movement that walls are said to bear.
+    """Limit of a movement of the ground under a wall.
 
     Attributes
     ----------
     author, about : str
-        Whose it is, and what lies beyond it.
+        Its author, and the damage beyond it.
     measure : {"angular_distortion", "deflection_ratio"}
         Of the ground under the wall.
     one_in : tuple of float
@@ -71,7 +71,13 @@ class MovementLimit:
     confidence: str = "assumed"
 
     def value(self, length: float, height: float) -> float:
-        """Return the limit (1) for a wall of given size (m)."""
+        """Return the limit (1) for a wall of given size (m).
+
+        Parameters
+        ----------
+        length, height : float
+            Of the wall (m).
+        """
         limit = 1 / self.one_in[0]
         if self.length_over_height:
             limit = float(np.interp(length / height, self.length_over_height, 1 / np.array(self.one_in)))

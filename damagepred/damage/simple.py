@@ -159,7 +159,7 @@ def simple_methods(
     ground_strain: float = 0.0,
     modulus_ratio: float | None = None,
 ) -> pd.DataFrame:
-    """Return what the simple methods say of a wall: a row for each limit, and whether the movement exceeds it.
+    """Return the verdicts of the simple methods: a row for each limit, and whether the movement exceeds it.
 
     Parameters
     ----------

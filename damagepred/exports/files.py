@@ -87,7 +87,7 @@ def export_curves(
     categories : sequence of int, optional
         By default all.
     extrapolated : bool
-        Whether curves are told whose median lies beyond the largest movement to which a wall was followed.
+        Whether curves are exported whose median lies beyond the largest movement to which a wall was followed.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def export_curves(
     Raises
     ------
     InputError
-        If the curves cannot be told so; the message says why.
+        If the curves cannot be exported so; the message says why.
     StudyError
         If a file cannot be written.
     """

@@ -43,7 +43,7 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
 
 @checked
 def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
-    """Return what the curves are made of, a row for each category.
+    """Return the parameters of the curves, a row for each category.
 
     Parameters
     ----------

@@ -26,10 +26,10 @@ MODEL = "masonry_wall"
 """Name of the model and its function, unless another is given: the taxonomy of exposed assets."""
 
 NOTHING = 1e-6
-"""Probability of the least category below which OpenQuake is told that there is no damage."""
+"""Probability of the least category below which OpenQuake assumes no damage."""
 
 ALL = 1 - 1e-6
-"""Probability of the worst category up to which curves are told; OpenQuake keeps them level beyond."""
+"""Probability of the worst category up to which curves are exported; OpenQuake keeps them level beyond."""
 
 LEVELS = 60
 """Of a discrete function, evenly spaced in the logarithm."""
@@ -104,7 +104,7 @@ def _discrete(function: Tree.Element, states: LimitStates) -> None:
 
 
 def _range(states: LimitStates) -> tuple[float, float]:
-    """Return between which levels the curves are told."""
+    """Return the levels between which the curves are exported."""
     below = states.median * np.exp(states.dispersion * special.ndtri(NOTHING))
     beyond = states.median * np.exp(states.dispersion * special.ndtri(ALL))
     return _factor(states) * float(below.min()), _factor(states) * float(beyond.max())

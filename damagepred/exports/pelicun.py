@@ -68,7 +68,7 @@ def pelicun_frame(
     Raises
     ------
     InputError
-        If a category has no curve, curves cross, or the measure of the movement is none that it can be told of.
+        If a category has no curve, curves cross, or it does not know the measure of the movement.
     """
     import pandas as pd
 

@@ -1,4 +1,4 @@
-"""What fragility curves say as limit states in order, and whether they can be told so at all."""
+"""Fragility curves as ordered limit states, and the checks that they can be exported so."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def limit_states(
     Raises
     ------
     InputError
-        If the dataset holds no curves, a category has none, or one that cannot be told by median and dispersion.
+        If the dataset holds no curves, a category has none, or one without median and dispersion.
     """
     for name in ("median", "dispersion", "fit_status", "intensity", "category"):
         if name not in curves.variables:

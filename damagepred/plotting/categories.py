@@ -28,7 +28,15 @@ def table_of(ds: xr.Dataset) -> DamageTable:
 
 
 def name_of(ds: xr.Dataset, category: int) -> str:
-    """Return a category's name from the flag meanings of ``damage_category``."""
+    """Return a category's name from the flag meanings of ``damage_category``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    category : int
+        Its number.
+    """
     meanings = ds["damage_category"].attrs.get("flag_meanings") if "damage_category" in ds.variables else None
     names = str(meanings).split() if meanings else list(CATEGORIES)
     return verbatim(names[category].replace("_", " ")) if 0 <= category < len(names) else "not known"
@@ -65,7 +73,7 @@ def shade_bands(ax: Axes, table: DamageTable) -> None:
 
 
 def _middle(ax: Axes, bottom: float, top: float) -> float:
-    """Return what lies midway between two heights on the paper."""
+    """Return the height midway between two heights on the paper."""
     points = ax.transData.transform([(0.0, bottom), (0.0, top)])
     return float(ax.transData.inverted().transform(points.mean(axis=0))[1])
 

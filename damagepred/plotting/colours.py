@@ -44,7 +44,7 @@ CURVE_STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 
 
 def band_colours(levels: FloatArray) -> ListedColormap:
-    """Return a colour for each band and for what lies beyond at both ends: blue in compression, red in tension."""
+    """Return a colour for each band and for values beyond both ends: blue in compression, red in tension."""
     bands = len(levels) + 1
     below, above = levels[0] >= -1e-12, levels[-1] <= 1e-12
     start, end = (0.5 if below else 0.0), (0.5 if above else 1.0)

@@ -54,6 +54,15 @@ class Deformed:
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
         """Read a wall at an increment; see ``draw_stress`` for the arguments.
 
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            Of one wall.
+        increment : int
+            Position of the increment.
+        exaggeration : float or None
+            Factor on displacements; None: a round one.
+
         Raises
         ------
         InputError
@@ -96,15 +105,23 @@ class Deformed:
         """How large displacements are drawn."""
         if self.factor == 1.0:
             return "displacements to scale"
-        return f"displacements drawn {plain_number(self.factor)} times too large"
+        return f"displacements exaggerated {plain_number(self.factor)} times"
 
     def sheet_height(self, other: float) -> float:
-        """Return the height (inches) of a sheet 10 wide, with so much for what is not the wall."""
+        """Return the height (inches) of a sheet 10 wide, with room for legend and title."""
         width, height = np.ptp(self.shape, axis=0)
         return float(np.clip(8.0 * height / width + other, 3.2, 9.0))
 
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
-        """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey."""
+        """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey.
+
+        Parameters
+        ----------
+        ax : Axes
+            Where to draw.
+        colours : object
+            One colour, or one a rigid block.
+        """
         outlines = polygons(self.shape, self.block)
         segments = [outlines[i] for i in np.flatnonzero(self.footing)]
         if segments:
@@ -127,7 +144,7 @@ class Deformed:
         ax.add_collection(LineCollection(lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines"))
 
     def draw_cracks(self, ax: Axes) -> None:
-        """Draw both faces of what is cracked or open: mortar black, the dpc in its colour."""
+        """Draw both faces of cracked or open joints: mortar black, the dpc in its colour."""
         faces = Faces.of(self.ds, self.increment)
         parts = (
             ("cracks", faces.pick(faces.is_mortar & (faces.crack > HAIRLINE)), "black"),
@@ -162,7 +179,15 @@ def _kind(ds: xr.Dataset) -> str:
 
 
 def add_magnification(ax: Axes, wall: Deformed) -> None:
-    """Draw a bar under the wall's right end that is as long as a round displacement is drawn."""
+    """Draw a bar under the wall's right end that is as long as a round displacement is drawn.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    wall : Deformed
+        As it is drawn.
+    """
     if wall.factor == 1.0:
         return
     wanted = 0.08 * wall.length / wall.factor

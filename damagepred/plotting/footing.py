@@ -36,7 +36,7 @@ _ON_A_FOOTING = "the result of one wall on a footing that finds its own form (`m
 
 
 def has_footing(ds: xr.Dataset) -> bool:
-    """Tell whether the sections of a footing are stored."""
+    """Whether the sections of a footing are stored."""
     return "section_moment" in ds.variables
 
 
@@ -132,7 +132,15 @@ def idle_at(ds: xr.Dataset) -> float | None:
 
 
 def first_zero(x: FloatArray, y: FloatArray) -> float | None:
-    """Return where y, positive to begin with and straight between, first falls to zero; None if it does not."""
+    """Return where y, positive to begin with and straight between, first falls to zero; None if it does not.
+
+    Parameters
+    ----------
+    x : array of float
+        Rising abscissae.
+    y : array of float
+        Values there.
+    """
     below = np.flatnonzero(y <= 1e-9 * np.abs(y).max(initial=0.0))
     if not below.size or below[0] == 0:
         return None
@@ -181,7 +189,15 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 @checked
 def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the moment along the footing, sagging positive, increment by increment; see ``draw_footing_form``."""
+    """Draw the moment along the footing, sagging positive, increment by increment; see ``draw_footing_form``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall whose footing finds its own form.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    """
     require(ds, ("section_moment",), _ON_A_FOOTING)
     values = ds["section_moment"].values * KN
     return _along(ds, ax, "moment, sagging positive (kNm)", lambda i: (ds["section_x"].values, values[i]))
@@ -189,7 +205,15 @@ def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 @checked
 def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the curvature along the footing, sagging positive, increment by increment; see ``draw_footing_form``."""
+    """Draw the curvature along the footing, sagging positive, increment by increment; see ``draw_footing_form``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall whose footing finds its own form.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    """
     require(ds, ("section_curvature",), _ON_A_FOOTING)
     values = ds["section_curvature"].values * 1e3
     return _along(ds, ax, "curvature, sagging positive (1/km)", lambda i: (ds["section_x"].values, values[i]))

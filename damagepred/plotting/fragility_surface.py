@@ -113,7 +113,7 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def _explained(surface: xr.Dataset) -> str:
-    """Say how the median goes with the second variable, and what is left of the scatter."""
+    """Slope of the median with the second variable, and the remaining dispersion, in words."""
     if str(surface["fit_status"].item()) not in WITH_CURVE:
         return ""
     slope, low, high = (float(surface[f"slope{end}"]) for end in ("", "_lower", "_upper"))

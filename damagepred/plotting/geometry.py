@@ -13,7 +13,7 @@ from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting.sheet import require
 
-LARGE_TURN = 0.02
+FINITE_ROTATION = 0.02
 """Rotation (rad) from which it is drawn as it is."""
 NO_BLOCK = -1
 """Stands for the ground, and for a block that could not be found."""
@@ -67,7 +67,15 @@ class Motion:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Motion:
-        """Read the motion from a one-wall dataset at the increment with that position."""
+        """Read the motion from a one-wall dataset at the increment with that position.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            Of one wall.
+        increment : int
+            Position of the increment.
+        """
         step = ds.isel(increment=increment)
         moved = np.column_stack((step["block_displacement_x"].values, step["block_displacement_y"].values))
         return cls(ds["block_x"].values, ds["block_y"].values, moved, step["block_rotation"].values)
@@ -89,7 +97,7 @@ class Motion:
         """
         turn = self.rotation[block]
         arm_x, arm_y = points[:, 0] - self.x[block], points[:, 1] - self.y[block]
-        large = np.abs(turn) > LARGE_TURN
+        large = np.abs(turn) > FINITE_ROTATION
         across, along = np.where(large, np.sin(turn), turn), np.where(large, np.cos(turn) - 1.0, 0.0)
         turned = np.column_stack((along * arm_x - across * arm_y, across * arm_x + along * arm_y))
         return self.displacement[block] + turned
@@ -144,7 +152,15 @@ class Faces:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Faces:
-        """Gather the contacts of a one-wall dataset by interface, at the increment with that position."""
+        """Gather the contacts of a one-wall dataset by interface, at the increment with that position.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            Of one wall.
+        increment : int
+            Position of the increment.
+        """
         joints = JointMap.from_dataset(ds)
         shape = joints.contact_x.shape
 
@@ -245,7 +261,7 @@ def ground_profile(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
 
-    The ground is where the underside of the wall is, less what the footing's interface has opened; of soil, which
+    The ground is the underside of the wall less the opening of the footing's interface; of soil, which
     gives under a footing, it is the surface as it would be without the footing.
 
     Parameters
@@ -328,7 +344,21 @@ def round_exaggeration(displacement: FloatArray, length: float) -> float:
 
 
 def gaps_of(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
-    """Return what has opened between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
+    """Return the gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2).
+
+    Parameters
+    ----------
+    faces : Faces
+        Interfaces, m of them.
+    motion : Motion
+        Of the blocks.
+    points : array of float
+        Corners of all blocks (v, 2) (m).
+    block : array of int
+        Block of each corner (v,).
+    factor : float
+        On displacements.
+    """
     sides = faces.neighbours(points, block)
 
     def shown(side: int, place: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What is under a wall: the footing as a beam of its own, its supports and jacks, the ground it rests on."""
+"""Drawings under a wall: the footing as a beam of its own, its supports and jacks, the ground."""
 
 from __future__ import annotations
 
@@ -33,8 +33,10 @@ def draw_footing_blocks(
         Position of the increment.
     factor : float
         On displacements.
-    shape : array (v, 2), block : array of int (v,)
-        Corners of all blocks as drawn (m), and their blocks.
+    shape : array (v, 2)
+        Corners of all blocks as drawn (m).
+    block : array of int (v,)
+        Block of each corner.
     chosen : array of bool (n,)
         Blocks of the footing.
     """

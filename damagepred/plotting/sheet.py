@@ -1,4 +1,4 @@
-"""Sheets to draw on, and what all drawings share: wrapped titles, checks of what they are given."""
+"""Figures and axes, and helpers of all drawings: wrapped titles, checks of datasets."""
 
 from __future__ import annotations
 
@@ -45,7 +45,15 @@ def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
 
 
 def axes_or_new(ax: Axes | None, width: float = 8.0, height: float = 5.0) -> Axes:
-    """Return ``ax``, or the axes of a new figure of the given size (inches) if it is None."""
+    """Return ``ax``, or the axes of a new figure of the given size (inches) if it is None.
+
+    Parameters
+    ----------
+    ax : Axes or None
+        Given axes, or None.
+    width, height : float
+        Size of a new figure (inches).
+    """
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
@@ -142,7 +150,17 @@ def set_title(ax: Axes, *lines: str) -> None:
 
 
 def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transform:
-    """Return where to draw so far under the axes: fractions of them, or another transform's places."""
+    """Return where to draw so far under the axes: fractions of them, or another transform's places.
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw under.
+    inches : float
+        Distance from their lower edge.
+    transform : Transform, optional
+        Of the places; by default fractions of the axes.
+    """
     return (transform or ax.transAxes) + ScaledTranslation(0.0, -inches, figure_of(ax).dpi_scale_trans)
 
 
@@ -185,7 +203,15 @@ def label_movement(ax: Axes, measure: str) -> None:
 
 
 def say_nothing_to_draw(ax: Axes, reason: str) -> None:
-    """Write into empty axes why they are empty."""
+    """Write into empty axes why they are empty.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    reason : str
+        Text in the middle.
+    """
     ax.set_xticks([])
     ax.set_yticks([])
     ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize="large", wrap=True)
@@ -197,5 +223,13 @@ def plain_number(value: float) -> str:
 
 
 def spread_evenly(count: int, most: int) -> IntArray:
-    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
+    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+    most : int
+        How many to choose at most.
+    """
     return np.arange(count - 1, -1, -max(1, -(-count // most)))[::-1]

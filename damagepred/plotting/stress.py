@@ -33,15 +33,15 @@ COMPONENTS = {
 }
 """What can be drawn, and its name."""
 
-SHARE = 5.0
+TAIL_PERCENT = 5.0
 """Percentage of the area at either end that does not count for the limits of the colours: corners peak."""
-MARGIN = 1.25
+LEVEL_MARGIN = 1.25
 """The colours reach so many times further than the rest."""
 ONE_SIDED = 0.1
 """With less than that share on the other side of zero, only one half of the colours is used."""
-NEXT_TO_NOTHING = 1e-3
+SMALLEST_LEVEL = 1e-3
 """Where the colours end if there is no stress at all (MPa)."""
-BANDS = 18
+MAX_BANDS = 18
 """Bands of colour at most."""
 
 _CONTACTS = ("contact_normal_stress", "contact_shear_stress")
@@ -132,7 +132,15 @@ def _check(ds: xr.Dataset, component: str) -> None:
 
 
 def zone_stress(ds: xr.Dataset, increment: int) -> FloatArray:
-    """Return s_xx, s_yy and s_xy of the zones at an increment, (z, 3) (Pa)."""
+    """Return s_xx, s_yy and s_xy of the zones at an increment, (z, 3) (Pa).
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall with zones.
+    increment : int
+        Position of the increment.
+    """
     return np.column_stack([ds[f"zone_stress_{name}"].values[increment] for name in ("xx", "yy", "xy")])
 
 
@@ -180,7 +188,15 @@ def _area(polygon: FloatArray) -> float:
 
 
 def one_of(stress: FloatArray, component: str) -> FloatArray:
-    """Return one component of stresses s_xx, s_yy, s_xy (k, 3), or a principal stress; array (k,)."""
+    """Return one component of stresses s_xx, s_yy, s_xy (k, 3), or a principal stress; array (k,).
+
+    Parameters
+    ----------
+    stress : array of float
+        s_xx, s_yy, s_xy (k, 3).
+    component : str
+        A key of ``COMPONENTS``.
+    """
     if component in ("xx", "yy", "xy"):
         return np.asarray(stress[:, ("xx", "yy", "xy").index(component)])
     middle, half = 0.5 * (stress[:, 0] + stress[:, 1]), 0.5 * (stress[:, 0] - stress[:, 1])
@@ -217,12 +233,12 @@ def _levels(fields: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
     for values, weight in fields:
         order = np.argsort(values)
         share = np.cumsum(weight[order]) / weight.sum()
-        found = values[order][np.searchsorted(share, [SHARE / 100, 1 - SHARE / 100])]
+        found = values[order][np.searchsorted(share, [TAIL_PERCENT / 100, 1 - TAIL_PERCENT / 100])]
         low, high = min(low, float(found[0])), max(high, float(found[1]))
-    reach = MARGIN * MPA * max(-low, high) or NEXT_TO_NOTHING
+    reach = LEVEL_MARGIN * MPA * max(-low, high) or SMALLEST_LEVEL
     two_sided = min(-low, high) >= ONE_SIDED * max(-low, high)
     ends = (-reach if two_sided or -low > high else 0.0, reach if two_sided or high > -low else 0.0)
-    return np.asarray(MaxNLocator(BANDS, steps=[1, 2, 2.5, 5, 10], symmetric=two_sided).tick_values(*ends))
+    return np.asarray(MaxNLocator(MAX_BANDS, steps=[1, 2, 2.5, 5, 10], symmetric=two_sided).tick_values(*ends))
 
 
 def _stresses(wall: Deformed) -> tuple[FloatArray, FloatArray]:

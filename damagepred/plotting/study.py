@@ -254,7 +254,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def count_walls(ds: xr.Dataset) -> str:
-    """Say how many walls a study has, and how many of them collapsed, failed or are missing."""
+    """Return, in words, how many walls a study has, and how many of them collapsed, failed or are missing."""
     status = ds["status"].values
     parts = [f"{len(status)} walls"]
     for value, word in (

@@ -269,7 +269,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Face
     if "time" in ds.variables:
         when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     category = int(ds["damage_category"].values[increment])
-    scale = "to scale" if factor == 1.0 else f"drawn {plain_number(factor)} times too large"
+    scale = "to scale" if factor == 1.0 else f"exaggerated {plain_number(factor)} times"
     early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)
     set_title(

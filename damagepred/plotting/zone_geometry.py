@@ -11,7 +11,7 @@ from damagepred.arrays import FloatArray, IntArray
 
 
 def has_zones(ds: xr.Dataset) -> bool:
-    """Tell whether zones are stored."""
+    """Whether zones are stored."""
     return "zone_state" in ds.variables
 
 
@@ -61,6 +61,18 @@ class Zones:
 
 
 def moved_gridpoints(ds: xr.Dataset, zones: Zones, increment: int, factor: float) -> FloatArray:
-    """Return where the gridpoints are drawn (g, 2) (m), displacements multiplied by a factor."""
+    """Return where the gridpoints are drawn (g, 2) (m), displacements multiplied by a factor.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    zones : Zones
+        Of that wall.
+    increment : int
+        Position of the increment.
+    factor : float
+        On displacements.
+    """
     moved = [ds[f"gridpoint_displacement_{axis}"].values[increment] for axis in "xy"]
     return np.asarray(zones.points + factor * np.column_stack(moved))

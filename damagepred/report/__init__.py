@@ -7,7 +7,7 @@ sources    shipped values and their sources
 quality    how well the equations are solved
 cracks     the cracks of one wall
 limits     what a code allows, and how likely damage is there
-caveats    what the results do not say
+caveats    limits of the results
 wall       the page of one wall
 study      the page of a study
 page       from sections to HTML

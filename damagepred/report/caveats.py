@@ -23,7 +23,15 @@ DOUBTFUL = 0.05
 
 
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return what the model of one wall leaves out; of the ground also what is assumed and not ``sampled``."""
+    """Return limits of the model of one wall, and assumptions of the ground that are not ``sampled``.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : Collection[str]
+        Places of the inputs that a study samples.
+    """
     said = [
         "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement out "
         "of its plane, and torsion of the house are not in the model.",

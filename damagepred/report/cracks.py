@@ -10,7 +10,7 @@ from damagepred.report.parts import Part, Table, Text, drawing
 from damagepred.tables import crack_columns
 from damagepred.wall_cracks import WallCracks, crack_frame
 
-MOST = 25
+MAX_CRACKS = 25
 """Cracks that are listed."""
 
 
@@ -39,7 +39,7 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
         f"in it. What has opened or slid by more than {length(HAIRLINE)} and touches is one crack. Length "
         "includes branches."
     )
-    if len(frame) > MOST:
-        note = f"The first {MOST} of {len(frame)}, the widest of each part of the wall first. {note}"
+    if len(frame) > MAX_CRACKS:
+        note = f"The first {MAX_CRACKS} of {len(frame)}, the widest of each part of the wall first. {note}"
     caption = "Cracks at the end of the path, the widest of each part of the wall first"
-    return [figure, Table.of(caption, crack_columns(frame.head(MOST), "time" in ds.variables), note)]
+    return [figure, Table.of(caption, crack_columns(frame.head(MAX_CRACKS), "time" in ds.variables), note)]

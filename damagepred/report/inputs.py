@@ -1,4 +1,4 @@
-"""Inputs as tables: the scene, what is uncertain about it, and where each value comes from."""
+"""Inputs as tables: the scene, its uncertain variables, and the source of each value."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength")
 
 
 def input_section(scene: Scene, settings: StudySettings | None = None) -> Section:
-    """Return the section that says what went in.
+    """Return the section of inputs.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a code allows, and which damage there is at that movement."""
+"""Design deflections of a code, and the damage at them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page is made of."""
+"""Parts of a page: sections, texts, tables, drawings."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Page:
     title, subtitle : str
         Of what, and what kind of report.
     warnings : sequence of str
-        To be read before all else: what is unfinished or failed.
+        Unfinished or failed parts, to be read first.
     facts : sequence of (str, str)
         The results in brief.
     sections : sequence of Section

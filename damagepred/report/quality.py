@@ -1,4 +1,4 @@
-"""How well the equations are solved, and how surely a study knows its shares."""
+"""Residuals and energy balance of the solutions, and Monte Carlo error of a study."""
 
 from __future__ import annotations
 
@@ -185,7 +185,15 @@ def categories(ds: xr.Dataset) -> list[tuple[int, str]]:
 
 
 def category_name(ds: xr.Dataset, category: int) -> str:
-    """Return the name of a category of damage of a study or a wall, empty if it has none."""
+    """Return the name of a category of damage of a study or a wall, empty if it has none.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    category : int
+        Its number.
+    """
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     return named(names[category]) if 0 <= category < len(names) else ""
 

@@ -1,4 +1,4 @@
-"""Where values come from: the shipped tables say it of their own, and of nothing else."""
+"""Sources of values: those of the shipped tables; others are given or defaults."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _MATERIALS = {
 
 
 class Source(NamedTuple):
-    """Where a value comes from, and how sure that is.
+    """Source of a value, and its level of confidence.
 
     Attributes
     ----------
     name : str
         In words.
     confidence : str
-        One of ``CONFIDENCE``, or empty where nothing is known.
+        One of ``data_files.CONFIDENCE``, or empty where it is not known.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Source(NamedTuple):
 
 
 def source_of_value(table: str, key: str, value: Any) -> Source:
-    """Say where a value of a scene comes from.
+    """Return the source of a value of a scene.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def source_of_value(table: str, key: str, value: Any) -> Source:
 
 
 def sources_of_variable(place: str, variable: Variable) -> list[Source]:
-    """Say where the mean and the scatter of a variable come from.
+    """Return the sources of a variable's mean and scatter.
 
     Parameters
     ----------
@@ -103,7 +103,15 @@ def sources_of_variable(place: str, variable: Variable) -> list[Source]:
 
 
 def field_source(place: str, correlation: float) -> Source:
-    """Say where the correlation from one unit of a course to the next comes from."""
+    """Return the source of the correlation from one unit of a course to the next.
+
+    Parameters
+    ----------
+    place : str
+        Place of the variable in the scene.
+    correlation : float
+        Given correlation (1).
+    """
     shipped = _statistics().get(place, {}).get("field", {})
     if shipped and _same(correlation, shipped["course_correlation"]):
         return Source(shipped["source"], shipped["confidence"])

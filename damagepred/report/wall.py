@@ -233,7 +233,7 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
     category, words = _category(ds, -1)
     width = length(float(ds["crack_width_max"].values[-1]))
     where = f"at a deflection of {length(float(ds['central_deflection'].values[-1]))}"
-    caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements drawn too large."
+    caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements exaggerated."
     return drawing(
         name,
         caption,

@@ -1,4 +1,4 @@
-"""What the user says: frozen, validated descriptions of wall, footing, movement, loads and how to solve them."""
+"""The input: frozen, validated descriptions of wall, footing, movement, loads and how to solve them."""
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics

@@ -1,4 +1,4 @@
-"""What a scene on a mound takes for the ground where nothing is said of it."""
+"""Default properties of the ground of a scene on a mound."""
 
 from __future__ import annotations
 
@@ -36,7 +36,15 @@ def ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]
 
 
 def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return those of the numbers that shape the ground, in words, that are the defaults; see ``ground_values``."""
+    """Return those of the numbers that shape the ground, in words, that are the defaults; see ``ground_values``.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : Collection[str]
+        Places of the numbers that a study samples; these are left out.
+    """
     usual = {"mound": Mound(), "soil": Soil()}
     given = {"mound": scene.mound, "soil": scene.soil}
     found = []
@@ -48,7 +56,15 @@ def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
-    """Return one sentence on what is assumed of the ground; None if all is given or sampled, or there is no mound."""
+    """Return one sentence on the assumed properties of the ground; None if there are none.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : Collection[str]
+        Places of the numbers that a study samples; these are left out.
+    """
     assumed = assumed_ground(scene, sampled)
     if not assumed:
         return None

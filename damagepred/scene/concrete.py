@@ -1,4 +1,4 @@
-"""What a reinforced-concrete footing is made of: grade and trench mesh by name, and how it cracks."""
+"""Reinforced concrete of a footing: grade and trench mesh by name, law of cracking."""
 
 from __future__ import annotations
 

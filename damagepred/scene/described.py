@@ -1,4 +1,4 @@
-"""The one way fields of a scene are declared: frozen dataclasses that check what they are given."""
+"""Declaration of a scene's tables: frozen, validated dataclasses."""
 
 from __future__ import annotations
 

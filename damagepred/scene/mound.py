@@ -126,6 +126,13 @@ class Mound:
         """Whether the mounds of smaller surface movements have the same form under a wall of ``length`` (m).
 
         A Walsh mound has not, as its edge distance grows with the movement until something else limits it.
+
+        Parameters
+        ----------
+        length : float
+            Of the wall (m).
+        kind : Kind
+            Dishing or doming.
         """
         return self.shape != "walsh" or self.at(0.0).edge(length, kind) == self.edge(length, kind)
 
@@ -192,6 +199,13 @@ class Mound:
 
     def edge(self, length: float, kind: Kind) -> float:
         """Return the edge distance e (m) of the Walsh mound under a wall of ``length`` (m).
+
+        Parameters
+        ----------
+        length : float
+            Of the wall (m).
+        kind : Kind
+            Dishing or doming.
 
         Notes
         -----

@@ -1,4 +1,4 @@
-"""Numbers with units: everything inside is SI, what the user writes may carry a unit."""
+"""Numbers with units: SI inside; a user's string may carry a unit."""
 
 from __future__ import annotations
 

@@ -17,6 +17,15 @@ T = TypeVar("T")
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
     """Make a described object of ``kind`` from nested mappings.
 
+    Parameters
+    ----------
+    kind : type[T]
+        Class of the object.
+    tables : Mapping[str, Any]
+        Its fields.
+    source : str
+        Name of the input, for messages.
+
     Raises
     ------
     InputError
@@ -31,7 +40,17 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
 
 
 def complaint(kind: type, error: ValidationError, source: str) -> InputError:
-    """Return what is to be said of values that a described object of ``kind`` does not take, a line for each."""
+    """Return the error for values that a described object of ``kind`` refuses, a line for each.
+
+    Parameters
+    ----------
+    kind : type
+        Class of the object.
+    error : ValidationError
+        As pydantic raised it.
+    source : str
+        Name of the input.
+    """
     lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
     return InputError("\n".join(f"{source}: {line}" for line in lines))
 
@@ -154,7 +173,7 @@ def _unit(kind: Any, location: list[str]) -> str:
 
 
 def unit_of(kind: Any, location: list[str]) -> str:
-    """Return the SI unit of the field at a location, ``"1"`` for a pure number or for what is no number.
+    """Return the SI unit of the field at a location, ``"1"`` for a pure number or no number.
 
     Parameters
     ----------

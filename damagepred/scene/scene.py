@@ -21,7 +21,7 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
-from damagepred.scene.wall import SLIVER, ControlJoint, Opening, Wall
+from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 from damagepred.text import check_title
 
 
@@ -101,7 +101,7 @@ class Scene:
     def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
         """Refuse openings, and strips of wall beside them, that are too narrow for joints on both sides."""
         wall = self.wall
-        along, up = SLIVER * wall.block_length / 2, SLIVER * wall.block_height
+        along, up = EDGE_TOLERANCE * wall.block_length / 2, EDGE_TOLERANCE * wall.block_height
         for what, size, least in (
             ("width", hole.width, along),
             ("strip of wall on its left", hole.x, along),
@@ -178,7 +178,7 @@ class Scene:
 
     @property
     def footing_model(self) -> Literal["none", "beam", "deformable"]:
-        """What the footing is: what ``solver.footing`` says, or what the shape of the movement asks for."""
+        """Model of the footing: ``solver.footing``, or by default that of the movement's shape."""
         return self.solver.footing or ("none" if self.movement.prescribed else "beam")
 
     @classmethod
@@ -225,7 +225,7 @@ class Scene:
         return build(cls, tables, source)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return nested dicts of plain values in SI, without what is None or empty."""
+        """Return nested dicts of plain values in SI, without None and empty values."""
         from damagepred.scene.reading import plain
 
         return plain(self)

@@ -1,4 +1,4 @@
-"""How a wall is solved and how its damage is judged; neither changes what the wall is."""
+"""Settings of the solver and of the judgement of damage."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ class StandardFooting:
     mesh : str
         Trench mesh at the bottom and at the top, such as "4-L12TM".
     confidence : str
-        How surely this is what the standard says.
+        Level of confidence (``data_files.CONFIDENCE``).
     """
 
     site_class: str

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length
 
-SLIVER = 0.05
+EDGE_TOLERANCE = 0.05
 """Share of a half brick, or of a course, within which two edges lie on the same joint."""
 
 
@@ -96,7 +96,15 @@ class Opening:
         return self.y + self.height
 
     def overlaps(self, other: Opening, margin: float = 1e-9) -> bool:
-        """Whether the two holes share area, or touch within ``margin`` (m)."""
+        """Whether the two holes share area, or touch within ``margin`` (m).
+
+        Parameters
+        ----------
+        other : Opening
+            Another hole.
+        margin : float
+            Distance (m) that counts as touching.
+        """
         return (
             self.x < other.right + margin
             and other.x < self.right + margin

@@ -174,7 +174,7 @@ def test_the_movement_of_a_picture_in_words(deformable):
     del grown.attrs["scene"]
     assert said(deformable.drop_attrs()) == "central deflection 1.0 mm"
     wall = Deformed.of(deformable, -1, 2.5)
-    assert wall.scale == "displacements drawn 2.5 times too large"
+    assert wall.scale == "displacements exaggerated 2.5 times"
     width, height = np.ptp(wall.shape, axis=0)
     assert wall.sheet_height(2.0) == pytest.approx(8.0 * height / width + 2.0)
     assert (wall.sheet_height(-9.0), wall.sheet_height(99.0)) == (3.2, 9.0)

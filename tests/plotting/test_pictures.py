@@ -59,7 +59,7 @@ def test_every_panel_is_the_stress_and_the_increment_of_its_file(deformable):
         assert [title in ax.get_title(loc="left") for ax in panels] == [True, True], name
         words = [ax.get_title(loc="left").replace("\n", " ") for ax in panels]
         assert ["doming 0.5 mm" in words[0], "doming 1.0 mm" in words[1]] == [True, True]
-        factors = {re.search(r"drawn ([\d.]+) times", said)[1] for said in words}
+        factors = {re.search(r"exaggerated ([\d.]+) times", said)[1] for said in words}
         assert len(factors) == 1  # one as large as the other, in the same colours
         first, second = (ax.child_axes[0].get_yticks().tolist() for ax in panels)
         assert first == second
