@@ -29,7 +29,7 @@ from damagepred.study.campaign.cost_estimate import Estimate, zone_bytes
 from damagepred.study.campaign.dispatch import GivenExecutor
 from damagepred.study.campaign.sample import kept_of_movement
 from damagepred.study.campaign.status import standing
-from damagepred.study.campaign.stopping import Ending, Look
+from damagepred.study.campaign.stopping import Ending, InterimAnalysis
 from damagepred.study.settings import StudySettings, differing_keys
 from damagepred.uq import estimate
 from damagepred.uq.stopping import StopWhen
@@ -169,7 +169,7 @@ def test_a_price_in_words() -> None:
 
 def test_looks_and_endings_in_words(tmp_path: Path) -> None:
     found = estimate.Estimate(0.41234, 0.02, 0.35, 0.47, 0.99, 16, 15.5)
-    seen = [Look(8, None, False), Look(16, found, True)]
+    seen = [InterimAnalysis(8, None, False), InterimAnalysis(16, found, True)]
     summary = RunSummary(tmp_path, 16, 16, 1, False, 3.0)
     rule = StopWhen(category=2, at="6.5 mm", half_width=0.07, confidence=0.95)
     assert Ending(summary, seen, "enough").lines(rule) == [
@@ -178,7 +178,7 @@ def test_looks_and_endings_in_words(tmp_path: Path) -> None:
     ]
     median = StopWhen(category=3, quantity="median", half_width="1 mm")
     moved = found._replace(value=4.5e-3, lower=4e-3, upper=5.25e-3)
-    assert Ending(summary, [Look(16, moved, False)], "samples").lines(median) == [
+    assert Ending(summary, [InterimAnalysis(16, moved, False)], "samples").lines(median) == [
         "look at 16 walls: median movement of category 3 = 4.5 mm, 4 to 5.25 (90% over all looks)",
         "all walls allowed are run, and the interval is not narrow enough yet",
     ]
@@ -484,7 +484,7 @@ def test_a_run_until_something(
 
     def estimated(self: StopWhen, ds: object, confidence: float) -> estimate.Estimate:
         width = widths[len(looked)]
-        looked.append(Look(0, None, False))
+        looked.append(InterimAnalysis(0, None, False))
         return estimate.Estimate(0.5, 0.1, 0.5 - width, 0.5 + width, confidence, 8, 8.0)
 
     def run(out: Path, count: int, workers: int, executor: object, **how: object) -> RunSummary:
@@ -504,11 +504,11 @@ def test_a_run_until_something(
         def cancel(self) -> None:
             timers[-1] = (timers[-1],)
 
-    looked: list[Look] = []
+    looked: list[InterimAnalysis] = []
     monkeypatch.setattr(StopWhen, "estimate", estimated)
     monkeypatch.setattr(running, "threading", SimpleNamespace(Timer=Timer))
     monkeypatch.setattr(study, "run", run)
-    told: list[Look] = []
+    told: list[InterimAnalysis] = []
     ending = running.run_until(study, tmp_path, workers=2, on_look=told.append, timeout=7.0)
     assert (ending.reason, seen) == (reason, counts)
     assert timers == [(after,) for after in left if after is not None]

@@ -18,8 +18,8 @@ from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
-class Look(NamedTuple):
-    """What a study knew when it looked.
+class InterimAnalysis(NamedTuple):
+    """Interim analysis of a sequential stopping rule: what a study knew after so many samples.
 
     Attributes
     ----------
@@ -43,14 +43,14 @@ class Ending(NamedTuple):
     ----------
     summary : RunSummary
         Of the last piece of it.
-    looks : list of Look
+    looks : list of InterimAnalysis
         From the first.
     reason : {"enough", "samples", "time", "interrupted"}
         Why it ended.
     """
 
     summary: RunSummary
-    looks: list[Look]
+    looks: list[InterimAnalysis]
     reason: str
 
     def lines(self, rule: StopWhen | None) -> list[str]:
@@ -86,7 +86,7 @@ def run_until(
     workers: int = 1,
     executor: Executor | None = None,
     *,
-    on_look: Callable[[Look], None] | None = None,
+    on_look: Callable[[InterimAnalysis], None] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     **options: Any,
 ) -> Ending:
@@ -106,7 +106,7 @@ def run_until(
     workers, executor, options
         See ``Study.run``.
     on_look : callable, optional
-        Called with each ``Look``.
+        Called with each ``InterimAnalysis``.
     on_progress : callable, optional
         Called with a ``Progress`` as in ``Study.run``.
 
@@ -126,7 +126,7 @@ def run_until(
     at = interim_sizes(rule.first, most) if rule is not None else [most]
     confidence = _confidence(rule, at, how.replicates, budget is not None)
     began = time.monotonic()
-    seen: list[Look] = []
+    seen: list[InterimAnalysis] = []
     while True:
         count = at[len(seen)]
         left = None if budget is None else budget - (time.monotonic() - began)
@@ -174,14 +174,14 @@ def _piece(
             timer.cancel()
 
 
-def _look(rule: StopWhen | None, out: str | Path, done: int, confidence: float) -> Look:
+def _look(rule: StopWhen | None, out: str | Path, done: int, confidence: float) -> InterimAnalysis:
     if rule is None:
-        return Look(done, None, False)
+        return InterimAnalysis(done, None, False)
     found = rule.estimate(open_study(out), confidence)
-    return Look(done, found, rule.met(found))
+    return InterimAnalysis(done, found, rule.met(found))
 
 
-def _record(out: str | Path, rule: StopWhen | None, seen: list[Look], reason: str) -> None:
+def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:
     """Write down in the folder what was seen at the looks, and why the run ended."""
     content = {
         "quantity": rule.name() if rule is not None else "",

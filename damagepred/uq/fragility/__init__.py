@@ -5,13 +5,15 @@ damaged at the last. Curves are fitted to those intervals by maximum likelihood;
 as such (censored), for leaving them out biases the curve to too small capacities.
 
 - ``curves``: ``fit_fragility``, curves with bands from a study
-- ``intensity``: what curves can be drawn against; ``capacities``: the intervals, read from a study
+- ``damagepred.uq.capacity``: the intervals, read from a study, and the one definition of when a category is reached;
+  ``grouped_data``: equal intervals counted together; ``damagepred.uq.intensity``: what curves can be drawn against
 - ``likelihood``: of censored capacities, and its maximum
 - ``models``: separate lognormal curves; a common dispersion, so that curves do not cross; ordinal data (``estimators``
   finds their parameters, ``fit`` is what comes of it)
 - ``turnbull``: the empirical curve (Turnbull, Kaplan-Meier, pooled adjacent violators)
 - ``resampling``: walls drawn again; ``bands``: percentile, BCa and profile likelihood
 - ``goodness``: how well a lognormal fits, and whether a common dispersion is enough
+- ``posterior``: bands of few walls; ``options``: from how many walls on each kind of band is taken
 - ``stripes``: counts of walls at a few movements; ``surface``: against the movement and a second variable
 """
 
