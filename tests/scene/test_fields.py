@@ -15,6 +15,7 @@ from damagepred.scene.dynamics import BaseMotion, Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
+from damagepred.scene.quantity import LARGEST
 from damagepred.scene.reading import unit_of
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
@@ -318,6 +319,8 @@ def test_default_unit_and_bounds(kind: type, key: str, said: str) -> None:
             inside, outside = bound, bound + outwards
         else:
             bound = float(text)
+            if math.isinf(bound):  # whatever the field allows, no number is larger
+                bound, bracket = math.copysign(LARGEST, bound), "[]"
             near, far = (math.nextafter(bound, way * math.inf) for way in (-outwards, outwards))
             inside, outside = (bound, far) if bracket in "[]" else (near, bound)
         assert [takes(adapter, value, many) for value in (inside, outside)] == [True, False], (text, inside, outside)
