@@ -99,10 +99,10 @@ def check(
 ) -> None:
     """Validate a file, solve one wall of it and say what the whole run will cost."""
     from damagepred.assembly import Limits
-    from damagepred.study.campaign.cost_estimate import price
+    from damagepred.study.campaign.cost_estimate import estimate_cost
 
     with screen.Bar("timing one wall") as bar:
-        estimate = price(file, on_step=bar.step, limits=Limits.asked(yes))
+        estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     for line in estimate.lines():
         screen.say(line)
 
@@ -211,10 +211,10 @@ def status(
     every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
 ) -> None:
     """Show what is done, failed and left, and the estimate so far; the study may be running."""
-    from damagepred.study.campaign.status import standing, watching
+    from damagepred.study.campaign.status import study_status, watching
 
     title = "Share of walls by category reached by the end of the movement"
-    for report in watching(folder, every) if watch else (standing(folder),):
+    for report in watching(folder, every) if watch else (study_status(folder),):
         if watch:
             screen.clear()
         for line in report.lines:

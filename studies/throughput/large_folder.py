@@ -21,7 +21,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, read_part, write_part
 from damagepred.study import Study
 from damagepred.study.campaign.dispatch import PARTS
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 
 
 def timed(what: str, do: Callable[[], object]) -> None:
@@ -52,9 +52,9 @@ def main() -> None:
             files += 1
         print(f"writing {files} parts of {each} walls: {1e3 * (time.perf_counter() - began) / files:.1f} ms each")
         timed("listing what is done", folder.finished)
-        timed("status, nothing consolidated", lambda: standing(folder.path))
+        timed("status, nothing consolidated", lambda: study_status(folder.path))
         timed("consolidating", folder.consolidate)
-        timed("status, all consolidated", lambda: standing(folder.path))
+        timed("status, all consolidated", lambda: study_status(folder.path))
         timed("reading all", folder.results)
         size = sum(f.stat().st_size for f in folder.parts.iterdir())
         print(

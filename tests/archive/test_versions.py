@@ -15,7 +15,7 @@ from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import MIGRATIONS, brought_up_to_date
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 
 OLD = Path(__file__).parent / "version_1"
 """Written by version 1: two solved samples, and one that took too long."""
@@ -68,14 +68,14 @@ def test_cycles_of_version_4_are_split_by_the_solver(
 
 def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
     before = {p.name: p.read_bytes() for p in (old / "parts").iterdir()}
-    archived, mixed = open_study(old), standing(old).lines
+    archived, mixed = open_study(old), study_status(old).lines
     study = Study.from_folder(old)
     with ThreadPoolExecutor(1) as executor:
         with pytest.raises(StudyError, match=r"were solved by an older version .* with --mix-versions"):
             study.run(old, samples=4, executor=executor)
-        assert standing(old).lines == mixed
+        assert study_status(old).lines == mixed
         summary = study.run(old, samples=4, executor=executor, mix_versions=True)
-    assert any("walls were solved by 2 programs" in line for line in standing(old).lines)
+    assert any("walls were solved by 2 programs" in line for line in study_status(old).lines)
     assert (summary.done, summary.failed) == (4, 1)
     for name, content in before.items():
         assert (old / "parts" / name).read_bytes() == content

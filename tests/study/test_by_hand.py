@@ -28,7 +28,7 @@ from damagepred.study.campaign.campaign import RunSummary, _Stop
 from damagepred.study.campaign.cost_estimate import Estimate, zone_bytes
 from damagepred.study.campaign.dispatch import GivenExecutor
 from damagepred.study.campaign.sample import kept_of_movement
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.stopping import Ending, InterimAnalysis
 from damagepred.study.settings import StudySettings, differing_keys
 from damagepred.uq import estimate
@@ -99,7 +99,7 @@ def standing_of(folder: StudyFolder, ds: Any) -> Any:
     """Return the standing of a study whose results are these."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(StudyFolder, "results", lambda *given: ds)
-        return standing(folder.path)
+        return study_status(folder.path)
 
 
 def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:

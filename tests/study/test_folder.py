@@ -20,7 +20,7 @@ from damagepred.archive.provenance import environment
 from damagepred.errors import ArchiveWarning, ConvergenceError, InputError, StudyError
 from damagepred.study import Progress, Study
 from damagepred.study.campaign.replay import replay
-from damagepred.study.campaign.status import standing, watching
+from damagepred.study.campaign.status import study_status, watching
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 from tests.regressions.measure import seconds
@@ -46,7 +46,7 @@ def test_the_design_is_there_before_any_part_and_the_folder_reads_while_it_runs(
         assert folder.design().sizes["sample"] == 6
         found = folder.results()
         seen.append((state.done, int((found["status"].values == 0).sum())))
-        assert standing(folder.path).total == 6
+        assert study_status(folder.path).total == 6
 
     run(folder.path, on_progress=look)
     assert seen[0] == (0, 0)

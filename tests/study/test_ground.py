@@ -14,7 +14,7 @@ from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.study import common_paths, draw_category_shares
 from damagepred.study import Study, open_study
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 from damagepred.study.settings import StudySettings
 from damagepred.uq.fragility import capacities, fit_fragility
 
@@ -153,7 +153,7 @@ def test_fits_take_a_wall_at_the_limit_of_its_rig_as_censored_there(jacks: Path)
 
 def test_status_and_pictures_tell_of_the_limit(jacks: Path) -> None:
     ds = open_study(jacks)
-    line = next(text for text in standing(jacks).lines if "ended before the full movement" in text)
+    line = next(text for text in study_status(jacks).lines if "ended before the full movement" in text)
     assert line.startswith("4 walls ended")
     assert "censored" in line
     paths = common_paths(ds, points=7)

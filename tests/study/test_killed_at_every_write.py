@@ -22,7 +22,7 @@ from damagepred.study import Study
 from damagepred.study.analyses.rare_event import rare_event
 from damagepred.study.analyses.two_level import run_two_level
 from damagepred.study.campaign import sample
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.verify import repair
 from tests.killed import KILLED, run_killed
 from tests.study.test_rare import ASKED
@@ -84,7 +84,7 @@ def one_study(
             assert at > 5
             return
         if StudyFolder(folder).exists and not damaged:  # readable in between, and never more than is true
-            report = standing(folder)
+            report = study_status(folder)
             assert report.done + report.remaining == report.total
             assert report.failed <= int((wanted["status"] == SampleStatus.FAILED).sum()) + 1
         go_on(folder)

@@ -12,7 +12,7 @@ from damagepred.errors import InputError
 from damagepred.plotting.study import draw_crack_widths
 from damagepred.study import Study, open_study
 from damagepred.study.campaign.replay import replay
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 from damagepred.study.settings import StudySettings
 from damagepred.uq.exceedance import exceedance
 from tests.conftest import SMALL_STUDY
@@ -50,7 +50,7 @@ def test_the_end_is_the_last_increment_of_the_path(folders: dict[str, Path]) -> 
 
 
 def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
-    assert standing(folders["sampled"]).rows == standing(folders["path"]).rows
+    assert study_status(folders["sampled"]).rows == study_status(folders["path"]).rows
     for kind in ("sampled", "both"):
         assert replay(folders[kind], 4)[1] == "bit for bit what the archive holds for sample 4"
     end = open_study(folders["sampled"])

@@ -20,7 +20,7 @@ from damagepred.archive.parts import read_part, write_part
 from damagepred.errors import ArchiveWarning, InputError, StudyError
 from damagepred.study import Study
 from damagepred.study.campaign import sample
-from damagepred.study.campaign.status import standing
+from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.verify import repair, verify
 from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run, command  # noqa: F401
@@ -180,7 +180,7 @@ def test_damage_is_said_and_mended(
     with warnings.catch_warnings():
         warnings.simplefilter("error", ArchiveWarning)
         open_study(folder.path)
-        standing(folder.path)
+        study_status(folder.path)
     if "failure" in damage:
         assert open_study(folder.path)["status"].values[-1] == 3
         folder.record_failure(SAMPLES - 1, "timeout", "took long", {})
@@ -271,7 +271,7 @@ def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch
     assert {file: file.read_bytes() for file in files(folder)} == before
     run(folder)  # nothing is left to run
     run(folder, samples=SAMPLES + 1, mix_versions=True)
-    assert any("walls were solved by 2 programs" in line for line in standing(folder).lines)
+    assert any("walls were solved by 2 programs" in line for line in study_status(folder).lines)
 
 
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from damagepred.errors import StudyError
-from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST, Batches, Lost, run_all
+from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST, Batches, LostSample, run_all
 from damagepred.study.campaign.sample import Outcome
 from damagepred.study.campaign.workers import LocalPool
 
@@ -69,7 +69,7 @@ def test_the_others_survive() -> None:
         results = list(run_all(pool, "nowhere", Batches(tasks(10), 10), never))
     finally:
         pool.kill()
-    lost = {r.sample: r for r in results if isinstance(r, Lost)}
+    lost = {r.sample: r for r in results if isinstance(r, LostSample)}
     reasons = {3: "worker_died", 6: "timeout", 8: "error"}
     assert {sample: r.reason for sample, r in lost.items()} == reasons
     assert "exit code 9" in lost[3].message
@@ -150,7 +150,7 @@ class Threads:
     def close(self) -> None:
         self.executor.shutdown()
 
-    kill = strike = close
+    kill = terminate = close
 
 
 def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:

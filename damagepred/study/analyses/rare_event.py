@@ -25,7 +25,7 @@ from damagepred.arguments import checked
 from damagepred.assembly import Limits
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.study.analyses.limit_state import Question, asked_of
-from damagepred.study.analyses.rare_event_samples import Crew, Walls, question_file
+from damagepred.study.analyses.rare_event_samples import Walls, WorkerPool, question_file
 from damagepred.study.campaign.budget import require_affordable, sample_timeout
 from damagepred.study.campaign.sample import joint_places
 from damagepred.study.settings import StudySettings, read_frozen
@@ -185,12 +185,12 @@ def rare_event(
                 on_level=on_level,
             )
 
-        with Crew(folder, asked.scene, workers, executor, timeout) as crew:
-            walls = Walls(crew, folder.path / WALLS)
+        with WorkerPool(folder, asked.scene, workers, executor, timeout) as pool:
+            walls = Walls(pool, folder.path / WALLS)
             found = all_damaged = climb(walls)
             failed, solved = walls.failed, walls.solved_now
             if failed:
-                again = Walls(crew, folder.path / WALLS_FAILED_REACHED, failed_reached=True, like=walls)
+                again = Walls(pool, folder.path / WALLS_FAILED_REACHED, failed_reached=True, like=walls)
                 all_damaged = climb(again)
                 failed, solved = failed + again.failed, solved + again.solved_now
         event = RareEvent(found, all_damaged, failed, solved, programs)

@@ -105,7 +105,7 @@ def _asked(folder: str) -> tuple[StudySettings, Design, Question]:
     return settings, settings.design(), Question(**{f.name: content[f.name] for f in dataclasses.fields(Question)})
 
 
-class Crew:
+class WorkerPool:
     """Who solves walls: an executor, or worker processes, which are started when the first wall needs them.
 
     Parameters
@@ -130,7 +130,7 @@ class Crew:
         self.workers, self.executor, self.timeout = workers, executor, timeout
         self.pool: LocalPool | None = None
 
-    def __enter__(self) -> Crew:
+    def __enter__(self) -> WorkerPool:
         return self
 
     def __exit__(self, kind: object, *rest: object) -> None:
@@ -153,7 +153,7 @@ class Walls:
 
     Parameters
     ----------
-    crew : Crew
+    pool : WorkerPool
         Who solves.
     log : Path
         A line for each wall.
@@ -163,10 +163,10 @@ class Walls:
         Another run: a wall with the same number and the same normals is not solved again.
     """
 
-    def __init__(self, crew: Crew, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
-        self.crew, self.log, self.like = crew, log, like
+    def __init__(self, pool: WorkerPool, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
+        self.pool, self.log, self.like = pool, log, like
         self.bound = 0 if failed_reached else 1
-        self.known = read_log(log, crew.asked)
+        self.known = read_log(log, pool.asked)
         self.there = len(self.known)
         self.shared: dict[int, Margin] = {}
         self.digest: dict[int, bytes] = {}
@@ -178,7 +178,7 @@ class Walls:
             if self.like is not None and self.like.digest.get(number) == self.digest[number]:
                 self.shared[number] = self.like.of(number)
         wanted = [(n, row) for n, row in zip(numbers.tolist(), z) if n not in self.known and n not in self.shared]
-        waiting = [(number, self.crew.submit(number, row)) for number, row in wanted]
+        waiting = [(number, self.pool.submit(number, row)) for number, row in wanted]
         with self.log.open("a", encoding="utf-8") as log:
             for number, future in waiting:
                 self._keep(log, _outcome(number, future))
@@ -202,7 +202,7 @@ class Walls:
         least, most, why = solved.margin
         entry = [solved.number, None if np.isinf(most) else most, round(solved.seconds, 4), why, least]
         try:
-            log.write(json.dumps([*entry, _digest(entry, self.crew.asked)]) + "\n")
+            log.write(json.dumps([*entry, _digest(entry, self.pool.asked)]) + "\n")
             log.flush()
             os.fsync(log.fileno())
         except OSError as error:

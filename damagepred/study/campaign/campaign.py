@@ -30,7 +30,7 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.solvers.options import SolverOptions
 from damagepred.study.campaign.budget import require_affordable, sample_timeout
-from damagepred.study.campaign.dispatch import Batches, Engine, GivenExecutor, Lost, run_all
+from damagepred.study.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all
 from damagepred.study.campaign.sample import joint_places, sampled_wall
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.campaign.workers import LocalPool
@@ -276,11 +276,11 @@ class Campaign:
         engine: Engine
         engine = GivenExecutor(where, executor) if executor is not None else LocalPool(where, workers, timeout)
         finished = False
-        stop.at_first, stop.at_once = folder.ask_to_stop, engine.strike
+        stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
         try:
             for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.asked):
                 message = ""
-                if isinstance(result, Lost):
+                if isinstance(result, LostSample):
                     folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
                     message = f"sample {result.sample}: {result.reason}: {result.message}"
                 elif result.status == SampleStatus.FAILED:

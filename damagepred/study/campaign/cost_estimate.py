@@ -128,7 +128,7 @@ def peak_bytes() -> int:
 
 
 @checked
-def price(
+def estimate_cost(
     path: str | Path,
     on_step: Callable[[Step], None] | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen

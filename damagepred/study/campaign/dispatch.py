@@ -36,7 +36,7 @@ RECOUNT = 10.0
 """Seconds after which the workers of an executor are counted again."""
 
 
-class Lost(NamedTuple):
+class LostSample(NamedTuple):
     """A sample whose worker never answered.
 
     Attributes
@@ -70,7 +70,7 @@ class Engine(Protocol):
     def kill(self) -> None:
         """End it now."""
 
-    def strike(self) -> None:
+    def terminate(self) -> None:
         """End what runs, in a signal handler."""
 
 
@@ -115,7 +115,7 @@ class GivenExecutor:
     def close(self) -> None:
         """Leave the executor as it is: it is the caller's."""
 
-    kill = strike = close
+    kill = terminate = close
 
 
 class Batches:
@@ -168,7 +168,9 @@ class Batches:
         return batch
 
 
-def run_all(engine: Engine, folder: str, batches: Batches, interrupts: Callable[[], int]) -> Iterator[Outcome | Lost]:
+def run_all(
+    engine: Engine, folder: str, batches: Batches, interrupts: Callable[[], int]
+) -> Iterator[Outcome | LostSample]:
     """Keep workers busy and yield what becomes of the samples, in the order in which it comes.
 
     A sample that was handed back unsolved, because the study is to stop, is not among it.
@@ -234,7 +236,7 @@ def run_all(engine: Engine, folder: str, batches: Batches, interrupts: Callable[
                 yield found
 
 
-def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Outcome] | Lost:
+def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Outcome] | LostSample:
     """Return what a batch came to; what is in the folder counts, whatever the future says."""
     try:
         return future.result()
@@ -245,7 +247,7 @@ def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Ou
             return found
         sample = batch[0][0]
         if isinstance(error, TimeoutError):
-            return Lost(sample, FailureKind.TIMEOUT, str(error) or "took longer than its time limit")
+            return LostSample(sample, FailureKind.TIMEOUT, str(error) or "took longer than its time limit")
         if isinstance(error, WorkerDied | BrokenExecutor) or type(error).__name__ == "KilledWorker":
-            return Lost(sample, FailureKind.WORKER_DIED, str(error) or "its worker process died")
-        return Lost(sample, "error", f"{type(error).__name__}: {error}")
+            return LostSample(sample, FailureKind.WORKER_DIED, str(error) or "its worker process died")
+        return LostSample(sample, "error", f"{type(error).__name__}: {error}")

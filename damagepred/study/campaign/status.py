@@ -24,8 +24,8 @@ READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDI
 
 
 @dataclass(frozen=True)
-class Standing:
-    """A study's standing, ready to print.
+class StudyStatus:
+    """Status of a study, ready to print.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Standing:
     rows: list[list[str]]
 
 
-def standing(path: str | Path) -> Standing:
+def study_status(path: str | Path) -> StudyStatus:
     """Read where a study stands.
 
     Parameters
@@ -81,10 +81,10 @@ def standing(path: str | Path) -> Standing:
     for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
     columns = ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
-    return Standing(total, total - remaining, failed, remaining, lines, columns, _rows(ds, failed))
+    return StudyStatus(total, total - remaining, failed, remaining, lines, columns, _rows(ds, failed))
 
 
-def watching(path: str | Path, every: float) -> Iterator[Standing]:
+def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
     """Read where a study stands again and again, until no wall is left to be solved.
 
     Parameters
@@ -95,7 +95,7 @@ def watching(path: str | Path, every: float) -> Iterator[Standing]:
         Seconds between two looks.
     """
     while True:
-        found = standing(path)
+        found = study_status(path)
         yield found
         if not found.remaining:
             return

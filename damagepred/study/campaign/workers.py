@@ -168,10 +168,10 @@ class LocalPool:
 
     def kill(self) -> None:
         """End the workers now, and give up what they are at."""
-        self.strike()
+        self.terminate()
         self._finish("now")
 
-    def strike(self) -> None:
+    def terminate(self) -> None:
         """End the processes of the workers, nothing else: safe in a signal handler."""
         self._ending = "now"
         for worker in list(self._workers):
