@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.kernels.zone.forces import zones_beyond
+from damagepred.kernels.zone.forces import find_yielding_zones
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
@@ -105,7 +105,7 @@ class BlockLoads:
     def __init__(self, whole: Model, cut: Model, strength_share: float) -> None:
         assert cut.mesh is not None
         self.whole, self.cut, self.mesh = whole, cut, cut.mesh
-        self._alike = self._flexibilities(zone_stiffness(cut))
+        self._group_by_shape = self._flexibilities(zone_stiffness(cut))
         self._motion = rigid_motion(cut)
         self._rows = strain_rows(cut)
         self._moduli, strength = block_moduli(cut)
@@ -156,7 +156,7 @@ class BlockLoads:
         load -= self._motion.T @ _rigid_share(self.cut, load)
         energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
         displacement = np.zeros(self.cut.size)
-        for block, dofs, flexibility in self._alike:
+        for block, dofs, flexibility in self._group_by_shape:
             moved = load[dofs] @ flexibility
             displacement[dofs] = moved
             energy[block] = 0.5 * (load[dofs] * moved).sum(axis=1)
@@ -198,7 +198,7 @@ class BlockLoads:
         c11, c12, c33, c13, *_ = self._moduli[mesh.zone_block].T
         stress = np.stack((c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, c33 * g_xy, c13 * (e_xx + e_yy)), axis=1)
         beyond = np.zeros(len(stress), dtype=np.bool_)
-        zones_beyond(np.ascontiguousarray(stress), self._strength, mesh.zone_block, beyond)
+        find_yielding_zones(np.ascontiguousarray(stress), self._strength, mesh.zone_block, beyond)
         return np.unique(mesh.zone_block[beyond])
 
     def _lumped(self, increment: Increment) -> FloatArray:

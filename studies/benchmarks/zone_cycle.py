@@ -19,7 +19,7 @@ from collections.abc import Callable
 from damagepred.assembly import wall_model
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.jit import rule
-from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
+from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
@@ -39,7 +39,7 @@ def zones_alone(zones, displacement, force, cycles):
 def facets_alone(facets, displacement, force, cycles):
     for _ in range(cycles):
         place_facets(facets, displacement)
-        hand_on(facets, force)
+        scatter_facet_forces(facets, force)
 
 
 def wall(block: BlockMaterial, blocks: str = "deformable", size: Wall | None = None) -> DampedTimeStepping:

@@ -71,7 +71,7 @@ def _returns(trial, elasticity, strength, stress, strain, code, tangent, elastic
             tangent[i, 2, 1],
             tangent[i, 2, 2],
         ) = zone_law.zone_tangent(xx, yy, xy, zz, elasticity, strength)
-        elastic[i] = zone_law.surely_elastic(xx, yy, xy, zz, strength)
+        elastic[i] = zone_law.within_yield_surface(xx, yy, xy, zz, strength)
 
 
 class Returned:
@@ -270,7 +270,7 @@ def test_return_is_admissible_and_flows_as_it_should(plane, material, nu):
 @kernel
 def _where(stress, nu, strength, where):
     for i in range(len(stress)):
-        where[i] = zone_law.strain_return(stress[i, 0], stress[i, 1], stress[i, 2], nu, strength)[3]
+        where[i] = zone_law.plane_strain_return(stress[i, 0], stress[i, 1], stress[i, 2], nu, strength)[3]
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
@@ -658,7 +658,7 @@ def test_no_numbers_in_no_numbers_out(plane):
 @kernel
 def _elastic(xx, yy, xy, zz, strength, elastic):
     for i in range(len(xx)):
-        elastic[i] = zone_law.surely_elastic(xx[i], yy[i], xy[i], zz[i], strength)
+        elastic[i] = zone_law.within_yield_surface(xx[i], yy[i], xy[i], zz[i], strength)
 
 
 @pytest.mark.benchmark

@@ -13,8 +13,8 @@ from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
-from damagepred.solvers.quasi_static.superelements import Solids
-from damagepred.solvers.state.zone_history import beyond_limits
+from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.state.zone_history import exceeds_yield_limit
 from damagepred.solvers.system.elastic_stiffness import (
     dead_load,
     elastic_displacement,
@@ -80,10 +80,10 @@ def test_forces_on_whole_bricks_balance_as_those_on_their_gridpoints_do() -> Non
 
 def test_bricks_of_one_shape_share_one_condensation() -> None:
     model = panel(BlockMaterial(), courses=8).build(QUASI)
-    solids = Solids(model, dead_load(model), live_load(model))
-    assert len(solids.kin) == 1
-    assert solids.kin[0].rim.shape[0] == 24
-    assert all(stiffness is solids.elastic[0] for stiffness in solids.elastic)
+    superelements = Superelements(model, dead_load(model), live_load(model))
+    assert len(superelements.shapes) == 1
+    assert superelements.shapes[0].boundary.shape[0] == 24
+    assert all(stiffness is superelements.elastic[0] for stiffness in superelements.elastic)
 
 
 def test_stiffness_of_levels_is_that_of_all_gridpoints_condensed() -> None:
@@ -133,30 +133,30 @@ def test_both_solvers_agree(material: BlockMaterial, plane: str) -> None:
 def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield() -> None:
     model = panel(WEAK).build(QUASI)
     assert model.mesh is not None
-    solids = Solids(model, dead_load(model), live_load(model))
+    superelements = Superelements(model, dead_load(model), live_load(model))
     rng = np.random.default_rng(11)
     u = np.zeros(model.size)
     d = 4
-    rim = solids.rim[d]
+    boundary = superelements.boundary[d]
     # bent, and a little uneven: tension cuts off on one side
     block = int(model.mesh.block[d])
     x, y = model.mesh.x - model.blocks.x[block], model.mesh.y - model.blocks.y[block]
     u[model.mesh.dof_x], u[model.mesh.dof_y] = -8e-3 * x * y, 4e-3 * x**2
-    u[rim] += 2e-7 * rng.normal(size=len(rim))
+    u[boundary] += 2e-7 * rng.normal(size=len(boundary))
     plastic = State.rest(model).plastic
-    solids.tangent[d] = solids.elastic[d]
+    superelements.tangent[d] = superelements.elastic[d]
 
     def force(moved: np.ndarray) -> np.ndarray:
         out = np.zeros(model.size)
-        solids.push_back(0.0, 0.0, moved, plastic, out)
-        return out[rim]
+        superelements.add_internal_forces(0.0, 0.0, moved, plastic, out)
+        return out[boundary]
 
     before = force(u.copy())
-    tangent = solids.tangent[d]
-    assert np.abs(tangent - solids.elastic[d]).max() > 0.01 * np.abs(tangent).max()
-    for column in range(0, len(rim), 5):
+    tangent = superelements.tangent[d]
+    assert np.abs(tangent - superelements.elastic[d]).max() > 0.01 * np.abs(tangent).max()
+    for column in range(0, len(boundary), 5):
         nudged, step = u.copy(), 1e-10
-        nudged[rim[column]] += step
+        nudged[boundary[column]] += step
         slope = (force(nudged) - before) / step
         np.testing.assert_allclose(-slope, tangent[:, column], atol=2e-3 * np.abs(tangent).max())
 
@@ -217,7 +217,7 @@ def test_zones_are_beyond_what_they_bear_from_uniaxial_and_shear_strength_on() -
         for zone, axis in enumerate((0, 1, 3)):
             stress[zone, axis], stress[zone + 3, axis] = -share * crushing, share * WEAK.tensile_strength
         stress[6:8] = [(-pressure, -pressure, sign * share * radius, 0.0) for sign in (-1.0, 1.0)]
-        found = beyond_limits(model, stress)
+        found = exceeds_yield_limit(model, stress)
         assert (found[:8] == beyond).all()
         assert not found[8:].any()
 

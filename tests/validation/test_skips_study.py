@@ -50,7 +50,7 @@ def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -
             linear_system.BlockTridiagonalSystem,
             equilibrium.Equilibrium,
             continuation.Continuation,
-            superelements.Solids,
+            superelements.Superelements,
         )
         classes = (scheme.DampedTimeStepping, *paths, *modules)
         return [id(value) for one in classes for value in vars(one).values()]

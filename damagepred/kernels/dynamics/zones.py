@@ -33,7 +33,7 @@ from numpy import copysign
 
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING
 from damagepred.kernels.jit import law, rule
-from damagepred.kernels.zone.law import surely_elastic, zone_return
+from damagepred.kernels.zone.law import within_yield_surface, zone_return
 
 YIELDING, DRAGGED, ZONE_TALLIES = 0, 1, 2
 """What is counted while zones act (J): work of plastic strain, and of stiffness-proportional damping."""
@@ -109,7 +109,7 @@ def yielding_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stres
     l = strength
     limits = (l[b, 0], l[b, 1], l[b, 2], l[b, 3], l[b, 4], l[b, 5], l[b, 6])
     state[m] = 0
-    if not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits):
+    if not within_yield_surface(s_xx, s_yy, s_xy, s_zz, limits):
         s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(
             s_xx, s_yy, s_xy, s_zz, (c[b, 0], c[b, 1], c[b, 2], c[b, 3], c[b, 4], c[b, 5], c[b, 6]), limits
         )

@@ -5,7 +5,7 @@ from damagepred.kernels.explicit.jacks import press
 from damagepred.kernels.explicit.motion import move, sum_forces
 from damagepred.kernels.interface.contact import contact_forces, gather
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.zone.forces import hand_on, place_facets, zone_forces
+from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
 
 
 @kernel
@@ -87,7 +87,7 @@ def run_cycles(
             for j in range(gridpoints, force.size):
                 force[j] = load_share * motion.load[j] + progress_now * motion.live_load[j]
             zone_forces(zoned[1], displacement, force)
-            hand_on(zoned[0], force)
+            scatter_facet_forces(zoned[0], force)
             if pump is not None:
                 press(pump, displacement, progress_now, progress_step, force)
             # facets follow their gridpoints

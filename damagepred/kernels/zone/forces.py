@@ -12,7 +12,7 @@ come in cells of four, which share a gridpoint.
 import numpy as np
 
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.zone.law import surely_elastic, zone_return
+from damagepred.kernels.zone.law import within_yield_surface, zone_return
 
 LANES = 8
 """Blocks in a batch."""
@@ -47,18 +47,18 @@ def memory_type():
 def work_type():
     """Return the record type of what a cell works with.
 
-    ``moved``, ``push``: displacement of, and force on, the four corners and the common gridpoint, x and y.
-    ``hourglass``: hourglass displacement, x and y. ``beyond``:
+    ``displacement_at``, ``force_at``: displacement of, and force on, the four corners and the common gridpoint, x and y.
+    ``hourglass``: hourglass displacement, x and y. ``yields``:
     1 where the stress of a zone is more than it bears.  ``lanes``: 8. All that the law needs being in records, the
     compiler knows that nothing overlaps and works on all lanes at once; it would not if it knew their number, for then
     it would write them out one by one.
     """
     return np.dtype(
         [
-            ("moved", "f8", (5, 2, LANES)),
-            ("push", "f8", (5, 2, LANES)),
+            ("displacement_at", "f8", (5, 2, LANES)),
+            ("force_at", "f8", (5, 2, LANES)),
             ("hourglass", "f8", (2, LANES)),
-            ("beyond", "f8", (4, LANES)),
+            ("yields", "f8", (4, LANES)),
             ("lanes", "u8"),
         ]
     )
@@ -91,7 +91,7 @@ def place_facets(facets, displacement):
 
 
 @kernel
-def hand_on(facets, force):
+def scatter_facet_forces(facets, force):
     """Add the forces on facets to those on their gridpoints, so that both do the same work."""
     body = facets.first_dof
     for f in range(facets.start_x.size):
@@ -125,9 +125,9 @@ def gather(displacement, start, corners, cell, work):
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
-            work.moved[p, 0, lane] = displacement[at + lane]
-            work.moved[p, 1, lane] = displacement[at + Y + lane]
-    gamma, u = cell.gamma, work.moved
+            work.displacement_at[p, 0, lane] = displacement[at + lane]
+            work.displacement_at[p, 1, lane] = displacement[at + Y + lane]
+    gamma, u = cell.gamma, work.displacement_at
     for axis in range(2):
         for lane in range(work.lanes):
             work.hourglass[axis, lane] = (
@@ -144,14 +144,14 @@ def scatter(work, start, corners, force):
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
-            force[at + lane] += work.push[p, 0, lane]
-            force[at + Y + lane] += work.push[p, 1, lane]
+            force[at + lane] += work.force_at[p, 0, lane]
+            force[at + Y + lane] += work.force_at[p, 1, lane]
 
 
 @law
 def elastic_stress(work, cell, k, moduli, lane):
     """Return s_xx, s_yy and s_xy (Pa) of zone k of a cell if it never yields; see ``zone_law``."""
-    c, slopes, at, bent = moduli.elasticity, cell.slopes, work.moved, cell.bending
+    c, slopes, at, bent = moduli.elasticity, cell.slopes, work.displacement_at, cell.bending
     q_x, q_y = work.hourglass[0, lane], work.hourglass[1, lane]
     b = (k + 1) % 4
     x_b, y_b = at[b, 0, lane] - at[k, 0, lane], at[b, 1, lane] - at[k, 1, lane]
@@ -179,7 +179,7 @@ def trial_stress(work, cell, memory, k, moduli, lane):
 
 
 @law
-def pull(cell, k, s_xx, s_yy, s_xy, lane):
+def nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
     """Return force x, y with which zone k of a cell, stressed (Pa), resists.
 
     At its second and its third gridpoint, and against the hourglass displacement.
@@ -197,53 +197,53 @@ def pull(cell, k, s_xx, s_yy, s_xy, lane):
 
 
 @law
-def push_all(work, cell, p, q, r, s, lane):
+def assemble_cell(work, cell, p, q, r, s, lane):
     """Note the forces on a cell's gridpoints from what its four zones pull with; those of each add up to nothing."""
-    push, gamma = work.push, cell.gamma
+    force_at, gamma = work.force_at, cell.gamma
     x, y = (p[4] + q[4]) + (r[4] + s[4]), (p[5] + q[5]) + (r[5] + s[5])
-    push[0, 0, lane], push[0, 1, lane] = (
+    force_at[0, 0, lane], force_at[0, 1, lane] = (
         p[0] + p[2] - s[0] - gamma[0, lane] * x,
         p[1] + p[3] - s[1] - gamma[0, lane] * y,
     )
-    push[1, 0, lane], push[1, 1, lane] = (
+    force_at[1, 0, lane], force_at[1, 1, lane] = (
         q[0] + q[2] - p[0] - gamma[1, lane] * x,
         q[1] + q[3] - p[1] - gamma[1, lane] * y,
     )
-    push[2, 0, lane], push[2, 1, lane] = (
+    force_at[2, 0, lane], force_at[2, 1, lane] = (
         r[0] + r[2] - q[0] - gamma[2, lane] * x,
         r[1] + r[3] - q[1] - gamma[2, lane] * y,
     )
-    push[3, 0, lane], push[3, 1, lane] = (
+    force_at[3, 0, lane], force_at[3, 1, lane] = (
         s[0] + s[2] - r[0] - gamma[3, lane] * x,
         s[1] + s[3] - r[1] - gamma[3, lane] * y,
     )
-    push[4, 0, lane], push[4, 1, lane] = -((p[2] + q[2]) + (r[2] + s[2])), -((p[3] + q[3]) + (r[3] + s[3]))
+    force_at[4, 0, lane], force_at[4, 1, lane] = -((p[2] + q[2]) + (r[2] + s[2])), -((p[3] + q[3]) + (r[3] + s[3]))
 
 
 @law
-def elastic_pull(work, cell, k, moduli, lane):
-    """Return what zone k of a cell pulls with if it never yields; see ``pull``."""
+def elastic_nodal_forces(work, cell, k, moduli, lane):
+    """Return what zone k of a cell pulls with if it never yields; see ``nodal_forces``."""
     s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
-    return pull(cell, k, s_xx, s_yy, s_xy, lane)
+    return nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
 
 
 @law
 def elastic_cell(work, cell, moduli):
     """Let a cell push back whose zones never yield."""
     for lane in range(work.lanes):
-        push_all(
+        assemble_cell(
             work,
             cell,
-            elastic_pull(work, cell, 0, moduli, lane),
-            elastic_pull(work, cell, 1, moduli, lane),
-            elastic_pull(work, cell, 2, moduli, lane),
-            elastic_pull(work, cell, 3, moduli, lane),
+            elastic_nodal_forces(work, cell, 0, moduli, lane),
+            elastic_nodal_forces(work, cell, 1, moduli, lane),
+            elastic_nodal_forces(work, cell, 2, moduli, lane),
+            elastic_nodal_forces(work, cell, 3, moduli, lane),
             lane,
         )
 
 
 @law
-def beyond_limits(s_xx, s_yy, s_xy, s_zz, strength, lane):
+def exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
     """Tell whether a stress (Pa) is more than a zone bears; so are numbers that are none."""
     limits = (
         strength[0, lane],
@@ -254,45 +254,45 @@ def beyond_limits(s_xx, s_yy, s_xy, s_zz, strength, lane):
         strength[5, lane],
         strength[6, lane],
     )
-    return not surely_elastic(s_xx, s_yy, s_xy, s_zz, limits)
+    return not within_yield_surface(s_xx, s_yy, s_xy, s_zz, limits)
 
 
 @law
-def trial_pull(work, cell, memory, k, moduli, lane):
+def trial_nodal_forces(work, cell, memory, k, moduli, lane):
     """Return what zone k of a cell pulls with if it does not yield, and note whether it does and that it is elastic."""
     s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, memory, k, moduli, lane)
-    work.beyond[k, lane] = 1.0 if beyond_limits(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
+    work.yields[k, lane] = 1.0 if exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
     memory.state[k, lane] = 0.0
-    return pull(cell, k, s_xx, s_yy, s_xy, lane)
+    return nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
 
 
 @law
-def yielding_cell(work, cell, memory, moduli):
+def trial_cell(work, cell, memory, moduli):
     """Let a cell push back as if nothing yielded; return how many zones are beyond what they bear."""
     for lane in range(work.lanes):
-        push_all(
+        assemble_cell(
             work,
             cell,
-            trial_pull(work, cell, memory, 0, moduli, lane),
-            trial_pull(work, cell, memory, 1, moduli, lane),
-            trial_pull(work, cell, memory, 2, moduli, lane),
-            trial_pull(work, cell, memory, 3, moduli, lane),
+            trial_nodal_forces(work, cell, memory, 0, moduli, lane),
+            trial_nodal_forces(work, cell, memory, 1, moduli, lane),
+            trial_nodal_forces(work, cell, memory, 2, moduli, lane),
+            trial_nodal_forces(work, cell, memory, 3, moduli, lane),
             lane,
         )
-    beyond = 0.0
+    yields = 0.0
     for k in range(4):
         for lane in range(work.lanes):
-            beyond += work.beyond[k, lane]
-    return beyond
+            yields += work.yields[k, lane]
+    return yields
 
 
 @rule
-def give_way(work, cell, memory, moduli):
+def plastic_correction(work, cell, memory, moduli):
     """Bring the zones of a cell back that are beyond what they bear; their trial stress pushes back already."""
-    c, l, p, push = moduli.elasticity, moduli.strength, memory.plastic, work.push
+    c, l, p, force_at = moduli.elasticity, moduli.strength, memory.plastic, work.force_at
     for k in range(4):
         for lane in range(work.lanes):
-            if work.beyond[k, lane] == 0.0:
+            if work.yields[k, lane] == 0.0:
                 continue
             t_xx, t_yy, t_xy, t_zz = trial_stress(work, cell, memory, k, moduli, lane)
             s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
@@ -308,17 +308,17 @@ def give_way(work, cell, memory, moduli):
             p[k, 2, lane] += p_xy
             p[k, 3, lane] += p_zz
             memory.state[k, lane] = how
-            x_b, y_b, x_c, y_c, x_q, y_q = pull(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            x_b, y_b, x_c, y_c, x_q, y_q = nodal_forces(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
             for corner in range(4):
-                push[corner, 0, lane] -= cell.gamma[corner, lane] * x_q
-                push[corner, 1, lane] -= cell.gamma[corner, lane] * y_q
+                force_at[corner, 0, lane] -= cell.gamma[corner, lane] * x_q
+                force_at[corner, 1, lane] -= cell.gamma[corner, lane] * y_q
             b = (k + 1) % 4
-            push[k, 0, lane] += x_b + x_c
-            push[k, 1, lane] += y_b + y_c
-            push[b, 0, lane] -= x_b
-            push[b, 1, lane] -= y_b
-            push[4, 0, lane] -= x_c
-            push[4, 1, lane] -= y_c
+            force_at[k, 0, lane] += x_b + x_c
+            force_at[k, 1, lane] += y_b + y_c
+            force_at[b, 0, lane] -= x_b
+            force_at[b, 1, lane] -= y_b
+            force_at[4, 0, lane] -= x_c
+            force_at[4, 1, lane] -= y_c
 
 
 @kernel
@@ -343,8 +343,8 @@ def zone_forces(zones, displacement, force):
             gather(displacement, start, corners, cell, work)
             if memory < 0:
                 elastic_cell(work, cell, moduli)
-            elif yielding_cell(work, cell, zones.memory[memory + i], moduli) > 0.0:
-                give_way(work, cell, zones.memory[memory + i], moduli)
+            elif trial_cell(work, cell, zones.memory[memory + i], moduli) > 0.0:
+                plastic_correction(work, cell, zones.memory[memory + i], moduli)
             scatter(work, start, corners, force)
 
 
@@ -383,7 +383,7 @@ def zone_stresses(zones, displacement, stress):
 
 
 @kernel
-def zones_beyond(stress, strength, block, beyond):
+def find_yielding_zones(stress, strength, block, yields):
     """Tell which zones are stressed beyond what they bear.
 
     Parameters
@@ -394,17 +394,17 @@ def zones_beyond(stress, strength, block, beyond):
         Of the blocks; see ``zone_law``.
     block : array of int (z,)
         Block of each zone.
-    beyond : array of bool (z,)
+    yields : array of bool (z,)
         Filled.
     """
     for z in range(block.size):
         l = strength[block[z]]
         limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
-        beyond[z] = not surely_elastic(stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], limits)
+        yields[z] = not within_yield_surface(stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], limits)
 
 
 @kernel
-def return_all(stress, elasticity, strength, block):
+def return_stresses(stress, elasticity, strength, block):
     """Bring stresses back to what the zones bear; no memory moves.
 
     Parameters

@@ -133,7 +133,7 @@ def yield_limit(mean, szz, strength):
 
 
 @law
-def surely_elastic(sxx, syy, sxy, szz, strength):
+def within_yield_surface(sxx, syy, sxy, szz, strength):
     """Return whether the stress (Pa) is within all limits; False for NaN."""
     mean, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
     limit = yield_limit(mean, szz, strength)
@@ -150,7 +150,7 @@ def lesser(x, y):
 
 
 @rule
-def strain_return(a, b, c, nu, strength):
+def plane_strain_return(a, b, c, nu, strength):
     """Return (a, b, c, where) on the limits for trial principal stresses a >= b >= c (Pa) that pass them.
 
     Plastic multipliers are those times 2 G, so all that is compared is a stress.
@@ -245,7 +245,7 @@ def _strain(x, y, z, gamma):
 
 
 @rule
-def stress_return(a, c, nu, strength):
+def plane_stress_return(a, c, nu, strength):
     """Return (a, c, where) on the limits for trial principal stresses a >= c of plane stress (Pa) that pass them.
 
     Plastic multipliers are those times E, so all that is compared is a stress.
@@ -347,10 +347,10 @@ def zone_return(sxx, syy, sxy, szz, elasticity, strength):
     exx, eyy, gxy, ezz : float
         What plastic strain grows by (1); g_xy is the engineering shear strain.
     code : int
-        0 elastic, 1 yielding in shear, 2 in tension, 3 both. Exactly 0 where ``surely_elastic``.
+        0 elastic, 1 yielding in shear, 2 in tension, 3 both. Exactly 0 where ``within_yield_surface``.
         Stress that is NaN or beyond ``LARGEST`` gives NaN throughout, and 0.
     """
-    if surely_elastic(sxx, syy, sxy, szz, strength):
+    if within_yield_surface(sxx, syy, sxy, szz, strength):
         return sxx, syy, sxy, szz, 0.0, 0.0, 0.0, 0.0, ELASTIC
     mean, radius, cosine, sine = _circle(sxx, syy, sxy)
     if not (abs(mean) + radius + abs(szz) < LARGEST):
@@ -362,18 +362,18 @@ def zone_return(sxx, syy, sxy, szz, elasticity, strength):
     if czz > 0.0:
         place = _place(mean, radius, szz)
         if place == 0:
-            r3, r1, r2, where = strain_return(szz, s1, s2, nu, strength)
+            r3, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
         elif place == 1:
-            r1, r3, r2, where = strain_return(s1, szz, s2, nu, strength)
+            r1, r3, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
         else:
-            r1, r2, r3, where = strain_return(s1, s2, szz, nu, strength)
+            r1, r2, r3, where = plane_strain_return(s1, s2, szz, nu, strength)
         x, y, z = s1 - r1, s2 - r2, szz - r3
         part = nu * (x + y + z)
         factor = 1.0 + nu
         e1, e2, ezz = factor * x - part, factor * y - part, factor * z - part
         code = _strain_code(where)
     else:
-        r1, r2, where = stress_return(s1, s2, nu, strength)
+        r1, r2, where = plane_stress_return(s1, s2, nu, strength)
         r3 = 0.0
         x, y = s1 - r1, s2 - r2
         e1, e2 = x - nu * y, y - nu * x
@@ -424,7 +424,7 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
     tangent of one side.
     """
     c11, c12, c33, c13, czz, nu, _ = elasticity
-    if surely_elastic(sxx, syy, sxy, szz, strength):
+    if within_yield_surface(sxx, syy, sxy, szz, strength):
         return c11, c12, 0.0, c12, c11, 0.0, 0.0, 0.0, c33
     mean, radius, cosine, sine = _circle(sxx, syy, sxy)
     if not (abs(mean) + radius + abs(szz) < LARGEST):
@@ -436,16 +436,16 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
     if czz > 0.0:
         place = _place(mean, radius, szz)
         if place == 0:
-            _, r1, r2, where = strain_return(szz, s1, s2, nu, strength)
+            _, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
             _, (k1z, k11, k12), (k2z, k21, k22) = _strain_slopes(where, nu, strength)
         elif place == 1:
-            r1, _, r2, where = strain_return(s1, szz, s2, nu, strength)
+            r1, _, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
             (k11, k1z, k12), _, (k21, k2z, k22) = _strain_slopes(where, nu, strength)
         else:
-            r1, r2, _, where = strain_return(s1, s2, szz, nu, strength)
+            r1, r2, _, where = plane_strain_return(s1, s2, szz, nu, strength)
             (k11, k12, k1z), (k21, k22, k2z), _ = _strain_slopes(where, nu, strength)
     else:
-        r1, r2, where = stress_return(s1, s2, nu, strength)
+        r1, r2, where = plane_stress_return(s1, s2, nu, strength)
         (k11, k12), (k21, k22) = _stress_slopes(where, nu, strength)
         k1z, k2z = 0.0, 0.0
 

@@ -14,7 +14,7 @@ BACKING = 1e-5
 
 
 @law
-def trial(zones, z, slopes, moduli, plastic, bending, u):
+def trial_stress(zones, z, slopes, moduli, plastic, bending, u):
     """Return s_xx, s_yy, s_xy, s_zz (Pa) of a zone if it does not yield any further.
 
     Parameters
@@ -55,31 +55,31 @@ def trial(zones, z, slopes, moduli, plastic, bending, u):
 
 
 @law
-def seven(values):
+def as_tuple(values):
     """Return seven numbers as a tuple."""
     return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
 
 
 @kernel_making_arrays
-def resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness):
+def internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness):
     """Fill the forces on gridpoints that hold a block's zones, and their slopes.
 
     Parameters
     ----------
     zones, slopes, volume, elasticity, strength, plastic, bending, u
-        As ``solid_response``.
+        As ``condensed_response``.
     force : array (2 g,)
         Filled.
     stiffness : array (2 g, 2 g) or of no size
         Filled, unless it has no size.
     """
-    moduli, limits = seven(elasticity), seven(strength)
+    moduli, limits = as_tuple(elasticity), as_tuple(strength)
     rows, tangent, dof = np.zeros((3, 10)), np.zeros((3, 3)), np.zeros(10, dtype=np.int64)
     force[:] = 0.0
     stiffness[:] = 0.0
     largest = 0.0
     for z in range(zones.shape[0]):
-        t = trial(zones, z, slopes[z], moduli, plastic[z], bending, u)
+        t = trial_stress(zones, z, slopes[z], moduli, plastic[z], bending, u)
         s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
         first, number = z - z % 4, z % 4
         for k in range(4):
@@ -129,7 +129,7 @@ def resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u,
 
 
 @kernel_making_arrays
-def solid_response(
+def condensed_response(
     zones,
     slopes,
     volume,
@@ -140,11 +140,11 @@ def solid_response(
     place,
     count,
     flexibility,
-    acting,
+    load,
     tolerance,
     u,
-    rim_force,
-    rim_stiffness,
+    boundary_force,
+    boundary_stiffness,
 ):
     """Bring what lies inside a block to equilibrium for a position of its rim.
 
@@ -166,88 +166,88 @@ def solid_response(
         How many are of the rim.
     flexibility : array (i, i)
         Elastic displacement inside for forces there, the rim held (m/N): steps with it are short but sure.
-    acting : array (i,)
+    load : array (i,)
         Load inside (N).
     tolerance : float
         Unbalanced force over the largest force of a zone.
     u : array (2 g,)
         Displacement; what lies inside is changed.
-    rim_force : array (r,), rim_stiffness : array (r, r)
+    boundary_force : array (r,), rim_stiffness : array (r, r)
         Filled: force that holds the rim, and its slopes, what lies inside following. NaN if there is no equilibrium.
     """
     size = u.size
-    rim, inside = place[:count], place[count:]
+    boundary, interior = place[:count], place[count:]
     force, stiffness = np.zeros(size), np.zeros((size, size))
     nothing = np.zeros((0, 0))
-    largest = resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
-    gap = acting - force[inside]
-    worst = np.abs(gap).max() if gap.size > 0 else 0.0
-    within = np.zeros((inside.size, inside.size))
+    largest = internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
+    residual = load - force[interior]
+    largest_residual = np.abs(residual).max() if residual.size > 0 else 0.0
+    interior_stiffness = np.zeros((interior.size, interior.size))
     for _ in range(STEPS):
-        if not worst > tolerance * largest:
+        if not largest_residual > tolerance * largest:
             break
-        for i in range(inside.size):
-            for j in range(inside.size):
-                within[i, j] = stiffness[inside[i], inside[j]]
-        step = np.linalg.solve(within, gap)
-        slope = np.dot(gap, step)
+        for i in range(interior.size):
+            for j in range(interior.size):
+                interior_stiffness[i, j] = stiffness[interior[i], interior[j]]
+        step = np.linalg.solve(interior_stiffness, residual)
+        slope = np.dot(residual, step)
         if not slope > 0.0:
-            step = flexibility @ gap
-            slope = np.dot(gap, step)
+            step = flexibility @ residual
+            slope = np.dot(residual, step)
         # along the step to where the energy falls no more: from there what is out of balance pulls back
-        start, share = u[inside].copy(), 1.0
+        start, share = u[interior].copy(), 1.0
         for _ in range(CLOSER):
-            for i in range(inside.size):
-                u[inside[i]] = start[i] + share * step[i]
-            largest = resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, nothing)
-            gap = acting - force[inside]
-            now = np.dot(gap, step)
+            for i in range(interior.size):
+                u[interior[i]] = start[i] + share * step[i]
+            largest = internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, nothing)
+            residual = load - force[interior]
+            now = np.dot(residual, step)
             if now >= -BACK * slope:
                 break
             share *= min(max(slope / (slope - now), 0.1), 0.9)
-        worst = np.abs(gap).max()
-        resistance(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
-    if not worst <= 1e3 * tolerance * largest:
-        rim_force[:] = np.nan
-        rim_stiffness[:] = stiffness[:count, :count]
+        largest_residual = np.abs(residual).max()
+        internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
+    if not largest_residual <= 1e3 * tolerance * largest:
+        boundary_force[:] = np.nan
+        boundary_stiffness[:] = stiffness[:count, :count]
         return
     for i in range(count):
-        rim_force[i] = force[rim[i]]
+        boundary_force[i] = force[boundary[i]]
         for j in range(count):
-            rim_stiffness[i, j] = stiffness[rim[i], rim[j]]
-    if inside.size == 0:
+            boundary_stiffness[i, j] = stiffness[boundary[i], boundary[j]]
+    if interior.size == 0:
         return
-    across = np.zeros((inside.size, count))
-    for i in range(inside.size):
-        for j in range(inside.size):
-            within[i, j] = stiffness[inside[i], inside[j]]
+    across = np.zeros((interior.size, count))
+    for i in range(interior.size):
+        for j in range(interior.size):
+            interior_stiffness[i, j] = stiffness[interior[i], interior[j]]
         for j in range(count):
-            across[i, j] = stiffness[inside[i], rim[j]]
-    follow = np.linalg.solve(within, across)
+            across[i, j] = stiffness[interior[i], boundary[j]]
+    recovery = np.linalg.solve(interior_stiffness, across)
     for i in range(count):
-        for k in range(inside.size):
-            left = stiffness[rim[i], inside[k]]
+        for k in range(interior.size):
+            left = stiffness[boundary[i], interior[k]]
             for j in range(count):
-                rim_stiffness[i, j] -= left * follow[k, j]
+                boundary_stiffness[i, j] -= left * recovery[k, j]
 
 
 @kernel_making_arrays
-def yield_work(zones, slopes, volume, elasticity, strength, bending, u, plastic, state):
+def commit_plastic_strain(zones, slopes, volume, elasticity, strength, bending, u, plastic, state):
     """Let zones remember an equilibrium; return the work that yielding took (J).
 
     Parameters
     ----------
     zones, slopes, volume, elasticity, strength, bending, u
-        As ``solid_response``.
+        As ``condensed_response``.
     plastic : array (z, 4)
         Plastic strain, brought up to date.
     state : array of int8 (z,)
         Filled: what yields now.
     """
-    moduli, limits = seven(elasticity), seven(strength)
+    moduli, limits = as_tuple(elasticity), as_tuple(strength)
     work = 0.0
     for z in range(zones.shape[0]):
-        t = trial(zones, z, slopes[z], moduli, plastic[z], bending, u)
+        t = trial_stress(zones, z, slopes[z], moduli, plastic[z], bending, u)
         s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
         state[z] = how
         if how != 0:

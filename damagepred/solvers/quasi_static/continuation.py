@@ -127,8 +127,8 @@ class Continuation:
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.equilibrium.newton += before.newton
         self.equilibrium.equations.factorisations += before.equations.factorisations
-        if before.solids is not None and self.equilibrium.solids is not None:
-            self.equilibrium.solids.open_as(before.solids)
+        if before.superelements is not None and self.equilibrium.superelements is not None:
+            self.equilibrium.superelements.activate_as_in(before.superelements)
         if before.condensed:
             gave = history.cracked | (history.slip != 0.0) | (history.dilatant_opening != 0.0)
             levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
@@ -258,13 +258,13 @@ class Continuation:
         self.record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
-        solids, yielding = self.equilibrium.solids, 0.0
-        if solids is not None:
-            yielding = solids.settle(state.displacement, state.plastic)
+        superelements, yielding = self.equilibrium.superelements, 0.0
+        if superelements is not None:
+            yielding = superelements.commit(state.displacement, state.plastic)
         spent = Spent(friction, crushing, yielding)
         condensed = self.equilibrium.condensed_energy(state)
         self.balance.add(
-            state, spent, mode_1_dissipation, self._support_power(state), unstable, snapped, solids, condensed
+            state, spent, mode_1_dissipation, self._support_power(state), unstable, snapped, superelements, condensed
         )
 
     def _support_power(self, state: State) -> float:
@@ -474,8 +474,8 @@ class Continuation:
                 resting.jack = equilibrium.jacks.load_at(resting.load_factor, resting.jack)
             if detached_blocks(self.model, resting.displacement, resting.load_factor).any():
                 return resting, np.inf
-            if equilibrium.solids is not None:
-                equilibrium.solids.open_where_plastic(resting.plastic)
+            if equilibrium.superelements is not None:
+                equilibrium.superelements.activate_plastic(resting.plastic)
             if equilibrium.condensed:
                 gave = (resting.history.slip != state.history.slip) | (resting.history.cracked != state.history.cracked)
                 gave |= resting.history.dilatant_opening != state.history.dilatant_opening
@@ -597,7 +597,7 @@ class Continuation:
         collapsed : bool
             Whether a part of the wall has become detached.
         """
-        model, state, solids = self.model, self.state, self.equilibrium.solids
+        model, state, superelements = self.model, self.state, self.equilibrium.superelements
         opening, sigma, tau = self.stresses(state)
         force = self.equilibrium.forces(state)
         now, balance = self.count, self.balance
@@ -629,7 +629,7 @@ class Continuation:
             joint_law_violation=law_violation(model, state, sigma, tau),
             last_stable_load_factor=self.last_stable_load_factor if collapsed else np.nan,
             support_force=support_force(model, force),
-            zones=None if solids is None else solids.picture(state.displacement, state.plastic),
+            zones=None if superelements is None else superelements.picture(state.displacement, state.plastic),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
             jack_load=np.nan if model.jacks is None else state.jack,
             broken_at=self.broken_at.copy(),

@@ -14,7 +14,7 @@ from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.solvers.quasi_static.equilibrium import State
-from damagepred.solvers.quasi_static.superelements import Solids
+from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
 
@@ -121,7 +121,7 @@ class WorkBalance:
         reaction: float,
         unstable: bool,
         snapped: bool,
-        solids: Solids | None,
+        superelements: Superelements | None,
         beyond: tuple[IntArray, float],
     ) -> None:
         """Add the step to a new equilibrium.
@@ -140,7 +140,7 @@ class WorkBalance:
             Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
         snapped : bool
             Whether it led to an equilibrium that was not near.
-        solids : Solids or None
+        superelements : Solids or None
             Deformable blocks.
         beyond : (array of int, float)
             Interfaces to look at, and what all others store; see ``Equilibrium.condensed_energy``.
@@ -159,8 +159,8 @@ class WorkBalance:
             on_ground,
         )
         stored += elsewhere
-        if solids is not None:
-            stored += solids.stored(state.displacement, state.plastic)
+        if superelements is not None:
+            stored += superelements.elastic_energy(state.displacement, state.plastic)
         if model.sections is not None:
             response = section_response_of(model, state.sections, state.displacement)
             held, cracked = section_energy(model, response, self._sections)

@@ -23,7 +23,7 @@ from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
-from damagepred.solvers.quasi_static.superelements import Solids
+from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.elastic_stiffness import (
@@ -133,7 +133,7 @@ class Equilibrium:
         self.dead_load, self.live_load = dead_load(model), live_load(model)
         self.jacks = JackControl.of(model)
         # what acts inside deformable blocks is moved to their rims
-        self.solids = None if model.mesh is None else Solids(model, self.dead_load, self.live_load)
+        self.superelements = None if model.mesh is None else Superelements(model, self.dead_load, self.live_load)
         self.weight = model.mean_block_weight
         self.arms = dof_arms(model)
         self.per_weight = 1.0 / residual_scale(model)
@@ -152,13 +152,13 @@ class Equilibrium:
         self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
         self.tangent = self.stiffness.copy()
         self.equations = BlockTridiagonalSystem(
-            model, self.held, self.stiffness.copy(), self.solids, options.linear_system
+            model, self.held, self.stiffness.copy(), self.superelements, options.linear_system
         )
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
         # what goes on inside deformable blocks may follow the load
-        self._stands_still = self.solids is None and not (moves.any() or model.ground.moves)
+        self._stands_still = self.superelements is None and not (moves.any() or model.ground.moves)
         self._moved = everything[:0] if self._stands_still else self._interfaces_of(self._blocks_of(moves))
         # what is condensed takes supports as standing still
         displaced = self._blocks_of(moves | (supports.start != 0.0))
@@ -169,8 +169,8 @@ class Equilibrium:
         self._store_tangent(rest, rest.displacement)
         self.free = np.ones(self.dead_load.size, dtype=np.bool_)
         self.free[self.held] = False
-        if self.solids is not None:
-            self.free[self.solids.inside] = False
+        if self.superelements is not None:
+            self.free[self.superelements.interior] = False
         self._failures = self._searches_to_skip = 0
         self.detachment_limit, self._begun_at = (
             DetachmentLimit.of(model),
@@ -191,10 +191,10 @@ class Equilibrium:
 
     def _joint_forces(self, active: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
-        model, solids = self.model, self.solids
-        if solids is not None:
-            solids.place_facets(displacement)
-            self.force[solids.facet_dofs] = 0.0
+        model, superelements = self.model, self.superelements
+        if superelements is not None:
+            superelements.place_facets(displacement)
+            self.force[superelements.facet_dofs] = 0.0
         if model.sections is not None:
             active = active[~self._in_section[active]]
             section_forces(
@@ -219,9 +219,9 @@ class Equilibrium:
             self.force,
             self.stiffness,
         )
-        if solids is not None:
-            solids.hand_on(self.force)
-            solids.push_back(state.load, state.load_factor, displacement, state.plastic, self.force)
+        if superelements is not None:
+            superelements.scatter_facet_forces(self.force)
+            superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self.force)
 
     def residual(self, state: State, displacement: FloatArray, coulomb: bool = True) -> tuple[FloatArray, float]:
         """Return the residual force of every degree of freedom, and the unbalanced force ratio.
@@ -243,8 +243,8 @@ class Equilibrium:
             )
         # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
         force, worst = free_residual(self.force, self.free, self.per_weight)
-        if self.solids is not None:
-            worst = max(worst, self.solids.largest_block_resultant(force) / self.weight)
+        if self.superelements is not None:
+            worst = max(worst, self.superelements.largest_block_resultant(force) / self.weight)
         if coulomb and self.jacks is not None:
             gap = abs(self.gap(state, displacement)) / self.options.jacks.deflection_tolerance * self.tolerance
             worst = max(worst, gap if np.isfinite(gap) else np.inf)
@@ -281,7 +281,7 @@ class Equilibrium:
         and the displacements u_e on the last level in play.
         """
         equations = self.equations
-        if not self.condensed or self.solids is not None:
+        if not self.condensed or self.superelements is not None:
             return self._everything, 0.0
         moved = state.displacement
         hanging = equations.condensed_load_work(moved, state.load, state.load_factor)
@@ -370,15 +370,15 @@ class Equilibrium:
 
     def _farthest_yielding(self, state: State) -> int:
         """Uncondense deformable blocks that would yield; return the farthest level of these, -1 if none does."""
-        if self.solids is None:
+        if self.superelements is None:
             return -1
-        opened = self.solids.open_where_yielding(state.displacement, state.load, state.load_factor, state.plastic)
-        return int(self.equations.solid_level[opened].max(initial=-1))
+        opened = self.superelements.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
+        return int(self.equations.superelement_level[opened].max(initial=-1))
 
     def farthest_open(self) -> int:
         """Return the farthest level of an uncondensed deformable block; -1 if there is none."""
-        listed = [] if self.solids is None else list(self.solids.tangent)
-        return int(self.equations.solid_level[listed].max(initial=-1))
+        listed = [] if self.superelements is None else list(self.superelements.tangent)
+        return int(self.equations.superelement_level[listed].max(initial=-1))
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
         """Fill in what is condensed, what lies inside deformable blocks, and what follows from gridpoints.
@@ -393,8 +393,8 @@ class Equilibrium:
         moved = state.displacement if displacement is None else displacement
         if self.condensed:
             self.equations.recover(moved, state.load, state.load_factor)
-        if self.solids is not None:
-            self.solids.recover(moved, state.load, state.load_factor, state.plastic)
+        if self.superelements is not None:
+            self.superelements.recover(moved, state.load, state.load_factor, state.plastic)
 
     def _find_active(self, state: State, start: FloatArray | None, near: bool) -> float:
         supports = self.model.supports

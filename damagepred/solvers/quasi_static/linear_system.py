@@ -38,7 +38,7 @@ from damagepred.kernels.linear.woodbury import (
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.interface_kinematics import interface_kinematics
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
-from damagepred.solvers.quasi_static.superelements import Solids
+from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.deformable_blocks import idle_dofs
 from damagepred.solvers.system.elastic_stiffness import block_of_dof
 
@@ -58,7 +58,7 @@ class BlockTridiagonalSystem:
         Prescribed degrees of freedom.
     elastic : array (m, 9)
         Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
-    solids : Solids, optional
+    superelements : Solids, optional
         The deformable blocks; their inner degrees of freedom are condensed.
     options : LinearSystemOptions, optional
         Tolerances and costs.
@@ -69,18 +69,18 @@ class BlockTridiagonalSystem:
         model: Model,
         held: IntArray,
         elastic: FloatArray,
-        solids: Solids | None = None,
+        superelements: Superelements | None = None,
         options: LinearSystemOptions = DEFAULTS,
     ) -> None:
-        self.model, self.elastic, self.solids, self.options = model, elastic, solids, options
+        self.model, self.elastic, self.superelements, self.options = model, elastic, superelements, options
         self.kinematics = interface_kinematics(model)
         self.level = block_levels(model, held)
         free = np.ones(model.size, dtype=np.bool_)
         free[held] = False
         level_of = np.repeat(self.level, 3)
-        if solids is not None:
-            free[solids.inside] = False
-            level_of = self.level[solids.block_of_dof]
+        if superelements is not None:
+            free[superelements.interior] = False
+            level_of = self.level[superelements.block_of_dof]
         self.level_of = level_of
         dofs = np.flatnonzero(free)
         self.dofs = dofs[np.lexsort((dofs, level_of[dofs]))]
@@ -136,15 +136,15 @@ class BlockTridiagonalSystem:
     def _list_solids(self) -> None:
         """Sort the deformable blocks by level: where their degrees of freedom are in it."""
         self._solids: list[list[tuple[int, IntArray, IntArray]]] = [[] for _ in range(self.levels)]
-        self.solid_level = np.empty(0, dtype=np.int64)
-        if self.solids is None:
+        self.superelement_level = np.empty(0, dtype=np.int64)
+        if self.superelements is None:
             return
-        self.solid_level = self.level[self.solids.block]
-        for d, k in enumerate(self.solid_level):
-            place = self.place[self.solids.rim[d]]
+        self.superelement_level = self.level[self.superelements.block]
+        for d, k in enumerate(self.superelement_level):
+            place = self.place[self.superelements.boundary[d]]
             free = np.flatnonzero(place >= 0)
             self._solids[k].append((d, free, place[free]))
-        self.solid_stiffness = list(self.solids.elastic)  # as it is factorised
+        self.superelement_stiffness = list(self.superelements.elastic)  # as it is factorised
 
     def _bridges(self, k: int) -> IntArray:
         """Return the interfaces between levels k and k - 1."""
@@ -159,7 +159,7 @@ class BlockTridiagonalSystem:
         assemble_level(listed, self.kinematics, stiffness, self.place, self.level_of, k, matrix)
         elastic = stiffness is self.elastic
         for d, own, place in self._solids[k]:
-            solid = self.solids.elastic[d] if elastic else self.solid_stiffness[d]  # type: ignore[union-attr]
+            solid = self.superelements.elastic[d] if elastic else self.superelement_stiffness[d]  # type: ignore[union-attr]
             matrix[place[:, None], place] += solid.T if len(own) == len(solid) else solid[own[:, None], own].T
         return matrix
 
@@ -356,12 +356,12 @@ class BlockTridiagonalSystem:
 
     def _take_solids(self) -> None:
         """Set the tangent of deformable blocks that yield: their levels are refactorised."""
-        if self.solids is None:
+        if self.superelements is None:
             return
-        for d, tangent in self.solids.tangent.items():
-            if tangent is not self.solid_stiffness[d]:
-                self.solid_stiffness[d] = tangent
-                self._stale = max(self._stale, int(self.solid_level[d]))
+        for d, tangent in self.superelements.tangent.items():
+            if tangent is not self.superelement_stiffness[d]:
+                self.superelement_stiffness[d] = tangent
+                self._stale = max(self._stale, int(self.superelement_level[d]))
 
     def _refactorisation_pays(self, changed: IntArray, new: int) -> bool:
         """Whether all corrections since the last factorisation, with this one, cost more than the next factorisation.
@@ -396,9 +396,9 @@ class BlockTridiagonalSystem:
 
     def _farthest_yielding(self) -> int:
         """Return the farthest level of a deformable block that yields; -1 if none does."""
-        if self.solids is None:
+        if self.superelements is None:
             return -1
-        return max((int(self.solid_level[d]) for d in self.solids.tangent), default=-1)
+        return max((int(self.superelement_level[d]) for d in self.superelements.tangent), default=-1)
 
     def _eliminate(self, k: int, regularised: bool = True, symmetric: bool = True) -> bool:
         if self.size[k] == 0:

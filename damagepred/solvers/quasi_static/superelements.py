@@ -14,8 +14,8 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.interface.residual import largest_block_resultant
-from damagepred.kernels.zone.forces import hand_on, place_facets, zones_beyond
-from damagepred.kernels.zone.superelement import solid_response, yield_work
+from damagepred.kernels.zone.forces import find_yielding_zones, place_facets, scatter_facet_forces
+from damagepred.kernels.zone.superelement import commit_plastic_strain, condensed_response
 from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.state.zone_history import ZoneField, picture
 from damagepred.solvers.system.deformable_blocks import (
@@ -35,35 +35,35 @@ INNER = 1e-10
 
 
 @dataclass
-class Kin:
+class BlockShape:
     """Blocks of one shape, material and support.
 
     Attributes
     ----------
     member : array of int (b,)
         Which of the deformable blocks.
-    rim, inside : array of int (b, r), (b, i)
+    boundary, interior : array of int (b, r), (b, i)
         Degrees of freedom that are kept, and that are condensed.
     stiffness : array (r, r)
         Of the rim, what lies inside condensed (N/m).
-    follow : array (i, r)
+    recovery : array (i, r)
         How what lies inside does *not* follow the rim: u_inside = hang - follow u_rim.
     flexibility : array (i, i)
         Displacement inside for forces there, with the rim held (m/N).
-    hang : array (2, b, i)
+    particular : array (2, b, i)
         Displacement inside under dead and under live load, with the rim held (m).
     """
 
     member: IntArray
-    rim: IntArray
-    inside: IntArray
+    boundary: IntArray
+    interior: IntArray
     stiffness: FloatArray
-    follow: FloatArray
+    recovery: FloatArray
     flexibility: FloatArray
-    hang: FloatArray
+    particular: FloatArray
 
 
-class Solids:
+class Superelements:
     """The deformable blocks of a model.
 
     Parameters
@@ -85,18 +85,18 @@ class Solids:
         self.yields = can_yield(model)[self.block]
         self.block_of_dof = self._blocks_of_dofs()
         self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
-        self.rim: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
+        self.boundary: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
         self.elastic: list[FloatArray] = [np.empty((0, 0))] * len(self.block)
         self.tangent: dict[int, FloatArray] = {}
-        self._apart: dict[int, FloatArray] = {}
-        self.load_inside = np.stack((dead_load, live_load))
-        self.kin = [self._condense(members) for members in self._alike()]
-        self.inside = np.concatenate([k.inside.ravel() for k in self.kin])
-        for kin in self.kin:
+        self._inelastic: dict[int, FloatArray] = {}
+        self.interior_load = np.stack((dead_load, live_load))
+        self.shapes = [self._condense(members) for members in self._group_by_shape()]
+        self.interior = np.concatenate([k.interior.ravel() for k in self.shapes])
+        for shape in self.shapes:
             for load in (dead_load, live_load):
-                load[kin.rim] -= load[kin.inside] @ kin.follow
-                load[kin.inside] = 0.0
-        self._kin_of = {int(d): (kin, at) for kin in self.kin for at, d in enumerate(kin.member)}
+                load[shape.boundary] -= load[shape.interior] @ shape.recovery
+                load[shape.interior] = 0.0
+        self._shape_of = {int(d): (shape, at) for shape in self.shapes for at, d in enumerate(shape.member)}
         self._slopes, self._bending = zone_slopes(self.mesh).reshape(-1, 4), bending(model)
         self._volume = self.mesh.zone_area * model.block_law.thickness[self.mesh.zone_block]
         self._elasticity, self._strength = block_moduli(model)
@@ -108,7 +108,7 @@ class Solids:
         block[self.mesh.dof_x] = block[self.mesh.dof_y] = self.mesh.gridpoint_block
         return block
 
-    def _alike(self) -> list[IntArray]:
+    def _group_by_shape(self) -> list[IntArray]:
         """Return which deformable blocks share a condensation: same shape, material and supports."""
         mesh, model = self.mesh, self.model
         held = np.zeros(model.size, dtype=np.bool_)
@@ -137,7 +137,7 @@ class Solids:
         own = slice(self.mesh.first_gridpoint[d], self.mesh.first_gridpoint[d + 1])
         return np.column_stack((self.mesh.dof_x[own], self.mesh.dof_y[own])).ravel()
 
-    def _condense(self, members: IntArray) -> Kin:
+    def _condense(self, members: IntArray) -> BlockShape:
         mesh, d = self.mesh, int(members[0])
         cells = (
             cell_gridpoints(mesh.zones)[mesh.first_zone[d] // 4 : mesh.first_zone[d + 1] // 4] - mesh.first_gridpoint[d]
@@ -149,16 +149,16 @@ class Solids:
         np.add.at(stiffness, (local[:, :, None], local[:, None, :]), matrices)
         kept = np.repeat(mesh.on_boundary[mesh.first_gridpoint[d] : mesh.first_gridpoint[d + 1]], 2)
         kept |= np.isin(self._dofs(d), self.model.supports.prescribed)
-        rim, inside = np.flatnonzero(kept), np.flatnonzero(~kept)
-        flexibility = np.linalg.inv(stiffness[np.ix_(inside, inside)])
-        follow = flexibility @ stiffness[np.ix_(inside, rim)]
-        condensed = stiffness[np.ix_(rim, rim)] - stiffness[np.ix_(rim, inside)] @ follow
+        boundary, interior = np.flatnonzero(kept), np.flatnonzero(~kept)
+        flexibility = np.linalg.inv(stiffness[np.ix_(interior, interior)])
+        recovery = flexibility @ stiffness[np.ix_(interior, boundary)]
+        condensed = stiffness[np.ix_(boundary, boundary)] - stiffness[np.ix_(boundary, interior)] @ recovery
         condensed = 0.5 * (condensed + condensed.T)
         dofs = np.array([self._dofs(int(m)) for m in members])
         for m, own in zip(members, dofs):
-            self.rim[m], self.elastic[m] = own[rim], condensed
-        hang = self.load_inside[:, dofs[:, inside]] @ flexibility
-        return Kin(members, dofs[:, rim], dofs[:, inside], condensed, follow, flexibility, hang)
+            self.boundary[m], self.elastic[m] = own[boundary], condensed
+        particular = self.interior_load[:, dofs[:, interior]] @ flexibility
+        return BlockShape(members, dofs[:, boundary], dofs[:, interior], condensed, recovery, flexibility, particular)
 
     # -- forces ---------------------------------------------------------------------------------------------------
 
@@ -166,9 +166,9 @@ class Solids:
         """Let the facets follow their gridpoints."""
         place_facets(self.facets, displacement)
 
-    def hand_on(self, force: FloatArray) -> None:
+    def scatter_facet_forces(self, force: FloatArray) -> None:
         """Give the forces on facets to their gridpoints."""
-        hand_on(self.facets, force)
+        scatter_facet_forces(self.facets, force)
 
     def largest_block_resultant(self, force: FloatArray) -> float:
         """Return the largest resultant (N) on a block: a little on each of many gridpoints is much together."""
@@ -177,7 +177,7 @@ class Solids:
             largest_block_resultant(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks)
         )
 
-    def push_back(
+    def add_internal_forces(
         self, load: float, load_factor: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
     ) -> None:
         """Add the forces of the blocks on their rims.
@@ -193,54 +193,54 @@ class Solids:
         force : array (size,)
             Added to.
         """
-        for kin in self.kin:
-            force[kin.rim] -= displacement[kin.rim] @ kin.stiffness
+        for shape in self.shapes:
+            force[shape.boundary] -= displacement[shape.boundary] @ shape.stiffness
         for d in self.tangent:
-            kin, at = self._kin_of[d]
-            rim, acting = kin.rim[at], self._acting(d, load, load_factor)
-            found, tangent = self._response(d, acting, displacement, plastic)
+            shape, at = self._shape_of[d]
+            boundary, load_here = shape.boundary[at], self._interior_load(d, load, load_factor)
+            found, tangent = self._response(d, load_here, displacement, plastic)
             # in place of the elastic block, with its share of the loads inside
-            force[rim] += displacement[rim] @ kin.stiffness + acting @ kin.follow - found
+            force[boundary] += displacement[boundary] @ shape.stiffness + load_here @ shape.recovery - found
             self.tangent[d] = tangent
 
     def _response(
-        self, d: int, acting: FloatArray, displacement: FloatArray, plastic: FloatArray
+        self, d: int, load_here: FloatArray, displacement: FloatArray, plastic: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bring the inside of a block that yields to equilibrium; return the force its rim needs, and its slope."""
-        mesh, (kin, at) = self.mesh, self._kin_of[d]
+        mesh, (shape, at) = self.mesh, self._shape_of[d]
         dofs, zones = self._dofs(d), slice(mesh.first_zone[d], mesh.first_zone[d + 1])
         local = np.argsort(dofs)
-        place = local[np.searchsorted(dofs, np.concatenate((kin.rim[at], kin.inside[at])), sorter=local)]
+        place = local[np.searchsorted(dofs, np.concatenate((shape.boundary[at], shape.interior[at])), sorter=local)]
         # begin where the inside would follow elastically, and as far apart from that as it was last
-        elastic = kin.flexibility @ acting - kin.follow @ displacement[kin.rim[at]]
+        elastic = shape.flexibility @ load_here - shape.recovery @ displacement[shape.boundary[at]]
         u = displacement[dofs]
-        count = kin.rim.shape[1]
-        u[place[count:]] = elastic + self._apart.get(d, 0.0)
+        count = shape.boundary.shape[1]
+        u[place[count:]] = elastic + self._inelastic.get(d, 0.0)
         block = int(mesh.block[d])
         force, tangent = np.zeros(count), np.zeros((count, count))
-        solid_response(
+        condensed_response(
             mesh.zones[zones] - mesh.first_gridpoint[d],
             self._slopes[zones],
             self._volume[zones],
             self._elasticity[block],
             self._strength[block],
             plastic[zones],
-            self._bent(zones),
+            self._bending_of(zones),
             place,
             count,
-            kin.flexibility,
-            acting,
+            shape.flexibility,
+            load_here,
             INNER,
             u,
             force,
             tangent,
         )
         if np.isfinite(force).all():
-            self._apart[d] = u[place[count:]] - elastic
-        displacement[kin.inside[at]] = u[place[count:]]
+            self._inelastic[d] = u[place[count:]] - elastic
+        displacement[shape.interior[at]] = u[place[count:]]
         return force, tangent
 
-    def _bent(self, zones: slice) -> Bending:
+    def _bending_of(self, zones: slice) -> Bending:
         return Bending(self._bending.gamma[zones], self._bending.strain[zones])
 
     # -- what lies inside -----------------------------------------------------------------------------------------
@@ -257,22 +257,22 @@ class Solids:
         plastic : array (z, 4)
             Plastic strain of the last equilibrium.
         """
-        for kin in self.kin:
-            hang = load * kin.hang[0] + load_factor * kin.hang[1]
-            displacement[kin.inside] = hang - displacement[kin.rim] @ kin.follow.T
+        for shape in self.shapes:
+            particular = load * shape.particular[0] + load_factor * shape.particular[1]
+            displacement[shape.interior] = particular - displacement[shape.boundary] @ shape.recovery.T
         for d in self.tangent:
-            self._response(d, self._acting(d, load, load_factor), displacement, plastic)
+            self._response(d, self._interior_load(d, load, load_factor), displacement, plastic)
         self.place_facets(displacement)
         self.field.mean_motion(displacement)
 
-    def _acting(self, d: int, load: float, load_factor: float) -> FloatArray:
+    def _interior_load(self, d: int, load: float, load_factor: float) -> FloatArray:
         """Return the load inside a block (N)."""
-        kin, at = self._kin_of[d]
+        shape, at = self._shape_of[d]
         return np.asarray(
-            load * self.load_inside[0][kin.inside[at]] + load_factor * self.load_inside[1][kin.inside[at]]
+            load * self.interior_load[0][shape.interior[at]] + load_factor * self.interior_load[1][shape.interior[at]]
         )
 
-    def open_where_yielding(
+    def activate_yielding(
         self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray
     ) -> list[int]:
         """Open the blocks one of whose zones is beyond what it bears; return those that were not open yet."""
@@ -282,39 +282,39 @@ class Solids:
         self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)
         beyond = np.zeros(len(stress), dtype=np.bool_)
-        zones_beyond(stress, self._strength, self.mesh.zone_block, beyond)
+        find_yielding_zones(stress, self._strength, self.mesh.zone_block, beyond)
         owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
-        return self._open(owner[beyond])
+        return self._activate(owner[beyond])
 
-    def open_where_plastic(self, plastic: FloatArray) -> list[int]:
+    def activate_plastic(self, plastic: FloatArray) -> list[int]:
         """Open the blocks in which any zone has plastic strain (z, 4); return those that were not open yet."""
         owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
-        return self._open(owner[(plastic != 0.0).any(axis=1)])
+        return self._activate(owner[(plastic != 0.0).any(axis=1)])
 
-    def open_as(self, other: Solids) -> None:
+    def activate_as_in(self, other: Superelements) -> None:
         """Open the blocks that are open in another, of the same wall held otherwise."""
-        self._open(np.array(list(other.tangent), dtype=np.int64))
+        self._activate(np.array(list(other.tangent), dtype=np.int64))
         self.state[:] = other.state
 
-    def _open(self, listed: IntArray) -> list[int]:
+    def _activate(self, listed: IntArray) -> list[int]:
         new = [d for d in np.unique(listed).tolist() if d not in self.tangent]
         for d in new:
             self.tangent[d] = self.elastic[d]
         return new
 
-    def settle(self, displacement: FloatArray, plastic: FloatArray) -> float:
+    def commit(self, displacement: FloatArray, plastic: FloatArray) -> float:
         """Bring plastic strains (z, 4) up to date with an equilibrium; return the work that yielding took (J)."""
         work = 0.0
         for d in self.tangent:
             zones = slice(self.mesh.first_zone[d], self.mesh.first_zone[d + 1])
             block = int(self.mesh.block[d])
-            work += yield_work(
+            work += commit_plastic_strain(
                 self.mesh.zones[zones] - self.mesh.first_gridpoint[d],
                 self._slopes[zones],
                 self._volume[zones],
                 self._elasticity[block],
                 self._strength[block],
-                self._bent(zones),
+                self._bending_of(zones),
                 displacement[self._dofs(d)],
                 plastic[zones],
                 self.state[zones],
@@ -326,7 +326,7 @@ class Solids:
         self.field.set_plastic_strain(plastic)
         return picture(self.model, displacement, self.field.stresses(displacement), plastic, self.state)
 
-    def stored(self, displacement: FloatArray, plastic: FloatArray) -> float:
+    def elastic_energy(self, displacement: FloatArray, plastic: FloatArray) -> float:
         """Return the elastic energy of all zones (J); see ``recover``."""
         self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)

@@ -8,7 +8,7 @@ from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.assembly import Model
 from damagepred.assembly.mesh import SIDE_BY_SIDE
 from damagepred.enumerations import ZoneState
-from damagepred.kernels.zone.forces import return_all, zone_stresses, zones_beyond
+from damagepred.kernels.zone.forces import find_yielding_zones, return_stresses, zone_stresses
 from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.system.deformable_blocks import (
     block_moduli,
@@ -51,7 +51,7 @@ class ZoneField:
         """Fill in how the deformable blocks (3 of each) have moved as a whole."""
         displacement[self._whole] = self._motion @ displacement
 
-    def add_up(self, force: FloatArray) -> None:
+    def add_resultants(self, force: FloatArray) -> None:
         """Fill in the resultants x, y and turning (N) of the forces on the gridpoints of deformable blocks."""
         force[self._whole] = self._resultant @ force
 
@@ -71,20 +71,20 @@ class ZoneField:
         zone_stresses(self.zones, displacement, stress)
         return take(stress, self._place)
 
-    def within_limits(self, displacement: FloatArray) -> bool:
+    def stays_elastic(self, displacement: FloatArray) -> bool:
         """Tell whether no zone yields at a displacement."""
-        return not beyond_limits(self.model, self.stresses(displacement)).any()
+        return not exceeds_yield_limit(self.model, self.stresses(displacement)).any()
 
     def picture(self, displacement: FloatArray) -> ZonePicture:
         """Return what is reported of the zones at a displacement."""
         stress = self.stresses(displacement)
-        return_all(stress, *block_moduli(self.model), self.mesh.zone_block)
+        return_stresses(stress, *block_moduli(self.model), self.mesh.zone_block)
         now = np.zeros(len(self._yields), dtype=np.int8)
         now[self._yields] = take(self.zones.memory["state"], self._memory)
         return picture(self.model, displacement, stress, self.plastic(), now)
 
 
-def beyond_limits(model: Model, stress: FloatArray) -> BoolArray:
+def exceeds_yield_limit(model: Model, stress: FloatArray) -> BoolArray:
     """Whether zones (z,) violate their yield criterion by more than rounding.
 
     Parameters
@@ -96,7 +96,7 @@ def beyond_limits(model: Model, stress: FloatArray) -> BoolArray:
     """
     assert model.mesh is not None
     beyond = np.zeros(len(stress), dtype=np.bool_)
-    zones_beyond(stress, block_moduli(model)[1], model.mesh.zone_block, beyond)
+    find_yielding_zones(stress, block_moduli(model)[1], model.mesh.zone_block, beyond)
     return beyond
 
 

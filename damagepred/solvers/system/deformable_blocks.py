@@ -17,7 +17,7 @@ from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
 
 
 class Facets(NamedTuple):
-    """Pieces of facets as ``place_facets`` and ``hand_on`` take them; f of them.
+    """Pieces of facets as ``place_facets`` and ``scatter_facet_forces`` take them; f of them.
 
     Attributes
     ----------

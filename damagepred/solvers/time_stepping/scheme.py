@@ -189,7 +189,7 @@ class DampedTimeStepping:
             and np.array_equal(fields.shear_stress, whole * law.shear_stiffness[:, None] * fields.shear)
         ):
             return False
-        if self.zones is not None and not self.zones.within_limits(displacement):
+        if self.zones is not None and not self.zones.stays_elastic(displacement):
             return False
         self.motion.displacement[:] = displacement
         self.load_share = 1.0
@@ -298,7 +298,7 @@ class DampedTimeStepping:
         force = np.zeros_like(self.motion.force)
         force[self.free] = (self.motion.force / self._residual_scale)[self.free]
         if self.zones is not None:
-            self.zones.add_up(force)
+            self.zones.add_resultants(force)
         return np.abs(force)
 
     def kinetic_energy(self) -> float:

@@ -143,24 +143,24 @@ def blind() -> Iterator[None]:
 @contextmanager
 def no_kin() -> Iterator[None]:
     """Let each deformable block be condensed by itself."""
-    from damagepred.solvers.quasi_static.superelements import Solids
+    from damagepred.solvers.quasi_static.superelements import Superelements
 
-    with patch.object(Solids, "_alike", lambda self: [np.array([d]) for d in range(len(self.block))]):
+    with patch.object(Superelements, "_group_by_shape", lambda self: [np.array([d]) for d in range(len(self.block))]):
         yield
 
 
 @contextmanager
 def all_open() -> Iterator[None]:
     """Let the zones of all deformable blocks be looked at one by one from the start."""
-    from damagepred.solvers.quasi_static.superelements import Solids
+    from damagepred.solvers.quasi_static.superelements import Superelements
 
-    known = Solids.__init__
+    known = Superelements.__init__
 
     def opened(self: Any, *arguments: Any) -> None:
         known(self, *arguments)
-        self._open(np.arange(len(self.block)))
+        self._activate(np.arange(len(self.block)))
 
-    with patch.object(Solids, "__init__", opened):
+    with patch.object(Superelements, "__init__", opened):
         yield
 
 

@@ -16,7 +16,7 @@ from damagepred import pipeline as path
 from damagepred import solve
 from damagepred.assembly import wall, wall_model
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.zone.forces import gather, give_way, scatter, yielding_cell, zone_forces
+from damagepred.kernels.zone.forces import gather, plastic_correction, scatter, trial_cell, zone_forces
 from damagepred.pipeline import Step, follow
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from damagepred.study import Study
@@ -129,9 +129,9 @@ def forces_returning_all(zones, displacement, force, cycles):
             for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
                 corners, cell = zones.corners[first + i], zones.shapes[shape + i]
                 gather(displacement, start, corners, work)
-                yielding_cell(work, cell, zones.memory[memory + i], moduli)
+                trial_cell(work, cell, zones.memory[memory + i], moduli)
                 work.beyond[:] = 1.0
-                give_way(work, cell, zones.memory[memory + i], moduli)
+                plastic_correction(work, cell, zones.memory[memory + i], moduli)
                 scatter(work, start, corners, force)
 
 
