@@ -59,7 +59,7 @@ def zones() -> None:
             times.append((time.process_time() - start) / run.steps_each)
         count, mean = len(run.grid.zones), sum(times) / len(times)
         print(
-            f"{name:14s} {count:5d} {len(run.scene.points):6d} {prepared:10.1f} {run.steps:10d} {1e6 * mean:9.0f} "
+            f"{name:14s} {count:5d} {len(run.bodies.points):6d} {prepared:10.1f} {run.steps:10d} {1e6 * mean:9.0f} "
             f"{1e9 * min(times) / count:8.1f} {1e9 * mean / count:6.1f}"
         )
 
@@ -76,7 +76,7 @@ def main() -> None:
             start = time.process_time()
             run.advance()
             times.append((time.process_time() - start) / run.steps_each)
-        points, mean = len(run.scene.points), sum(times) / len(times)
+        points, mean = len(run.bodies.points), sum(times) / len(times)
         print(
             f"{name:10s} {points:7d} {run.steps:6d} {run.searches:9d} {1e6 * mean:10.0f} "
             f"{1e9 * min(times) / points:8.1f} {1e9 * mean / points:6.1f}"

@@ -97,7 +97,7 @@ def dynamic_step(folder: Path) -> Ready:
     scene = step_script.at_rest()
     model = wall_model(replace(scene, wall=PIECE))
     run = dynamic_run(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
-    return Ready(run.advance, run.steps_each * len(run.scene.points) * 1e-9)
+    return Ready(run.advance, run.steps_each * len(run.bodies.points) * 1e-9)
 
 
 def factorisation(folder: Path) -> Ready:

@@ -10,12 +10,12 @@ import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
-from damagepred.kernels.dynamics.contact import FREE, HOME
+from damagepred.kernels.dynamics.contact import BONDED, FREE
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
-from damagepred.solvers.dynamics.body_arrays import scenery
+from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
-from damagepred.solvers.dynamics.contact_search import find_near, places
+from damagepred.solvers.dynamics.contact_search import neighbour_list, world_coordinates
 from damagepred.solvers.dynamics.time_step import time_step
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
 from tests.assembly.reference import voronoi
@@ -35,7 +35,7 @@ def cells(shift: float = 0.0) -> Assembly:
 @pytest.mark.parametrize("assembly", [cells(), stack(3), on_plate()])
 def test_points_cover_every_face_once(assembly: Assembly) -> None:
     model = assembly.build(STIFF)
-    scene = scenery(model, ORIGIN)
+    scene = body_arrays(model, ORIGIN)
     points, edges = scene.points, scene.edges
     own = edges["polygon"][points["own_edge"]] < model.n_blocks
     covered = np.bincount(points["own_edge"][own], 2 * points["area"][own] / THICKNESS, len(edges))
@@ -65,8 +65,8 @@ def test_first_edges_are_in_touch() -> None:
 def test_forces_are_those_of_small_displacements() -> None:
     """The stiffness of all points together, by differences, is that of the contacts of the static solvers."""
     from damagepred.kernels.dynamics.cycle import first_forces
-    from damagepred.solvers.dynamics.body_motion import put_bodies
-    from damagepred.solvers.dynamics.energy_balance import Counts
+    from damagepred.solvers.dynamics.body_motion import update_poses
+    from damagepred.solvers.dynamics.energy_balance import EnergyTerms
 
     model = cells().build(STIFF)
     course = started(model, 1e-4, start="unstressed", new_contacts=False)
@@ -75,8 +75,10 @@ def test_forces_are_those_of_small_displacements() -> None:
     small = 1e-9 * random.standard_normal((model.n_blocks + 1, 3))
     small[-1, 2] = 0.0  # the ground does not turn
     course.motion.displacement[:] = small
-    put_bodies(course.motion)
-    first_forces(course.scene, course.near, course.motion, None, None, None, False, Counts(np.zeros(4), np.zeros(3)))
+    update_poses(course.motion)
+    first_forces(
+        course.bodies, course.neighbours, course.motion, None, None, None, False, EnergyTerms(np.zeros(4), np.zeros(3))
+    )
     found = -course.motion.force[:-1]
     expected = (exact @ small.ravel()).reshape(-1, 3)[:-1]
     np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
@@ -84,20 +86,20 @@ def test_forces_are_those_of_small_displacements() -> None:
 
 def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     model = cells().build(STIFF)
-    scene = scenery(model, ORIGIN)
+    scene = body_arrays(model, ORIGIN)
     motion = motion_of(model, ORIGIN)
     random = np.random.default_rng(3)
     motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
-    from damagepred.solvers.dynamics.body_motion import put_bodies
+    from damagepred.solvers.dynamics.body_motion import update_poses
 
-    put_bodies(motion)
+    update_poses(motion)
     margin = 0.03
-    near = find_near(scene, motion.pose, margin)
-    at = places(motion.pose, scene.points["body"], scene.points["x"], scene.points["y"])
+    near = neighbour_list(scene, motion.pose, margin)
+    at = world_coordinates(motion.pose, scene.points["body"], scene.points["x"], scene.points["y"])
     edges = scene.edges
     c, s = motion.pose[edges["body"], 2], motion.pose[edges["body"], 3]
     along = np.column_stack((c * edges["along_x"] - s * edges["along_y"], s * edges["along_x"] + c * edges["along_y"]))
-    end = places(motion.pose, edges["body"], edges["x"], edges["y"])
+    end = world_coordinates(motion.pose, edges["body"], edges["x"], edges["y"])
     gap = (at[:, None, :] - end) @ np.zeros(2) + (
         along[:, 0] * (at[:, None, 1] - end[:, 1]) - along[:, 1] * (at[:, None, 0] - end[:, 0])
     )
@@ -251,10 +253,10 @@ def test_the_whole_time_step_is_stable_whatever_is_met(damping: str) -> None:
 def test_energy_of_a_first_state_and_points() -> None:
     course = started(stack(2).build(STIFF), 1e-3)
     assert course.begins_in_equilibrium
-    status = course.scene.points["status"]
-    assert (status[: len(course.home)] == HOME).all()
-    assert (status[len(course.home) :] == FREE).all()
-    assert course.audit.balance().energy_error == 0.0
+    status = course.bodies.points["status"]
+    assert (status[: len(course.initial_points)] == BONDED).all()
+    assert (status[len(course.initial_points) :] == FREE).all()
+    assert course.energy.balance().energy_error == 0.0
 
 
 def test_wall_of_a_scene_runs_in_time() -> None:
@@ -267,7 +269,7 @@ def test_wall_of_a_scene_runs_in_time() -> None:
 def test_steps_are_counted_whatever_they_are_run_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock may be looked at many times on the way to an output."""
     course = started(stack(2).build(STIFF), 0.01, 2)
-    monkeypatch.setattr("damagepred.solvers.dynamics.run.STRETCH", 7 * len(course.scene.points))
+    monkeypatch.setattr("damagepred.solvers.dynamics.run.STRETCH", 7 * len(course.bodies.points))
     assert course.steps_each > 20
     assert [step.cycles for step in course] == [0, course.steps_each, course.steps_each]
 
@@ -288,7 +290,7 @@ def test_a_run_that_makes_half_of_its_energy_has_diverged(faster: float, diverge
     flying.set_velocity(flying.add_block(rectangle(0.0, 0.0, 0.24, 0.075)), x=1.0)
     course = started(flying.build(STIFF), 0.1, 10)
     course.advance()
-    had = course.audit.balance().kinetic_energy
+    had = course.energy.balance().kinetic_energy
     course.motion.velocity[:] *= faster
     if diverges:
         with pytest.raises(
@@ -297,7 +299,7 @@ def test_a_run_that_makes_half_of_its_energy_has_diverged(faster: float, diverge
             course.advance()
     else:
         course.advance()
-    balance = course.audit.balance()
+    balance = course.energy.balance()
     assert balance.kinetic_energy < 5.0 * had
     assert balance.energy_error == pytest.approx(had * (1.0 - faster**2), rel=1e-9)
 

@@ -9,16 +9,16 @@ import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import InputError
-from damagepred.kernels.dynamics.contact import FREE, TALLIES
+from damagepred.kernels.dynamics.contact import FREE, JOINT_TERMS
 from damagepred.kernels.dynamics.cycle import first_forces
-from damagepred.kernels.dynamics.motion import WORKS
+from damagepred.kernels.dynamics.motion import BODY_TERMS
 from damagepred.pipeline import model_of
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics import DynamicRun
-from damagepred.solvers.dynamics.body_motion import put_bodies
-from damagepred.solvers.dynamics.energy_balance import Counts
-from damagepred.solvers.dynamics.gridpoints import put_sides, zone_energy
+from damagepred.solvers.dynamics.body_motion import update_poses
+from damagepred.solvers.dynamics.energy_balance import EnergyTerms
+from damagepred.solvers.dynamics.gridpoints import update_facet_poses, zone_energy
 from damagepred.solvers.state.increment import Increment, ZonePicture
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
@@ -48,11 +48,11 @@ def cells(every: int = 3, material: BlockMaterial | None = None) -> Assembly:
 
 def act(course: DynamicRun) -> None:
     """Bring all forces up to date."""
-    put_bodies(course.motion)
+    update_poses(course.motion)
     if course.grid is not None:
-        put_sides(course.grid, course.motion)
-    counts = Counts(np.zeros(TALLIES), np.zeros(WORKS))
-    first_forces(course.scene, course.near, course.motion, course.grid, None, None, False, counts)
+        update_facet_poses(course.grid, course.motion)
+    counts = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
+    first_forces(course.bodies, course.neighbours, course.motion, course.grid, None, None, False, counts)
 
 
 def pictured(increment: Increment) -> ZonePicture:
@@ -86,7 +86,7 @@ def test_forces_are_those_of_small_displacements(new_contacts: bool) -> None:
 def test_points_cover_every_facet_once() -> None:
     model = cells().build(STIFF)
     course = started(model, 1e-4, start="unstressed")
-    points, edges = course.scene.points, course.scene.edges[: course.scene.first_edge[model.n_blocks]]
+    points, edges = course.bodies.points, course.bodies.edges[: course.bodies.first_edge[model.n_blocks]]
     covered = np.bincount(points["own_edge"], 2 * points["area"] / THICKNESS, len(edges))
     np.testing.assert_allclose(covered, edges["length"], rtol=1e-9)
     assert len(edges) > len(model.blocks.vertices), "facet by facet"
@@ -95,7 +95,7 @@ def test_points_cover_every_facet_once() -> None:
     start[:] = pose[edges["body"], :2] + np.column_stack((edges["x"], edges["y"]))
     end = start + edges["length"][:, None] * np.column_stack((edges["along_x"], edges["along_y"]))
     for block in range(model.n_blocks):
-        own = slice(*course.scene.first_edge[block : block + 2])
+        own = slice(*course.bodies.first_edge[block : block + 2])
         np.testing.assert_allclose(np.roll(end[own], -1, axis=0), start[own], atol=1e-12)
 
 
@@ -409,9 +409,9 @@ def test_weightless_deformable_blocks_are_refused() -> None:
 
 def test_points_of_one_block_ask_nothing_of_their_own() -> None:
     course = started(cells().build(STIFF), 1e-4, start="unstressed")
-    points = course.scene.points
-    assert (points["status"][len(course.home) :] == FREE).all()
-    edges = course.scene.edges
+    points = course.bodies.points
+    assert (points["status"][len(course.initial_points) :] == FREE).all()
+    edges = course.bodies.edges
     polygon = edges["polygon"][points["own_edge"]]
     for i in range(len(points)):
-        assert polygon[i] not in course.near.polygon[course.near.first[i] : course.near.first[i + 1]]
+        assert polygon[i] not in course.neighbours.polygon[course.neighbours.first[i] : course.neighbours.first[i + 1]]

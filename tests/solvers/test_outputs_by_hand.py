@@ -16,9 +16,9 @@ from damagepred.kernels.dynamics.contact import FREE, LAW
 from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.dynamics.body_arrays import scenery
+from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
-from damagepred.solvers.dynamics.gridpoints import grid_of, zone_picture
+from damagepred.solvers.dynamics.gridpoints import gridpoint_arrays, zone_results
 from damagepred.solvers.quasi_static.energy_balance import law_violation
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
@@ -228,7 +228,7 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
     wall.set_joint(1, 2, other)
     wall.support(0)
     model = wall.build(STIFF)
-    laws = scenery(model, np.zeros(2)).laws.reshape(-1, 2, LAW)
+    laws = body_arrays(model, np.zeros(2)).laws.reshape(-1, 2, LAW)
     for i, joint in enumerate((worn, other)):
         k_n, k_s, psi = joint.normal_stiffness, joint.shear_stiffness, joint.dilation
         left = joint.residual_friction
@@ -286,7 +286,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
         wall.add_block(rectangle(left, low, right, top))
     wall.set_joint(0, 1, Joint(friction=0.7))
     wall.support(0)
-    made = scenery(wall.build(STIFF), np.zeros(2))
+    made = body_arrays(wall.build(STIFF), np.zeros(2))
     bare = made.points[made.points["status"] == FREE]
     friction = made.laws[bare["law"], 5]
     for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):
@@ -308,7 +308,7 @@ def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain
     wall = Assembly(thickness=0.11)
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2), weak, zone_size=0.2)
     model = wall.build(STIFF)
-    grid = grid_of(model, np.zeros(2), False)
+    grid = gridpoint_arrays(model, np.zeros(2), False)
     assert grid is not None
     exx, eyy, gxy = 3e-5, -7e-5, 4e-5
     plastic = np.array([1e-5, 2e-5, -3e-5, 0.5e-5])
@@ -318,7 +318,7 @@ def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain
     grid.displacement[:] = grid.reference @ (turn @ stretch).T - grid.reference
     grid.plastic[:] = plastic
     base = np.array([0.01, -0.02])
-    found = zone_picture(grid, base)
+    found = zone_results(grid, base)
     e = np.array([exx, eyy, gxy]) - plastic[:3]
     # plane stress; s_zz keeps to nothing, what has yielded across is no stress in the plane
     young, nu = 2e9, 0.25

@@ -386,7 +386,7 @@ def test_a_flying_pair_keeps_what_it_has(verify: Verify, shift: float) -> None:
     """Also 10 km from the origin."""
     course = started(pair(1.0, 0.5, 20.0, shift), 0.5, 5, start="unstressed")
     before = momentum(course)
-    first, *_, last = (course.audit.balance() for _ in course)
+    first, *_, last = (course.energy.balance() for _ in course)
     case = f"0.5 s, {course.steps} steps, {shift / 1e3:g} km from the origin"
     verify(
         KEPT,

@@ -137,7 +137,7 @@ def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
         exact=[ratio] * 2,
         tolerance=tolerance,
     )
-    balance = course.audit.balance()
+    balance = course.energy.balance()
     assert abs(balance.energy_error) < 1e-3 * balance.damping_work
 
 
@@ -169,8 +169,8 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
     limit = 2.0 / course.frequency.intact
     course.time_step = share * limit
     course.steps_each = 3000
-    start = course.audit.balance().kinetic_energy
-    course.audit._step = course.time_step
+    start = course.energy.balance().kinetic_energy
+    course.energy._step = course.time_step
     try:
         course.advance()
         grown = np.abs(course.motion.velocity[:, 1]).max() > 1e-3

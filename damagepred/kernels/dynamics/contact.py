@@ -29,13 +29,13 @@ import numpy as np
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.joint.law import joint_law
 
-FREE, HOME, TOUCH = 0, 1, 2
+FREE, BONDED, TOUCHING = 0, 1, 2
 """What a point may face."""
 FACING = 0.1
 """Cosine between a point's own face and the face met, from which they look at each other: about 84 degrees."""
 GOES_ON = 0.7
 """Cosine between two edges from which friction is carried over from one to the other."""
-FRICTION, RELEASED, FRACTURE, DASHPOT, TALLIES = 0, 1, 2, 3, 4
+FRICTION, RELEASED, FRACTURE, DASHPOT, JOINT_TERMS = 0, 1, 2, 3, 4
 """What is counted while points act (J): work of friction, energy set free, work of softening, of stiffness damping."""
 
 POINT = np.dtype(
@@ -52,7 +52,7 @@ POINT = np.dtype(
         ("target", "i8"),
         ("anchor", "f8"),
         ("offset", "f8"),
-        ("fresh", "i8"),
+        ("searched", "i8"),
         ("slip", "f8"),
         ("dilatant_opening", "f8"),
         ("cracked", "f8"),
@@ -61,8 +61,8 @@ POINT = np.dtype(
         ("shear", "f8"),
         ("sigma", "f8"),
         ("tau", "f8"),
-        ("drag_n", "f8"),
-        ("drag_s", "f8"),
+        ("damping_n", "f8"),
+        ("damping_s", "f8"),
     ]
 )
 """A boundary point: its body and place there (m), the edge it lies on, its area (m2), how far it may pass an end and
@@ -94,7 +94,7 @@ wear, and one spare. A bond's law is followed by the law without bond of what is
 
 
 @law
-def measure(points, i, edges, e, pose):
+def edge_coordinates(points, i, edges, e, pose):
     """Return where point i is, and how it lies against edge e.
 
     Returns
@@ -117,7 +117,7 @@ def measure(points, i, edges, e, pose):
 
 
 @rule
-def gaps(at_x, at_y, own_x, own_y, edges, first, last, pose):
+def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
     """Return how a place on a face lies against the edges first to last of a block that is convex, or hardly bent.
 
     Parameters
@@ -163,7 +163,7 @@ def gaps(at_x, at_y, own_x, own_y, edges, first, last, pose):
 
 
 @law
-def face_of(points, i, edges, pose):
+def face_frame(points, i, edges, pose):
     """Return where point i is (m), and the direction of the face it lies on."""
     a, own = points[i].body, points[i].own_edge
     ca, sa = pose[a, 2], pose[a, 3]
@@ -172,13 +172,13 @@ def face_of(points, i, edges, pose):
 
 
 @rule
-def meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, old_x, old_y):
+def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, old_x, old_y):
     """Let a point that faces nothing look at the blocks near it; tell whether it has met one.
 
     Parameters
     ----------
     points, edges, first_edge, near, pose, laws
-        See ``act``.
+        See ``contact_forces``.
     i : int
         The point.
     pressed, sheared : float
@@ -187,30 +187,32 @@ def meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, old_x
         Direction of that edge.
     """
     p = points[i]
-    at_x, at_y, own_x, own_y = face_of(points, i, edges, pose)
+    at_x, at_y, own_x, own_y = face_frame(points, i, edges, pose)
     found, deepest, came_from = -1, np.inf, 0.0
-    for k in range(near.first[i], near.first[i + 1]):
-        polygon = near.polygon[k]
-        gap, e, others = gaps(at_x, at_y, own_x, own_y, edges, first_edge[polygon], first_edge[polygon + 1], pose)
-        before = near.distance[k] if (p.fresh != 0) & (near.edge[k] == e) else min(gap, 0.0)
-        near.distance[k] = gap
-        near.edge[k] = e
-        # half the way of a step ahead: what is met within it presses already, see ``act``
+    for k in range(neighbours.first[i], neighbours.first[i + 1]):
+        polygon = neighbours.polygon[k]
+        gap, e, others = signed_distances(
+            at_x, at_y, own_x, own_y, edges, first_edge[polygon], first_edge[polygon + 1], pose
+        )
+        before = neighbours.distance[k] if (p.searched != 0) & (neighbours.edge[k] == e) else min(gap, 0.0)
+        neighbours.distance[k] = gap
+        neighbours.edge[k] = e
+        # half the way of a step ahead: what is met within it presses already, see ``contact_forces``
         if (e < 0) | (gap >= 0.5 * abs(gap - before)) | (gap >= deepest):
             continue
         # through the face itself, or it was behind its line already and came from the side, and is inside by now
         if (before > 0.0) & (others < p.reach) | (others < gap):
             found, deepest, came_from = e, gap, before
-    p.fresh = 1
+    p.searched = 1
     if found < 0:
         return False
-    _, _, _, _, along, gap, t_x, t_y = measure(points, i, edges, found, pose)
+    _, _, _, _, along, gap, t_x, t_y = edge_coordinates(points, i, edges, found, pose)
     number = p.law | 1
     goes_on = pressed < 0.0 and t_x * old_x + t_y * old_y > GOES_ON
     p.law = number
     p.target = found
-    p.status = TOUCH
-    p.fresh = 0
+    p.status = TOUCHING
+    p.searched = 0
     p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if goes_on else 0.0), 0.0)
     p.anchor = along - (sheared * laws[number, 2] if goes_on else 0.0)
     p.slip = 0.0
@@ -221,20 +223,20 @@ def meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, old_x
     p.shear = along - p.anchor
     p.sigma = laws[number, 0] * pressed if goes_on else 0.0
     p.tau = sheared if goes_on else 0.0
-    p.drag_n = 0.0
-    p.drag_s = 0.0
+    p.damping_n = 0.0
+    p.damping_s = 0.0
     return True
 
 
 @law
-def stored(sigma, tau, opening, compliance, shear_compliance, softened):
+def stored_energy(sigma, tau, opening, compliance, shear_compliance, softened):
     """Return the energy that a contact holds per area (J/m2)."""
     normal = sigma * opening if softened else sigma * sigma * compliance
     return 0.5 * (normal + tau * tau * shear_compliance)
 
 
 @rule
-def leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t_x, t_y, search):
+def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_terms, along, gap, t_x, t_y, search):
     """Let a point leave the edge whose end it has passed, for the edge it finds there; tell whether it found one.
 
     Parameters
@@ -249,30 +251,32 @@ def leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t
     p = points[i]
     number = p.law
     u_n, u_s = gap + p.offset, along - p.anchor
-    before = stored(p.sigma, p.tau, p.opening - p.dilatant_opening, 1.0 / laws[number, 0], laws[number, 2], False)
+    before = stored_energy(
+        p.sigma, p.tau, p.opening - p.dilatant_opening, 1.0 / laws[number, 0], laws[number, 2], False
+    )
     if p.sigma > 0.0:
         before = 0.5 * (p.sigma * (p.opening - p.dilatant_opening) + p.tau * p.tau * laws[number, 2])
     work = 0.5 * (p.sigma * (u_n - p.opening) + p.tau * (u_s - p.shear))
     pressed = min(u_n - p.dilatant_opening, 0.0) if p.sigma < 0.0 else 0.0
     sheared = p.tau
     p.status = FREE
-    p.fresh = 0
+    p.searched = 0
     after = 0.0
-    met = search and meet(points, i, edges, first_edge, near, pose, laws, pressed, sheared, t_x, t_y)
+    met = search and detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, t_x, t_y)
     if met:
-        after = stored(p.sigma, p.tau, 0.0, 1.0 / laws[p.law, 0], laws[p.law, 2], False)
+        after = stored_energy(p.sigma, p.tau, 0.0, 1.0 / laws[p.law, 0], laws[p.law, 2], False)
     else:
         p.law = number | 1
         p.sigma = 0.0
         p.tau = 0.0
-        p.drag_n = 0.0
-        p.drag_s = 0.0
-    tallies[RELEASED] += p.area * (before + work - after)
+        p.damping_n = 0.0
+        p.damping_s = 0.0
+    joint_terms[RELEASED] += p.area * (before + work - after)
     return met
 
 
 @law
-def hand_on(force, a, b, x, y, moment_a, moment_b):
+def add_force_pair(force, a, b, x, y, moment_a, moment_b):
     """Add a force (x, y) and its moment to body a, and the opposite force and its moment to body b."""
     force[a, 0] += x
     force[a, 1] += y
@@ -283,8 +287,20 @@ def hand_on(force, a, b, x, y, moment_a, moment_b):
 
 
 @rule
-def act(
-    points, edges, first_edge, near, laws, pose, force, special, softening, per_step, pressed_per_step, search, tallies
+def contact_forces(
+    points,
+    edges,
+    first_edge,
+    neighbours,
+    laws,
+    pose,
+    force,
+    special,
+    softening,
+    per_step,
+    pressed_per_step,
+    search,
+    joint_terms,
 ):
     """Let all points act on the bodies, and bring their memory up to date.
 
@@ -301,7 +317,7 @@ def act(
         ``EDGE``, block by block, counter-clockwise round each.
     first_edge : array of int (polygons + 1,)
         Where those of each block begin.
-    near : NamedTuple of arrays
+    neighbours : NamedTuple of arrays
         ``first`` (p + 1,), ``polygon``, ``edge`` and ``distance`` (k,): blocks near each point, and how far the edge
         that its face looks at was last.
     laws : array (l, LAW)
@@ -320,7 +336,7 @@ def act(
         The same of contacts without tensile strength, in addition.
     search : bool
         Whether points may meet what they did not face at first.
-    tallies : array (TALLIES,)
+    joint_terms : array (JOINT_TERMS,)
         Added to.
     """
     rubbed, freed, torn, dashed = 0.0, 0.0, 0.0, 0.0
@@ -330,15 +346,17 @@ def act(
     for i in range(points.size):
         p = points[i]
         if p.status == FREE:
-            if not search or near.first[i] == near.first[i + 1]:
+            if not search or neighbours.first[i] == neighbours.first[i + 1]:
                 continue
-            if not meet(points, i, edges, first_edge, near, pose, laws, 0.0, 0.0, 0.0, 0.0):
+            if not detect_contact(points, i, edges, first_edge, neighbours, pose, laws, 0.0, 0.0, 0.0, 0.0):
                 continue
-        ax, ay, bx, by, along, gap, t_x, t_y = measure(points, i, edges, p.target, pose)
+        ax, ay, bx, by, along, gap, t_x, t_y = edge_coordinates(points, i, edges, p.target, pose)
         if (along < edges[p.target].low - p.reach) | (along > edges[p.target].length + p.reach):
-            if not leave(points, i, edges, first_edge, near, pose, laws, tallies, along, gap, t_x, t_y, search):
+            if not release_contact(
+                points, i, edges, first_edge, neighbours, pose, laws, joint_terms, along, gap, t_x, t_y, search
+            ):
                 continue
-            ax, ay, bx, by, along, gap, t_x, t_y = measure(points, i, edges, p.target, pose)
+            ax, ay, bx, by, along, gap, t_x, t_y = edge_coordinates(points, i, edges, p.target, pose)
         u_n, u_s = gap + p.offset, along - p.anchor
         moved = u_n - p.opening
 
@@ -415,26 +433,26 @@ def act(
         pull_n, pull_s = sigma, tau
         rate = per_step + (pressed_per_step if no_tension else 0.0)
         if rate > 0.0:
-            drag_n, drag_s = rate * (sigma - p.sigma), rate * (tau - p.tau)
+            damping_n, damping_s = rate * (sigma - p.sigma), rate * (tau - p.tau)
             if cracked != was_cracked or (no_tension and sigma == 0.0):
-                drag_n, drag_s = 0.0, 0.0
-            elif cracked and sigma <= 0.0 and sigma + drag_n > 0.0:
-                drag_n = -sigma
+                damping_n, damping_s = 0.0, 0.0
+            elif cracked and sigma <= 0.0 and sigma + damping_n > 0.0:
+                damping_n = -sigma
             moved_s = u_s - p.shear
-            dashed += 0.5 * p.area * ((drag_n + p.drag_n) * moved + (drag_s + p.drag_s) * moved_s)
-            p.drag_n = drag_n
-            p.drag_s = drag_s
-            pull_n += drag_n
-            pull_s += drag_s
+            dashed += 0.5 * p.area * ((damping_n + p.damping_n) * moved + (damping_s + p.damping_s) * moved_s)
+            p.damping_n = damping_n
+            p.damping_s = damping_s
+            pull_n += damping_n
+            pull_s += damping_s
 
         p.opening = u_n
         p.shear = u_s
         p.sigma = sigma
         p.tau = tau
         if sigma == 0.0 and tau == 0.0:
-            if cracked and away > (p.release if p.status == HOME else half):
+            if cracked and away > (p.release if p.status == BONDED else half):
                 p.status = FREE
-                p.fresh = 0
+                p.searched = 0
                 p.law = p.law | 1
             continue
         a, b = p.body, edges[p.target].body
@@ -442,15 +460,15 @@ def act(
         pull_s *= p.area
         f_x, f_y = pull_n * t_y - pull_s * t_x, -pull_n * t_x - pull_s * t_y
         if (a != last_a) | (b != last_b):
-            hand_on(force, last_a, last_b, a_x, a_y, a_m, b_m)
+            add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
             last_a, last_b = a, b
             a_x, a_y, a_m, b_m = 0.0, 0.0, 0.0, 0.0
         a_x += f_x
         a_y += f_y
         a_m += ax * f_y - ay * f_x
         b_m -= bx * f_y - by * f_x
-    hand_on(force, last_a, last_b, a_x, a_y, a_m, b_m)
-    tallies[FRICTION] += rubbed
-    tallies[RELEASED] += freed
-    tallies[FRACTURE] += torn
-    tallies[DASHPOT] += dashed
+    add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
+    joint_terms[FRICTION] += rubbed
+    joint_terms[RELEASED] += freed
+    joint_terms[FRACTURE] += torn
+    joint_terms[DASHPOT] += dashed

@@ -1,44 +1,50 @@
 """The cycle of the dynamic solver: law of motion, law of the joints, again and again. Nothing is allocated here."""
 
-from damagepred.kernels.dynamics.contact import HOME, act
-from damagepred.kernels.dynamics.motion import BOUNDARY, farthest, kick_and_drift, push, work_at_boundary
+from damagepred.kernels.dynamics.contact import BONDED, contact_forces
+from damagepred.kernels.dynamics.motion import (
+    BOUNDARY,
+    add_boundary_work,
+    advance_bodies,
+    largest_movement,
+    ramp_live_load,
+)
 from damagepred.kernels.dynamics.zones import (
-    farthest_point,
-    move_points,
-    place_sides,
-    relieve_sides,
-    work_of_held_points,
-    zones_act,
+    add_gridpoint_boundary_work,
+    advance_gridpoints,
+    largest_gridpoint_movement,
+    scatter_facet_forces,
+    update_facet_poses,
+    zone_forces,
 )
 from damagepred.kernels.jit import kernel
 
 
 @kernel
 def run_steps(
-    scenery,
-    near,
+    body_arrays,
+    neighbours,
     motion,
     grid,
     special,
     softening,
     imposed,
-    pushed,
+    has_live_load,
     drive,
     first,
     last,
     damping,
     time_step,
-    seen,
-    far,
+    searched_at,
+    search_distance,
     counts,
 ):
     """Run steps ``first`` to ``last`` of a stretch; stop early where what is near has to be looked for anew.
 
     Parameters
     ----------
-    scenery : NamedTuple of arrays
+    body_arrays : NamedTuple of arrays
         ``points``, ``edges``, ``first_edge``, ``laws``, ``reach``; see ``damagepred.solvers.dynamics.body_arrays``.
-    near : NamedTuple of arrays
+    neighbours : NamedTuple of arrays
         Blocks near each point.
     motion : NamedTuple of arrays
         See ``damagepred.kernels.dynamics.motion``.
@@ -48,7 +54,7 @@ def run_steps(
         None if no joint needs more than the plain law; if no bond softens.
     imposed : NamedTuple of arrays
         ``point`` (i,), ``normal`` and ``shear`` (i,): movement of the ground under points per load factor (m).
-    pushed : bool
+    has_live_load : bool
         Whether there are live loads.
     drive : array (steps + 1, 3)
         Base x, y (m) and share of the movement.
@@ -58,12 +64,12 @@ def run_steps(
         Local damping (1), mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s).
     time_step : float
         dt (s).
-    seen : array (n + 1, 3)
+    searched_at : array (n + 1, 3)
         Displacements when what is near was last looked for.
-    far : float
+    search_distance : float
         Movement since then (m) at which it has to be looked for anew; 0 to never look and meet nothing.
     counts : NamedTuple of arrays
-        ``tallies`` and ``works``, added to.
+        ``joint_terms`` and ``body_terms``, added to.
 
     Returns
     -------
@@ -71,76 +77,81 @@ def run_steps(
         The step reached.
     """
     local, mass_damping, stiffness_damping, contact_damping = damping
-    points = scenery.points
+    points = body_arrays.points
     sides, base = motion.velocity.shape[0], motion.velocity.shape[0] - 1
     k = first
     while k < last:
-        kick_and_drift(motion, drive, k, time_step, local, mass_damping, counts.works)
+        advance_bodies(motion, drive, k, time_step, local, mass_damping, counts.body_terms)
         if grid is not None:
-            move_points(grid, drive, k, time_step, local, mass_damping, counts.works)
-            place_sides(grid, motion.pose, sides)
+            advance_gridpoints(grid, drive, k, time_step, local, mass_damping, counts.body_terms)
+            update_facet_poses(grid, motion.pose, sides)
         change = drive[k + 1, 2] - drive[k, 2]
-        if pushed:
-            push(motion, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
+        if has_live_load:
+            ramp_live_load(motion, drive[k, 2], drive[k + 1, 2], time_step, counts.body_terms)
             if grid is not None:
-                push(grid, drive[k, 2], drive[k + 1, 2], time_step, counts.works)
+                ramp_live_load(grid, drive[k, 2], drive[k + 1, 2], time_step, counts.body_terms)
         if change != 0.0:
             for m in range(imposed.point.size):
                 p = points[imposed.point[m]]
-                if p.status == HOME:
+                if p.status == BONDED:
                     d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
                     p.offset += d_n
                     p.anchor += d_s
-                    pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
-                    counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
-        act(
+                    pull_n, pull_s = p.sigma + p.damping_n, p.tau + p.damping_s
+                    counts.body_terms[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
+        contact_forces(
             points,
-            scenery.edges,
-            scenery.first_edge,
-            near,
-            scenery.laws,
+            body_arrays.edges,
+            body_arrays.first_edge,
+            neighbours,
+            body_arrays.laws,
             motion.pose,
             motion.force,
             special,
             softening,
             stiffness_damping / time_step,
             contact_damping / time_step,
-            far > 0.0,
-            counts.tallies,
+            search_distance > 0.0,
+            counts.joint_terms,
         )
         if change != 0.0:
             for m in range(imposed.point.size):
                 p = points[imposed.point[m]]
-                if p.status == HOME:
+                if p.status == BONDED:
                     d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
-                    pull_n, pull_s = p.sigma + p.drag_n, p.tau + p.drag_s
-                    counts.works[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
-        work_at_boundary(motion, time_step, counts.works)
+                    pull_n, pull_s = p.sigma + p.damping_n, p.tau + p.damping_s
+                    counts.body_terms[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
+        add_boundary_work(motion, time_step, counts.body_terms)
         if grid is not None:
-            zones_act(grid, stiffness_damping / time_step)
-            relieve_sides(grid, motion.force, sides)
-            work_of_held_points(grid, time_step, counts.works)
+            zone_forces(grid, stiffness_damping / time_step)
+            scatter_facet_forces(grid, motion.force, sides)
+            add_gridpoint_boundary_work(grid, time_step, counts.body_terms)
         k += 1
-        if far > 0.0:
-            if not farthest(motion, seen, scenery.reach) <= far:
+        if search_distance > 0.0:
+            if not largest_movement(motion, searched_at, body_arrays.reach) <= search_distance:
                 break
             if grid is not None:
                 moved = motion.displacement
-                if not farthest_point(grid, moved[base, 0] - seen[base, 0], moved[base, 1] - seen[base, 1]) <= far:
+                if (
+                    not largest_gridpoint_movement(
+                        grid, moved[base, 0] - searched_at[base, 0], moved[base, 1] - searched_at[base, 1]
+                    )
+                    <= search_distance
+                ):
                     break
     return k
 
 
 @kernel
-def first_forces(scenery, near, motion, grid, special, softening, search, counts):
+def first_forces(body_arrays, neighbours, motion, grid, special, softening, search, counts):
     """Fill the forces at the start; arguments as of ``run_steps``."""
     motion.force[:] = 0.0
-    act(
-        scenery.points,
-        scenery.edges,
-        scenery.first_edge,
-        near,
-        scenery.laws,
+    contact_forces(
+        body_arrays.points,
+        body_arrays.edges,
+        body_arrays.first_edge,
+        neighbours,
+        body_arrays.laws,
         motion.pose,
         motion.force,
         special,
@@ -148,9 +159,9 @@ def first_forces(scenery, near, motion, grid, special, softening, search, counts
         0.0,
         0.0,
         search,
-        counts.tallies,
+        counts.joint_terms,
     )
     if grid is not None:
         grid.force[:] = 0.0
-        zones_act(grid, 0.0)
-        relieve_sides(grid, motion.force, motion.velocity.shape[0])
+        zone_forces(grid, 0.0)
+        scatter_facet_forces(grid, motion.force, motion.velocity.shape[0])

@@ -2,20 +2,22 @@
 
 import numpy as np
 
-from damagepred.kernels.dynamics.contact import face_of, gaps
+from damagepred.kernels.dynamics.contact import face_frame, signed_distances
 from damagepred.kernels.jit import kernel, rule
 
 
 @rule
-def note(points, i, other, edges, first_edge, pose, low, high, margin, polygon, edge, gap, count):
+def append_if_near(points, i, other, edges, first_edge, pose, low, high, margin, polygon, edge, gap, count):
     """Add block ``other`` to the list of point i if it is near; return the length of the list."""
-    x, y, along_x, along_y = face_of(points, i, edges, pose)
+    x, y, along_x, along_y = face_frame(points, i, edges, pose)
     own = edges[points[i].own_edge].polygon
     if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
         return count
     if (high[other, 1] < y - margin) | (low[other, 1] > y + margin):
         return count
-    faced, which, others = gaps(x, y, along_x, along_y, edges, first_edge[other], first_edge[other + 1], pose)
+    faced, which, others = signed_distances(
+        x, y, along_x, along_y, edges, first_edge[other], first_edge[other + 1], pose
+    )
     if (faced >= margin) | (others >= margin):
         return count
     if count < polygon.size:
@@ -26,7 +28,7 @@ def note(points, i, other, edges, first_edge, pose, low, high, margin, polygon, 
 
 
 @kernel
-def near_pairs(
+def find_neighbours(
     points, left, edges, first_edge, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
 ):
     """List the blocks that are nearer than ``margin`` to each point, those it belongs to left out.
@@ -67,8 +69,12 @@ def near_pairs(
         for s in range(begin, narrow.size):
             if start[s] > x + margin:
                 break
-            count = note(points, i, narrow[s], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count)
+            count = append_if_near(
+                points, i, narrow[s], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count
+            )
         for w in range(wide.size):
-            count = note(points, i, wide[w], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count)
+            count = append_if_near(
+                points, i, wide[w], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count
+            )
     first[points.size] = count
     return count

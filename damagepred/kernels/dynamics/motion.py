@@ -9,13 +9,13 @@ from numpy import copysign
 
 from damagepred.kernels.jit import rule
 
-DAMPING, BOUNDARY, LIVE, WORKS = 0, 1, 2, 3
+DAMPING, BOUNDARY, LIVE, BODY_TERMS = 0, 1, 2, 3
 """What is counted while bodies move (J): work taken by damping, put in by what is held and by the ground, and by live
 loads."""
 
 
 @rule
-def kick_and_drift(motion, drive, k, time_step, local_damping, mass_damping, works):
+def advance_bodies(motion, drive, k, time_step, local_damping, mass_damping, body_terms):
     """Advance velocities and poses of all blocks by one step.
 
     Parameters
@@ -35,7 +35,7 @@ def kick_and_drift(motion, drive, k, time_step, local_damping, mass_damping, wor
         Share of the unbalanced force that opposes the motion.
     mass_damping : float
         Damping force over momentum relative to the base (1/s).
-    works : array (WORKS,)
+    body_terms : array (BODY_TERMS,)
         Added to.
     """
     half = 0.5 * mass_damping * time_step
@@ -55,8 +55,8 @@ def kick_and_drift(motion, drive, k, time_step, local_damping, mass_damping, wor
                 new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (pull - drag) * inverse) / (1.0 + half)
                 mean = 0.5 * (v + new)
                 dashpot = mass_damping * (mean - base[d]) / inverse
-                works[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
-                works[BOUNDARY] -= time_step * dashpot * base[d]
+                body_terms[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
+                body_terms[BOUNDARY] -= time_step * dashpot * base[d]
             else:
                 new = v + time_step * pull * inverse
             velocity[j, d] = new
@@ -65,7 +65,7 @@ def kick_and_drift(motion, drive, k, time_step, local_damping, mass_damping, wor
     displacement[blocks, 1] = drive[k + 1, 1]
     velocity[blocks, 0] = base[0]
     velocity[blocks, 1] = base[1]
-    works[BOUNDARY] -= 0.5 * time_step * (force[blocks, 0] * base[0] + force[blocks, 1] * base[1])
+    body_terms[BOUNDARY] -= 0.5 * time_step * (force[blocks, 0] * base[0] + force[blocks, 1] * base[1])
     for h in range(motion.held.size):
         j, d = motion.held[h] // 3, motion.held[h] % 3
         now = motion.held_start[h] + drive[k + 1, 2] * motion.held_displacement[h]
@@ -73,14 +73,14 @@ def kick_and_drift(motion, drive, k, time_step, local_damping, mass_damping, wor
         v = (now - displacement[j, d]) / time_step
         displacement[j, d] = now
         velocity[j, d] = v
-        works[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + motion.load[j, d])
+        body_terms[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + motion.load[j, d])
     for j in range(blocks + 1):
-        place(motion, j)
+        update_pose(motion, j)
     force[:] = 0.0
 
 
 @rule
-def place(motion, j):
+def update_pose(motion, j):
     """Put body j, a rigid block or the ground, where its displacement has brought it."""
     moved = motion.displacement
     motion.pose[j, 0] = motion.reference[j, 0] + moved[j, 0]
@@ -90,7 +90,7 @@ def place(motion, j):
 
 
 @rule
-def push(motion, before, now, time_step, works):
+def ramp_live_load(motion, before, now, time_step, body_terms):
     """Let live loads grow with the movement from one share to the next, and count their work in the step.
 
     Parameters
@@ -101,7 +101,7 @@ def push(motion, before, now, time_step, works):
         Shares of the movement.
     time_step : float
         dt (s).
-    works : array (WORKS,)
+    body_terms : array (BODY_TERMS,)
         Added to.
     """
     live, load, velocity = motion.live_load, motion.load, motion.velocity
@@ -110,38 +110,42 @@ def push(motion, before, now, time_step, works):
         for d in range(live.shape[1]):
             work += live[j, d] * velocity[j, d]
             load[j, d] += (now - before) * live[j, d]
-    works[LIVE] += 0.5 * (before + now) * time_step * work
+    body_terms[LIVE] += 0.5 * (before + now) * time_step * work
 
 
 @rule
-def work_at_boundary(motion, time_step, works):
+def add_boundary_work(motion, time_step, body_terms):
     """Count the second half of a step's work of what is held, with the forces at its end."""
     velocity, force = motion.velocity, motion.force
     ground = velocity.shape[0] - 1
-    push = force[ground, 0] * velocity[ground, 0] + force[ground, 1] * velocity[ground, 1]
+    power = force[ground, 0] * velocity[ground, 0] + force[ground, 1] * velocity[ground, 1]
     for h in range(motion.held.size):
         j, d = motion.held[h] // 3, motion.held[h] % 3
-        push += velocity[j, d] * (force[j, d] + motion.load[j, d])
-    works[BOUNDARY] -= 0.5 * time_step * push
+        power += velocity[j, d] * (force[j, d] + motion.load[j, d])
+    body_terms[BOUNDARY] -= 0.5 * time_step * power
 
 
 @rule
-def farthest(motion, seen, reach):
-    """Return by how much a point of a block may have moved (m) since all were ``seen``, apart from the base.
+def largest_movement(motion, searched_at, reach):
+    """Return by how much a point of a block may have moved (m) since the last search, apart from the base.
 
     Parameters
     ----------
     motion : NamedTuple of arrays
-        See ``kick_and_drift``.
-    seen : array (n + 1, 3)
+        See ``advance_bodies``.
+    searched_at : array (n + 1, 3)
         Displacements then.
     reach : array (n,)
         Largest distance of a corner from the centroid (m).
     """
     now, largest, ground = motion.displacement, 0.0, reach.size
-    base_x, base_y = now[ground, 0] - seen[ground, 0], now[ground, 1] - seen[ground, 1]
+    base_x, base_y = now[ground, 0] - searched_at[ground, 0], now[ground, 1] - searched_at[ground, 1]
     for j in range(ground):
-        x, y, turn = now[j, 0] - seen[j, 0] - base_x, now[j, 1] - seen[j, 1] - base_y, now[j, 2] - seen[j, 2]
+        x, y, turn = (
+            now[j, 0] - searched_at[j, 0] - base_x,
+            now[j, 1] - searched_at[j, 1] - base_y,
+            now[j, 2] - searched_at[j, 2],
+        )
         moved = abs(x) + abs(y) + reach[j] * abs(turn)
         largest = moved if not moved <= largest else largest
     return largest

@@ -21,9 +21,9 @@ cell does. With a = B^T T and p = R^T q that adds V R a to what resists q, and, 
 / tr U to k. T and a are of the whole strain, k has U.
 
 Contacts know bodies with poses, not gridpoints. A facet, and every place of a facet to which a joint belongs, is such a
-body (``SIDE``): it is where its two gridpoints put it, and turned as their chord. The force (X, Y) and the moment M on
-it go to the two gridpoints so that they do the same work: shares of (X, Y), and M over the length of the chord, across
-it. So energy, momentum and angular momentum are kept here, too.
+body (``FACET_BODY``): its two gridpoints give its place, their chord its angle. The force (X, Y) and the moment M on it
+are shared by the two gridpoints so that they do the same work: shares of (X, Y), and M over the length of the chord,
+across it. Energy, momentum and angular momentum are conserved.
 """
 
 import math
@@ -35,7 +35,7 @@ from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.zone.law import within_yield_surface, zone_return
 
-YIELDING, DRAGGED, ZONE_TALLIES = 0, 1, 2
+YIELDING, ZONE_DAMPING, ZONE_TERMS = 0, 1, 2
 """What is counted while zones act (J): work of plastic strain, and of stiffness-proportional damping."""
 
 ZONE = np.dtype(
@@ -63,13 +63,13 @@ ZONE = np.dtype(
 (1/m); area times thickness (m3); share of a's displacement in the hourglass displacement of its cell of four zones; by
 how much e_xx, e_yy, g_xy grow with that in x and in y (1/m)."""
 
-SIDE = np.dtype([("start", "i8"), ("end", "i8"), ("share", "f8"), ("along_x", "f8"), ("along_y", "f8")])
+FACET_BODY = np.dtype([("start", "i8"), ("end", "i8"), ("share", "f8"), ("along_x", "f8"), ("along_y", "f8")])
 """A body on a facet: the facet's gridpoints, counter-clockwise; where it is between them, 0 at the start, 1 at the end;
 direction from start to end before anything moved."""
 
 
 @law
-def gradient(zone, moved):
+def displacement_gradient(zone, moved):
     """Return du_x/dX, du_x/dY, du_y/dX, du_y/dY of a zone."""
     x_b, y_b = moved[zone.b, 0] - moved[zone.a, 0], moved[zone.b, 1] - moved[zone.a, 1]
     x_c, y_c = moved[zone.c, 0] - moved[zone.a, 0], moved[zone.c, 1] - moved[zone.a, 1]
@@ -82,7 +82,7 @@ def gradient(zone, moved):
 
 
 @law
-def stretch(h_xx, h_xy, h_yx, h_yy):
+def polar_decomposition(h_xx, h_xy, h_yx, h_yy):
     """Return U_xx - 1, U_yy - 1, U_xy, cosine and sine of the rotation, and 1 / tr U, of a displacement gradient."""
     trace, twist = 2.0 + h_xx + h_yy, h_yx - h_xy
     inverse = 1.0 / math.sqrt(trace * trace + twist * twist)
@@ -98,7 +98,7 @@ def stretch(h_xx, h_xy, h_yx, h_yy):
 
 
 @law
-def yielding_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress, state, tallies):
+def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress, state, terms):
     """Return s_xx, s_yy, s_xy (Pa) of a zone with memory, in its own frame, and bring its memory up to date."""
     c, b, m = elasticity, zone.block, zone.memory
     t_xx, t_yy, p_zz = e_xx - plastic[m, 0], e_yy - plastic[m, 1], plastic[m, 3]
@@ -115,7 +115,7 @@ def yielding_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stres
         )
         work = (s_xx + stress[m, 0]) * p_xx + (s_yy + stress[m, 1]) * p_yy
         work += (s_xy + stress[m, 2]) * p_xy + (s_zz + stress[m, 3]) * p_zz
-        tallies[YIELDING] += 0.5 * zone.volume * work
+        terms[YIELDING] += 0.5 * zone.volume * work
         plastic[m, 0] += p_xx
         plastic[m, 1] += p_yy
         plastic[m, 2] += p_xy
@@ -126,13 +126,13 @@ def yielding_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stres
 
 
 @law
-def dragged_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, tallies):
+def damped_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, terms):
     """Return stresses with damping by the rate of the elastic stress, and count its work."""
     d_xx, d_yy = per_step * (s_xx - past[z, 3]), per_step * (s_yy - past[z, 4])
     d_xy = per_step * (s_xy - past[z, 5])
     work = (d_xx + past[z, 6]) * (e_xx - past[z, 0]) + (d_yy + past[z, 7]) * (e_yy - past[z, 1])
     work += (d_xy + past[z, 8]) * (g_xy - past[z, 2])
-    tallies[DRAGGED] += 0.5 * volume * work
+    terms[ZONE_DAMPING] += 0.5 * volume * work
     past[z, 0], past[z, 1], past[z, 2] = e_xx, e_yy, g_xy
     past[z, 3], past[z, 4], past[z, 5] = s_xx, s_yy, s_xy
     past[z, 6], past[z, 7], past[z, 8] = d_xx, d_yy, d_xy
@@ -140,7 +140,7 @@ def dragged_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step
 
 
 @rule
-def zones_act(grid, per_step):
+def zone_forces(grid, per_step):
     """Add to the forces on gridpoints what the zones' stresses make of it.
 
     Parameters
@@ -151,7 +151,7 @@ def zones_act(grid, per_step):
         Stiffness-proportional damping over the time step (1).
     """
     moved, force, zones, moduli = grid.displacement, grid.force, grid.zones, grid.elasticity
-    past, dragged = grid.past, grid.past.shape[0] > 0
+    past, damped = grid.past, grid.past.shape[0] > 0
     q_x, q_y, against_x, against_y = 0.0, 0.0, 0.0, 0.0
     for z in range(zones.size):
         zone = zones[z]
@@ -160,8 +160,8 @@ def zones_act(grid, per_step):
             for i in range(z, z + 4):
                 q_x += zones[i].gamma * moved[zones[i].a, 0]
                 q_y += zones[i].gamma * moved[zones[i].a, 1]
-        h_xx, h_xy, h_yx, h_yy = gradient(zone, moved)
-        u_xx, u_yy, u_xy, c, s, inverse = stretch(h_xx, h_xy, h_yx, h_yy)
+        h_xx, h_xy, h_yx, h_yy = displacement_gradient(zone, moved)
+        u_xx, u_yy, u_xy, c, s, inverse = polar_decomposition(h_xx, h_xy, h_yx, h_yy)
         p_x, p_y = c * q_x + s * q_y, c * q_y - s * q_x
         e_xx = u_xx + zone.xx_x * p_x + zone.xx_y * p_y
         e_yy = u_yy + zone.yy_x * p_x + zone.yy_y * p_y
@@ -170,7 +170,7 @@ def zones_act(grid, per_step):
             c11, c12 = moduli[zone.block, 0], moduli[zone.block, 1]
             s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, moduli[zone.block, 2] * g_xy
         else:
-            s_xx, s_yy, s_xy = yielding_stress(
+            s_xx, s_yy, s_xy = plastic_stress(
                 zone,
                 e_xx,
                 e_yy,
@@ -180,11 +180,11 @@ def zones_act(grid, per_step):
                 grid.plastic,
                 grid.stress,
                 grid.state,
-                grid.tallies,
+                grid.terms,
             )
-        if dragged:
-            s_xx, s_yy, s_xy = dragged_stress(
-                past, z, zone.volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, grid.tallies
+        if damped:
+            s_xx, s_yy, s_xy = damped_stress(
+                past, z, zone.volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, grid.terms
             )
         a_x = zone.xx_x * s_xx + zone.yy_x * s_yy + zone.xy_x * s_xy
         a_y = zone.xx_y * s_xx + zone.yy_y * s_yy + zone.xy_y * s_xy
@@ -209,7 +209,7 @@ def zones_act(grid, per_step):
 
 
 @rule
-def place_sides(grid, pose, first):
+def update_facet_poses(grid, pose, first):
     """Put the bodies on facets, the first of them number ``first``, where their gridpoints have brought them."""
     sides, at, moved = grid.sides, grid.reference, grid.displacement
     for i in range(sides.size):
@@ -224,7 +224,7 @@ def place_sides(grid, pose, first):
 
 
 @rule
-def relieve_sides(grid, force, first):
+def scatter_facet_forces(grid, force, first):
     """Hand the forces on bodies on facets on to their gridpoints."""
     sides, at, moved, on = grid.sides, grid.reference, grid.displacement, grid.force
     for i in range(sides.size):
@@ -242,8 +242,8 @@ def relieve_sides(grid, force, first):
 
 
 @rule
-def move_points(grid, drive, k, time_step, local_damping, mass_damping, works):
-    """Advance velocities and places of all gridpoints by one step; as ``large_motion.kick_and_drift`` for blocks."""
+def advance_gridpoints(grid, drive, k, time_step, local_damping, mass_damping, body_terms):
+    """Advance velocities and places of all gridpoints by one step; as ``advance_bodies`` does for blocks."""
     half = 0.5 * mass_damping * time_step
     base = ((drive[k + 1, 0] - drive[k, 0]) / time_step, (drive[k + 1, 1] - drive[k, 1]) / time_step)
     velocity, moved, force, load = grid.velocity, grid.displacement, grid.force, grid.load
@@ -260,8 +260,8 @@ def move_points(grid, drive, k, time_step, local_damping, mass_damping, works):
                 new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (pull - drag) * inverse) / (1.0 + half)
                 mean = 0.5 * (v + new)
                 dashpot = mass_damping * (mean - base[d]) / inverse
-                works[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
-                works[BOUNDARY] -= time_step * dashpot * base[d]
+                body_terms[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
+                body_terms[BOUNDARY] -= time_step * dashpot * base[d]
             else:
                 new = v + time_step * pull * inverse
             velocity[j, d] = new
@@ -272,26 +272,26 @@ def move_points(grid, drive, k, time_step, local_damping, mass_damping, works):
         v = (now - moved[j, d]) / time_step
         moved[j, d] = now
         velocity[j, d] = v
-        works[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + load[j, d])
+        body_terms[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + load[j, d])
     force[:] = 0.0
 
 
 @rule
-def work_of_held_points(grid, time_step, works):
+def add_gridpoint_boundary_work(grid, time_step, body_terms):
     """Count the second half of a step's work of gridpoints that are held, with the forces at its end."""
     push = 0.0
     for h in range(grid.held.size):
         j, d = grid.held[h] // 2, grid.held[h] % 2
         push += grid.velocity[j, d] * (grid.force[j, d] + grid.load[j, d])
-    works[BOUNDARY] -= 0.5 * time_step * push
+    body_terms[BOUNDARY] -= 0.5 * time_step * push
 
 
 @rule
-def farthest_point(grid, base_x, base_y):
+def largest_gridpoint_movement(grid, base_x, base_y):
     """Return by how much a gridpoint of a boundary may have moved (m) since all were seen, apart from the base."""
-    now, seen, largest = grid.displacement, grid.seen, 0.0
+    now, searched_at, largest = grid.displacement, grid.searched_at, 0.0
     for i in range(grid.boundary.size):
         j = grid.boundary[i]
-        moved = abs(now[j, 0] - seen[j, 0] - base_x) + abs(now[j, 1] - seen[j, 1] - base_y)
+        moved = abs(now[j, 0] - searched_at[j, 0] - base_x) + abs(now[j, 1] - searched_at[j, 1] - base_y)
         largest = moved if not moved <= largest else largest
     return largest

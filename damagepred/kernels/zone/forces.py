@@ -47,9 +47,8 @@ def memory_type():
 def work_type():
     """Return the record type of what a cell works with.
 
-    ``displacement_at``, ``force_at``: displacement of, and force on, the four corners and the common gridpoint, x and y.
-    ``hourglass``: hourglass displacement, x and y. ``yields``:
-    1 where the stress of a zone is more than it bears.  ``lanes``: 8. All that the law needs being in records, the
+    ``displacement_at``, ``force_at``: displacement of, and force on, the four corners and the common gridpoint, x and
+    y. ``hourglass``: hourglass displacement, x and y. ``yields``: 1 where a stress exceeds the yield limit. ``lanes``: 8. All that the law needs being in records, the
     compiler knows that nothing overlaps and works on all lanes at once; it would not if it knew their number, for then
     it would write them out one by one.
     """

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
-from damagepred.kernels.dynamics.contact import EDGE, FREE, HOME, LAW, POINT
+from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, LAW, POINT
 from damagepred.kernels.joint.limits import slip_compliance
 from damagepred.kernels.joint.softening import damage_rate
-from damagepred.solvers.dynamics.facets import Sides, sides_of
+from damagepred.solvers.dynamics.facets import FacetBodies, facet_bodies
 
 REACH = 0.02
 """A point may pass the end of the edge it faces by this share of the length it stands for."""
@@ -34,7 +34,7 @@ LONG = 1e9
 """Length of the ground to either side (m)."""
 
 
-class Scenery(NamedTuple):
+class BodyArrays(NamedTuple):
     """What bodies look like to each other.
 
     Attributes
@@ -59,7 +59,7 @@ class Scenery(NamedTuple):
     reach: FloatArray
 
 
-def scenery(model: Model, origin: FloatArray, search: bool = True) -> Scenery:
+def body_arrays(model: Model, origin: FloatArray, search: bool = True) -> BodyArrays:
     """Return edges, points and laws of a model.
 
     Parameters
@@ -72,20 +72,20 @@ def scenery(model: Model, origin: FloatArray, search: bool = True) -> Scenery:
         Whether points may meet what they did not face at first. If not, a joint's facet goes on in its line to the
         ends of its face, so that what slides does not lose it.
     """
-    sides = sides_of(model)
+    sides = facet_bodies(model)
     centre = np.vstack((_centres(model, origin), sides.place))
     edges, first_edge = _edges(model, origin, sides, centre, search)
-    home = _home_edges(model, edges, first_edge)
-    joined = _joined_points(model, edges, home, centre, sides)
+    home = _bonded_edges(model, edges, first_edge)
+    joined = _joint_points(model, edges, home, centre, sides)
     points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
     arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
-    return Scenery(points, edges, first_edge, _laws(model), np.maximum.reduceat(arm, first[:-1]))
+    return BodyArrays(points, edges, first_edge, _laws(model), np.maximum.reduceat(arm, first[:-1]))
 
 
 def _edges(
-    model: Model, origin: FloatArray, sides: Sides, centre: FloatArray, search: bool
+    model: Model, origin: FloatArray, sides: FacetBodies, centre: FloatArray, search: bool
 ) -> tuple[NDArray[Any], IntArray]:
     blocks, n = model.blocks, model.n_blocks
     sizes = np.diff(blocks.first_vertex)
@@ -98,9 +98,12 @@ def _edges(
     own["face"] = np.flatnonzero(rigid)
     on_facets = _edges_between(sides.x_end, sides.x_start, sides.block, n + 1 + np.arange(len(sides.start)), centre)
     on_facets["face"] = len(end) + sides.face
-    facets, places = on_facets[: sides.facets], on_facets[sides.piece]
+    facets, pieces = on_facets[: sides.facets], on_facets[sides.piece]
     if not search:
-        places["low"], places["length"] = sides.face_low[sides.piece], sides.face_high[sides.piece]
+        pieces["low"], pieces["length"] = (
+            sides.face_low[sides.piece],
+            sides.face_high[sides.piece],
+        )
     own = np.concatenate((own, facets))
     own = own[np.argsort(own["polygon"], kind="stable")]
     # the ground: a line, whose outward normal points up, its lowest level endless
@@ -121,7 +124,7 @@ def _edges(
     first = np.searchsorted(own["polygon"], np.arange(n + 1))
     if len(levels):
         first = np.append(first, len(own) + 1)
-    return np.concatenate((own, ground, places)), first.astype(np.int64)
+    return np.concatenate((own, ground, pieces)), first.astype(np.int64)
 
 
 def _edges_between(
@@ -146,14 +149,14 @@ def _ground_levels(model: Model) -> list[float]:
     return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
 
 
-def _bodies(body: IntArray, n: int, sides: Sides) -> IntArray:
+def _bodies(body: IntArray, n: int, sides: FacetBodies) -> IntArray:
     """Return the bodies of a dynamic run for those of ``Interfaces``."""
     found = body.copy()
     found[body > n] = n + 1 + sides.piece[body[body > n] - n - 1]
     return found
 
 
-class _Home(NamedTuple):
+class _BondedEdges(NamedTuple):
     """Edges of block a and of block b on which each interface lies: those of the blocks, and those it is held to."""
 
     a: IntArray
@@ -162,7 +165,7 @@ class _Home(NamedTuple):
     held_b: IntArray
 
 
-def _home_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _Home:
+def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _BondedEdges:
     face, n = model.interfaces, model.n_blocks
     levels = _ground_levels(model)
     first_ground = int(first_edge[n])
@@ -195,7 +198,7 @@ def _home_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _Hom
 
     a, held_a = own_and_held(face.block_a, face.body_a, 1.0)
     b, held_b = own_and_held(face.block_b, face.body_b, -1.0)
-    return _Home(a, b, held_a, held_b)
+    return _BondedEdges(a, b, held_a, held_b)
 
 
 def _centres(model: Model, origin: FloatArray) -> FloatArray:
@@ -203,7 +206,9 @@ def _centres(model: Model, origin: FloatArray) -> FloatArray:
     return np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
 
 
-def _joined_points(model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray, sides: Sides) -> NDArray[Any]:
+def _joint_points(
+    model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray, sides: FacetBodies
+) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
     points = np.zeros((m, 2, q), dtype=POINT)
@@ -225,15 +230,15 @@ def _joined_points(model: Model, edges: NDArray[Any], home: _Home, centre: Float
     points["law"] = 2 * np.arange(m)[:, None, None]
     length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
     points["reach"], points["release"] = REACH * length[:, None, :], RELEASE * length[:, None, :]
-    points["status"] = HOME
+    points["status"] = BONDED
     return points.ravel()
 
 
 def _free_points(
-    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _Home, centre: FloatArray
+    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _BondedEdges, centre: FloatArray
 ) -> NDArray[Any]:
     """Put points on what of the faces of blocks has no joint, corners included."""
-    law = _usual_law(model)
+    law = _default_law(model)
     own_edges = edges[: first_edge[model.n_blocks]]
     stretches = _free_stretches(model, own_edges, home, centre)
     cell = float(np.sqrt(model.blocks.area.min()))
@@ -263,7 +268,7 @@ def _free_points(
 
 
 def _free_stretches(
-    model: Model, edges: NDArray[Any], home: _Home, centre: FloatArray
+    model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray
 ) -> list[tuple[int, float, float]]:
     """Return edge, start and end (m along it) of what of the blocks' faces has no joint."""
     face, n = model.interfaces, model.n_blocks
@@ -309,7 +314,7 @@ def _spread(start: float, end: float, cell: float, first: bool, last: bool) -> l
     return found
 
 
-def _usual_law(model: Model) -> IntArray:
+def _default_law(model: Model) -> IntArray:
     """Return whose law each block has where it has no joint: its longest joint's, or that of the model's loose ends."""
     face, n = model.interfaces, model.n_blocks
     usual = np.full(n + 1, len(face.kind), dtype=np.int64)  # the law after those of the interfaces

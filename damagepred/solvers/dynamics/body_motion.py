@@ -9,7 +9,7 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
-from damagepred.solvers.dynamics.facets import sides_of
+from damagepred.solvers.dynamics.facets import facet_bodies
 
 
 class Motion(NamedTuple):
@@ -82,7 +82,7 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     if model.mesh is not None:
         deformable = model.mesh.block
         free[deformable], inverse[deformable], load[deformable], live[deformable] = False, 0.0, 0.0, 0.0
-        bodies += len(sides_of(model).start)
+        bodies += len(facet_bodies(model).start)
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:
         raise InputError(
@@ -108,7 +108,7 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     )
 
 
-def put_bodies(motion: Motion) -> None:
+def update_poses(motion: Motion) -> None:
     """Bring poses in line with displacements."""
     motion.pose[: len(motion.displacement), :2] = motion.reference + motion.displacement[:, :2]
     motion.pose[: len(motion.displacement), 2] = np.cos(motion.displacement[:, 2])

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.kernels.dynamics.detection import near_pairs
-from damagepred.solvers.dynamics.body_arrays import Scenery
+from damagepred.kernels.dynamics.detection import find_neighbours
+from damagepred.solvers.dynamics.body_arrays import BodyArrays
 
 WIDE = 4.0
 """Blocks wider than so many times the median are tried for every point."""
 
 
-class Near(NamedTuple):
+class NeighbourList(NamedTuple):
     """Blocks near each of p boundary points.
 
     Attributes
@@ -32,13 +32,13 @@ class Near(NamedTuple):
     distance: FloatArray
 
 
-def nothing_near(scene: Scenery) -> Near:
+def empty_neighbour_list(scene: BodyArrays) -> NeighbourList:
     """Return empty lists."""
     none = np.zeros(0, np.int64)
-    return Near(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
+    return NeighbourList(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
 
 
-def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
+def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float) -> NeighbourList:
     """Return what is nearer to each point than a margin.
 
     Parameters
@@ -52,7 +52,7 @@ def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
     """
     points, edges = scene.points, scene.edges
     own = edges[: scene.first_edge[-1]]
-    corner = places(pose, own["body"], own["x"], own["y"])
+    corner = world_coordinates(pose, own["body"], own["x"], own["y"])
     sides = np.diff(scene.first_edge)
     low = np.minimum.reduceat(corner, scene.first_edge[:-1])
     high = np.maximum.reduceat(corner, scene.first_edge[:-1])
@@ -61,12 +61,12 @@ def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
     is_wide = width > WIDE * np.median(width)
     narrow = np.flatnonzero(~is_wide)
     narrow = narrow[np.argsort(low[narrow, 0], kind="stable")]
-    left = places(pose, points["body"], points["x"], points["y"])[:, 0].copy()
+    left = world_coordinates(pose, points["body"], points["x"], points["y"])[:, 0].copy()
     first = np.zeros(len(points) + 1, dtype=np.int64)
     room = 8 * len(points)
     while True:
         polygon, edge, distance = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
-        count = near_pairs(
+        count = find_neighbours(
             points,
             left,
             edges,
@@ -85,11 +85,11 @@ def find_near(scene: Scenery, pose: FloatArray, margin: float) -> Near:
             distance,
         )
         if count <= room:
-            return Near(first, polygon[:count], edge[:count], distance[:count])
+            return NeighbourList(first, polygon[:count], edge[:count], distance[:count])
         room = count
 
 
-def places(pose: FloatArray, body: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
+def world_coordinates(pose: FloatArray, body: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
     """Return where points of bodies are, array (p, 2) in m."""
     c, s = pose[body, 2], pose[body, 3]
     return np.column_stack((pose[body, 0] + c * x - s * y, pose[body, 1] + s * x + c * y))

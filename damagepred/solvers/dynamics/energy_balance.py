@@ -18,17 +18,17 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
-from damagepred.kernels.dynamics.zones import DRAGGED, YIELDING
-from damagepred.solvers.dynamics.body_arrays import Scenery
+from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
+from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
 
 
-class Counts(NamedTuple):
+class EnergyTerms(NamedTuple):
     """What kernels count: works of joints, see ``large_contact``, and of bodies, see ``large_motion`` (J)."""
 
-    tallies: FloatArray
-    works: FloatArray
+    joint_terms: FloatArray
+    body_terms: FloatArray
 
 
 class Energies(NamedTuple):
@@ -60,7 +60,7 @@ class Energies(NamedTuple):
     energy_error: float
 
 
-class Audit:
+class EnergyBalance:
     """Balance of one run.
 
     Parameters
@@ -84,12 +84,12 @@ class Audit:
     def __init__(
         self,
         model: Model,
-        scene: Scenery,
+        scene: BodyArrays,
         motion: Motion,
         grid: Grid | None,
         damping: tuple[float, float, float, float],
         time_step: float,
-        counts: Counts,
+        counts: EnergyTerms,
     ) -> None:
         self._scene, self._motion, self._grid, self._counts = scene, motion, grid, counts
         self._damping, self._step = damping, time_step
@@ -136,19 +136,19 @@ class Audit:
 
     def balance(self) -> Energies:
         """Return the balance now."""
-        tallies, works = self._counts
+        joint_terms, body_terms = self._counts
         kinetic, damped, pulled = self._half_steps()
         elastic = self.elastic_energy()
-        boundary = float(works[BOUNDARY]) + pulled - self._pulled
+        boundary = float(body_terms[BOUNDARY]) + pulled - self._pulled
         ways = [part.displacement - start for part, start in zip(self._moving, self._start)]
         dead = sum(float((load * way).sum()) for load, way in zip(self._dead, ways))
-        external = boundary + dead + float(works[LIVE])
-        damping = float(works[DAMPING] + tallies[DASHPOT]) + damped - self._damped
-        friction, fracture, released = (float(tallies[k]) for k in (FRICTION, FRACTURE, RELEASED))
+        external = boundary + dead + float(body_terms[LIVE])
+        damping = float(body_terms[DAMPING] + joint_terms[DASHPOT]) + damped - self._damped
+        friction, fracture, released = (float(joint_terms[k]) for k in (FRICTION, FRACTURE, RELEASED))
         plastic = 0.0
         if self._grid is not None:
-            plastic = float(self._grid.tallies[YIELDING])
-            damping += float(self._grid.tallies[DRAGGED])
+            plastic = float(self._grid.terms[YIELDING])
+            damping += float(self._grid.terms[ZONE_DAMPING])
         change = kinetic - self._kinetic + elastic - self._elastic
         return Energies(
             kinetic,
@@ -163,7 +163,7 @@ class Audit:
             external - change - friction - fracture - plastic - released - damping,
         )
 
-    def out_of_bounds(self, factor: float, made: float) -> bool:
+    def diverged(self, factor: float, made: float) -> bool:
         """Tell whether there is more energy than a multiple of what has gone about so far, or more was made of nothing.
 
         Parameters

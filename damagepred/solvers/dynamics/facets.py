@@ -13,7 +13,7 @@ STRAIGHT = 1e-6
 """Sine of the angle between two facets from which they belong to different faces."""
 
 
-class Sides(NamedTuple):
+class FacetBodies(NamedTuple):
     """All facets of deformable blocks, then the pieces (``Mesh.piece_facet``) that do not lie in the middle of theirs.
 
     They are the bodies from number n + 1; the others are their facet.
@@ -54,12 +54,12 @@ MIDDLE = 1e-9
 """A piece is in the middle of its facet if it is nearer to that than this share of the length."""
 
 
-def sides_of(model: Model) -> Sides:
+def facet_bodies(model: Model) -> FacetBodies:
     """Return the facets and pieces of a model; none if all blocks are rigid."""
     mesh = model.mesh
     if mesh is None:
         none, real, pairs = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2))
-        return Sides(none, none, real, none, none, pairs, pairs, pairs, real, real, 0, none)
+        return FacetBodies(none, none, real, none, none, pairs, pairs, pairs, real, real, 0, none)
     count = len(mesh.facets)
     own = np.abs(mesh.piece_place - 0.5) > MIDDLE
     piece = np.where(own, count + np.cumsum(own) - 1, mesh.piece_facet)
@@ -78,7 +78,7 @@ def sides_of(model: Model) -> Sides:
     low = -((clockwise_first - at[end]) * way).sum(axis=1)
     high = -((clockwise_last - at[end]) * way).sum(axis=1)
     place = (1.0 - share)[:, None] * at[start[facet]] + share[:, None] * at[end[facet]]
-    return Sides(
+    return FacetBodies(
         start[facet],
         end[facet],
         share,

@@ -11,9 +11,9 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.enumerations import ZoneState
 from damagepred.errors import InputError
-from damagepred.kernels.dynamics.zones import SIDE, ZONE, ZONE_TALLIES
+from damagepred.kernels.dynamics.zones import FACET_BODY, ZONE, ZONE_TERMS
 from damagepred.solvers.dynamics.body_motion import Motion
-from damagepred.solvers.dynamics.facets import sides_of
+from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.system.deformable_blocks import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
 from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
@@ -40,7 +40,7 @@ class Grid(NamedTuple):
         Where they start, and how far they go at full movement (m).
     boundary : array of int (b,)
         Gridpoints on the faces of blocks.
-    seen : array (g, 2)
+    searched_at : array (g, 2)
         Displacements when what is near was last looked for (m).
     zones : array of record (z,)
         ``ZONE``.
@@ -54,8 +54,8 @@ class Grid(NamedTuple):
     past : array (z, 9)
         Strain, stress and damping stress of the last step; nothing without stiffness-proportional damping.
     sides : array of record (s,)
-        ``SIDE``.
-    tallies : array (ZONE_TALLIES,)
+        ``FACET_BODY``.
+    terms : array (ZONE_TERMS,)
         Works so far (J).
     """
 
@@ -70,7 +70,7 @@ class Grid(NamedTuple):
     held_start: FloatArray
     held_displacement: FloatArray
     boundary: IntArray
-    seen: FloatArray
+    searched_at: FloatArray
     zones: NDArray[Any]
     elasticity: FloatArray
     strength: FloatArray
@@ -79,10 +79,10 @@ class Grid(NamedTuple):
     state: IntArray
     past: FloatArray
     sides: NDArray[Any]
-    tallies: FloatArray
+    terms: FloatArray
 
 
-def grid_of(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
+def gridpoint_arrays(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
     """Return the gridpoints and zones of a model at rest where they are built; None if all blocks are rigid.
 
     Parameters
@@ -126,14 +126,14 @@ def grid_of(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
         displacement=nothing,
         velocity=nothing.copy(),
         force=nothing.copy(),
-        load=by_point(model, dead_load(model)),
-        live_load=by_point(model, live_load(model)),
+        load=at_gridpoints(model, dead_load(model)),
+        live_load=at_gridpoints(model, live_load(model)),
         inverse_mass=inverse,
         held=held,
         held_start=np.zeros(len(held)),
         held_displacement=model.supports.prescribed_displacement[single],
         boundary=np.flatnonzero(mesh.on_boundary),
-        seen=nothing.copy(),
+        searched_at=nothing.copy(),
         zones=_zones(model),
         elasticity=block_moduli(model)[0],
         strength=block_moduli(model)[1],
@@ -142,7 +142,7 @@ def grid_of(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
         state=np.zeros(yields, dtype=np.int64),
         past=np.zeros((len(mesh.zones) if damped else 0, 9)),
         sides=_sides(model),
-        tallies=np.zeros(ZONE_TALLIES),
+        terms=np.zeros(ZONE_TERMS),
     )
 
 
@@ -165,21 +165,21 @@ def _zones(model: Model) -> NDArray[Any]:
 
 
 def _sides(model: Model) -> NDArray[Any]:
-    found = sides_of(model)
-    sides = np.zeros(len(found.start), dtype=SIDE)
+    found = facet_bodies(model)
+    sides = np.zeros(len(found.start), dtype=FACET_BODY)
     sides["start"], sides["end"], sides["share"] = found.start, found.end, found.share
     way = found.x_end - found.x_start
     sides["along_x"], sides["along_y"] = way.T / np.hypot(*way.T)
     return sides
 
 
-def by_point(model: Model, values: FloatArray) -> FloatArray:
+def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
     """Return values of all degrees of freedom (size,) as x, y of the gridpoints, array (g, 2)."""
     assert model.mesh is not None
     return np.column_stack((values[model.mesh.dof_x], values[model.mesh.dof_y]))
 
 
-def put_sides(grid: Grid, motion: Motion) -> None:
+def update_facet_poses(grid: Grid, motion: Motion) -> None:
     """Bring the poses of the bodies on facets in line with the gridpoints."""
     at, sides = grid.reference + grid.displacement, grid.sides
     start, way = at[sides["start"]], at[sides["end"]] - at[sides["start"]]
@@ -190,7 +190,7 @@ def put_sides(grid: Grid, motion: Motion) -> None:
     motion.pose[first:, 3] = (sides["along_x"] * way[:, 1] - sides["along_y"] * way[:, 0]) / length
 
 
-def set_off(grid: Grid, model: Model) -> None:
+def set_initial_velocity(grid: Grid, model: Model) -> None:
     """Give gridpoints the velocity of their blocks at the start, each block turning as one about where it is."""
     mesh = model.mesh
     if mesh is None or model.initial_velocity is None:
@@ -206,7 +206,7 @@ def set_off(grid: Grid, model: Model) -> None:
     grid.velocity[free] = velocity[free]
 
 
-def stretches(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
+def biot_strains(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return strain e_xx, e_yy, g_xy, e_zz of the zones in their own frame (z, 4), cosine and sine of its turn (z,).
 
     See ``damagepred.kernels.dynamics.zones``.
@@ -233,7 +233,7 @@ def stretches(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
     return strain, cosine, sine
 
 
-def all_plastic(grid: Grid) -> FloatArray:
+def plastic_strains(grid: Grid) -> FloatArray:
     """Return the plastic strain of all zones, array (z, 4)."""
     plastic = np.zeros((len(grid.zones), 4))
     memory = grid.zones["memory"]
@@ -257,14 +257,14 @@ def stresses(grid: Grid, strain: FloatArray) -> FloatArray:
 
 def zone_energy(grid: Grid) -> float:
     """Return what the zones hold (J)."""
-    elastic = stretches(grid)[0] - all_plastic(grid)
+    elastic = biot_strains(grid)[0] - plastic_strains(grid)
     return 0.5 * float((grid.zones["volume"] * (elastic * stresses(grid, elastic)).sum(axis=1)).sum())
 
 
-def zone_picture(grid: Grid, base: FloatArray) -> ZonePicture:
+def zone_results(grid: Grid, base: FloatArray) -> ZonePicture:
     """Return what is reported of the zones: stresses along x and y, displacements relative to the base (2,) (m)."""
-    strain, c, s = stretches(grid)
-    plastic = all_plastic(grid)
+    strain, c, s = biot_strains(grid)
+    plastic = plastic_strains(grid)
     s_xx, s_yy, s_xy, s_zz = stresses(grid, strain - plastic).T
     mean, half = 0.5 * (s_xx + s_yy), 0.5 * (s_xx - s_yy)
     double_c, double_s = c * c - s * s, 2.0 * c * s
@@ -278,7 +278,7 @@ def zone_picture(grid: Grid, base: FloatArray) -> ZonePicture:
     return ZonePicture(grid.displacement - base, stress, state)
 
 
-class Wholes:
+class MeanMotion:
     """Motion of deformable blocks as a whole: mean by mass, and the turn that fits best.
 
     Parameters

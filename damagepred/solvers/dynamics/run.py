@@ -11,18 +11,31 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.enumerations import ContactState
 from damagepred.errors import DivergenceError, InputError
-from damagepred.kernels.dynamics.contact import HOME, TALLIES
+from damagepred.kernels.dynamics.contact import BONDED, JOINT_TERMS
 from damagepred.kernels.dynamics.cycle import first_forces, run_steps
-from damagepred.kernels.dynamics.motion import WORKS
+from damagepred.kernels.dynamics.motion import BODY_TERMS
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
-from damagepred.solvers.dynamics.body_arrays import scenery
-from damagepred.solvers.dynamics.body_motion import Motion, motion_of, put_bodies
-from damagepred.solvers.dynamics.contact_search import Near, find_near, nothing_near, places
-from damagepred.solvers.dynamics.energy_balance import Audit, Counts
-from damagepred.solvers.dynamics.gridpoints import Grid, Wholes, by_point, grid_of, put_sides, set_off, zone_picture
+from damagepred.solvers.dynamics.body_arrays import body_arrays
+from damagepred.solvers.dynamics.body_motion import Motion, motion_of, update_poses
+from damagepred.solvers.dynamics.contact_search import (
+    NeighbourList,
+    empty_neighbour_list,
+    neighbour_list,
+    world_coordinates,
+)
+from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
+from damagepred.solvers.dynamics.gridpoints import (
+    Grid,
+    MeanMotion,
+    at_gridpoints,
+    gridpoint_arrays,
+    set_initial_velocity,
+    update_facet_poses,
+    zone_results,
+)
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.initial_state import InitialState
@@ -93,11 +106,11 @@ class DynamicRun:
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
         self.motion = motion_of(model, self.origin)
         self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
-        self.grid = grid_of(model, self.origin, dynamics.stiffness_damping > 0.0)
-        self.scene = scenery(model, self.origin, dynamics.new_contacts)
-        points = self.scene.points
-        self.home = points[: 2 * model.n_contacts].copy()
-        self.frequency = highest_frequency(model, self.scene, self.motion.inverse_mass, self.grid)
+        self.grid = gridpoint_arrays(model, self.origin, dynamics.stiffness_damping > 0.0)
+        self.bodies = body_arrays(model, self.origin, dynamics.new_contacts)
+        points = self.bodies.points
+        self.initial_points = points[: 2 * model.n_contacts].copy()
+        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, self.grid)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
@@ -109,24 +122,26 @@ class DynamicRun:
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
         # two laws are enough, the plain one and the whole: each takes a while to compile
         self.special = self.softening = True if needs_all_of_the_law(model) or needs_softening(model) else None
-        self.imposed, self.pushed = _imposed(model), bool(live_load(model).any())
+        self.imposed, self.has_live_load = _imposed(model), bool(live_load(model).any())
         self.base = base_displacement(dynamics.base)
-        self.margin = MARGIN * float(np.sqrt(model.blocks.area.min()))
-        self.far = SEEN * self.margin if dynamics.new_contacts else 0.0
-        self.near: Near = nothing_near(self.scene)
-        self.seen = np.zeros_like(self.motion.displacement)
+        self.skin = MARGIN * float(np.sqrt(model.blocks.area.min()))
+        self.search_distance = SEEN * self.skin if dynamics.new_contacts else 0.0
+        self.neighbours: NeighbourList = empty_neighbour_list(self.bodies)
+        self.searched_at = np.zeros_like(self.motion.displacement)
         self.steps = self.searches = self.output = 0
-        self.counts = Counts(np.zeros(TALLIES), np.zeros(WORKS))
+        self.terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
         self._begin(initial)
-        self.audit = Audit(model, self.scene, self.motion, self.grid, self.damping, self.time_step, self.counts)
-        self.wholes = None if self.grid is None else Wholes(model, self.grid)
+        self.energy = EnergyBalance(
+            model, self.bodies, self.motion, self.grid, self.damping, self.time_step, self.terms
+        )
+        self.mean_motion = None if self.grid is None else MeanMotion(model, self.grid)
 
     @property
     def _moving(self) -> tuple[Motion | Grid, ...]:
         return (self.motion,) if self.grid is None else (self.motion, self.grid)
 
     def _begin(self, initial: InitialState | None) -> None:
-        motion, points = self.motion, self.scene.points
+        motion, points = self.motion, self.bodies.points
         self.begins_in_equilibrium = initial is not None
         if initial is not None:
             motion.displacement[:] = initial.displacement[: motion.displacement.size].reshape(-1, 3)
@@ -135,39 +150,39 @@ class DynamicRun:
                 remembered = getattr(initial.history, name)[:, None, :]
                 points[name][: 2 * m * q] = np.repeat(remembered, 2, axis=1).ravel()
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
-        put_bodies(motion)
+        update_poses(motion)
         grid = self.grid
         if grid is not None:
             if initial is not None:
                 motion.displacement[self.deformable] = 0.0
-                grid.displacement[:] = by_point(self.model, initial.displacement)
+                grid.displacement[:] = at_gridpoints(self.model, initial.displacement)
                 if initial.plastic is not None:
                     grid.plastic[:] = initial.plastic[grid.zones["memory"] >= 0]
             grid.held_start[:] = grid.displacement.ravel()[grid.held]
-            put_sides(grid, motion)
-        self._look_around()
+            update_facet_poses(grid, motion)
+        self._update_neighbour_list()
         # what contacts did in the last cycle: nothing has moved since
-        opening, shear = self._home_gaps()
+        opening, shear = self._bonded_kinematics()
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
-        still = Counts(np.zeros(TALLIES), np.zeros(WORKS))
-        first_forces(self.scene, self.near, motion, grid, self.special, self.softening, search, still)
+        still = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
+        first_forces(self.bodies, self.neighbours, motion, grid, self.special, self.softening, search, still)
         if self.model.initial_velocity is not None:
             motion.velocity[:-1] = self.model.initial_velocity
         acting = motion.force[: len(motion.load)] + motion.load
         motion.velocity[:] -= 0.5 * self.time_step * acting * motion.inverse_mass
         if grid is not None:
             motion.velocity[self.deformable] = 0.0
-            set_off(grid, self.model)
+            set_initial_velocity(grid, self.model)
             grid.velocity[:] -= 0.5 * self.time_step * (grid.force + grid.load) * grid.inverse_mass
-            grid.tallies[:] = 0.0
+            grid.terms[:] = 0.0
 
-    def _look_around(self) -> None:
-        if self.far > 0.0:
-            self.near = find_near(self.scene, self.motion.pose, self.margin)
-            self.seen[:] = self.motion.displacement
+    def _update_neighbour_list(self) -> None:
+        if self.search_distance > 0.0:
+            self.neighbours = neighbour_list(self.bodies, self.motion.pose, self.skin)
+            self.searched_at[:] = self.motion.displacement
             if self.grid is not None:
-                self.grid.seen[:] = self.grid.displacement
+                self.grid.searched_at[:] = self.grid.displacement
             self.searches += 1
 
     @property
@@ -178,7 +193,7 @@ class DynamicRun:
     def load_factor(self, time: FloatArray) -> FloatArray:
         """Return the share of the movement that is reached at times (s)."""
         whole = self.dynamics.movement_time
-        return np.zeros_like(time) if whole is None else gently(np.clip(time / whole, 0.0, 1.0))
+        return np.zeros_like(time) if whole is None else quintic_step(np.clip(time / whole, 0.0, 1.0))
 
     def __iter__(self) -> Iterator[Increment]:
         """Yield the state at the start and after each interval.
@@ -205,42 +220,42 @@ class DynamicRun:
         time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
         drive = np.column_stack((self.base(time), self.load_factor(time)))
         zones = 0 if self.grid is None else len(self.grid.zones)
-        stretch = max(1, STRETCH // (len(self.scene.points) + zones))
+        stretch = max(1, STRETCH // (len(self.bodies.points) + zones))
         done = 0
         imposed, line_ends = self.imposed, 0
         while done < count:
             check_time()
             if done == line_ends:
-                imposed, line_ends = self._next_line(drive[:, 2], done)
+                imposed, line_ends = self._next_ground_rate(drive[:, 2], done)
             reached = run_steps(
-                self.scene,
-                self.near,
+                self.bodies,
+                self.neighbours,
                 self.motion,
                 self.grid,
                 self.special,
                 self.softening,
                 imposed,
-                self.pushed,
+                self.has_live_load,
                 drive,
                 done,
                 min(line_ends, done + stretch),
                 self.damping,
                 self.time_step,
-                self.seen,
-                self.far,
-                self.counts,
+                self.searched_at,
+                self.search_distance,
+                self.terms,
             )
             self.steps += reached - done
             done = reached
             if not all(np.isfinite(part.displacement).all() for part in self._moving):
                 self._diverged(time[done])
-            if self.far > 0.0 and self._moved() > self.far:
-                self._look_around()
+            if self.search_distance > 0.0 and self._moved() > self.search_distance:
+                self._update_neighbour_list()
         self.output += 1
-        if self.audit.out_of_bounds(ABSURD, MADE):
+        if self.energy.diverged(ABSURD, MADE):
             self._diverged(self.time)
 
-    def _next_line(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:
+    def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:
         """Return the movement of the ground from a step on, and the step up to which it is a straight line.
 
         Parameters
@@ -266,15 +281,15 @@ class DynamicRun:
         return Imposed(self.imposed.point, *lines), end
 
     def _moved(self) -> float:
-        """Return how far a point may have moved since it was last looked for what is near (m); as ``farthest``."""
-        moved = self.motion.displacement - self.seen
+        """Return the largest movement of a point since the last neighbour search (m); as ``largest_movement``."""
+        moved = self.motion.displacement - self.searched_at
         base = np.array([*moved[-1, :2], 0.0])
         moved = np.abs(moved[:-1] - base)
-        farthest = float((moved[:, 0] + moved[:, 1] + self.scene.reach * moved[:, 2]).max())
+        largest_movement = float((moved[:, 0] + moved[:, 1] + self.bodies.reach * moved[:, 2]).max())
         if self.grid is not None:
-            points = np.abs(self.grid.displacement - self.grid.seen - base[:2])[self.grid.boundary].sum(axis=1)
-            farthest = max(farthest, float(points.max()))
-        return farthest
+            points = np.abs(self.grid.displacement - self.grid.searched_at - base[:2])[self.grid.boundary].sum(axis=1)
+            largest_movement = max(largest_movement, float(points.max()))
+        return largest_movement
 
     def _diverged(self, time: float) -> None:
         speed = np.hypot(*self.motion.velocity[:-1, :2].T)
@@ -306,18 +321,18 @@ class DynamicRun:
             "highest_frequency": self.frequency.intact,
             "highest_frequency_bound": self.frequency.touched,
             "begins_in_equilibrium": self.begins_in_equilibrium,
-            "contact_points": len(self.scene.points),
+            "contact_points": len(self.bodies.points),
             "impacts": impacts(self.dynamics),
         }
 
     # -- reports ----------------------------------------------------------------------------------------------------
 
-    def _home_gaps(self) -> tuple[FloatArray, FloatArray]:
+    def _bonded_kinematics(self) -> tuple[FloatArray, FloatArray]:
         """Return opening and shear (m) of all contacts against their first edges, arrays (m, 2, q)."""
         m, q = self.model.interfaces.contact_area.shape
-        home, pose = self.home, self.motion.pose
-        at = places(pose, home["body"], home["x"], home["y"])
-        edge = self.scene.edges[home["target"]]
+        home, pose = self.initial_points, self.motion.pose
+        at = world_coordinates(pose, home["body"], home["x"], home["y"])
+        edge = self.bodies.edges[home["target"]]
         b = edge["body"]
         x, y = at[:, 0] - pose[b, 0], at[:, 1] - pose[b, 1]
         local_x = pose[b, 2] * x + pose[b, 3] * y - edge["x"]
@@ -330,23 +345,23 @@ class DynamicRun:
         """Take a picture of the present state."""
         model, motion = self.model, self.motion
         m, q = model.interfaces.contact_area.shape
-        points = self.scene.points[: 2 * m * q].reshape(m, 2, q)
-        at_home = points["status"] == HOME
-        opening, shear = self._home_gaps()
+        points = self.bodies.points[: 2 * m * q].reshape(m, 2, q)
+        bonded = points["status"] == BONDED
+        opening, shear = self._bonded_kinematics()
         load_factor = float(self.load_factor(np.array([self.time]))[0])
         ground = model.ground.at(load_factor)
         first = m - len(ground.normal)
         opening[first:] -= ground.normal[:, None, :]
         shear[first:] -= ground.shear[:, None, :]
-        slip = np.where(at_home, points["slip"], shear).mean(axis=1)
-        cracked = ((points["cracked"] != 0) | ~at_home).any(axis=1)
+        slip = np.where(bonded, points["slip"], shear).mean(axis=1)
+        cracked = ((points["cracked"] != 0) | ~bonded).any(axis=1)
         slipped = np.where(slip != 0.0, ContactState.SLIPPING, ContactState.INTACT)
         moved = motion.displacement.copy()
-        if self.grid is not None and self.wholes is not None:
-            moved[self.wholes.block] = self.wholes.motion(self.time)
+        if self.grid is not None and self.mean_motion is not None:
+            moved[self.mean_motion.block] = self.mean_motion.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
         loose = detached_blocks(model, moved.ravel(), load_factor)
-        energy, acting = self.audit.balance(), self._acting()
+        energy, acting = self.energy.balance(), self._acting()
         return Increment(
             number=self.output,
             load_factor=load_factor,
@@ -354,8 +369,8 @@ class DynamicRun:
             base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
             opening=opening.mean(axis=1),
             slip=slip,
-            normal_stress=np.where(at_home, points["sigma"], 0.0).mean(axis=1),
-            shear_stress=np.where(at_home, points["tau"], 0.0).mean(axis=1),
+            normal_stress=np.where(bonded, points["sigma"], 0.0).mean(axis=1),
+            shear_stress=np.where(bonded, points["tau"], 0.0).mean(axis=1),
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
             unbalanced_force_ratio=self._unbalanced(),
             base_reaction=base_reaction(model, acting),
@@ -364,7 +379,7 @@ class DynamicRun:
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.searches,
-            zones=None if self.grid is None else zone_picture(self.grid, motion.displacement[-1, :2]),
+            zones=None if self.grid is None else zone_results(self.grid, motion.displacement[-1, :2]),
             deflection=self._deflection(),
             **energy._asdict(),
         )
@@ -406,7 +421,7 @@ def impacts(dynamics: Dynamics) -> str:
     return f"elastic: no energy is lost where blocks strike (dynamics.contact_damping = 0){more}"
 
 
-def gently(share: FloatArray) -> FloatArray:
+def quintic_step(share: FloatArray) -> FloatArray:
     """Rise from 0 to 1 with neither speed nor acceleration at either end."""
     return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
 

@@ -10,9 +10,9 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, eigsh
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
-from damagepred.kernels.dynamics.contact import HOME
+from damagepred.kernels.dynamics.contact import BONDED
 from damagepred.scene import Dynamics
-from damagepred.solvers.dynamics.body_arrays import Scenery
+from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.system.deformable_blocks import zone_stiffness
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
@@ -39,7 +39,7 @@ class HighestFrequency(NamedTuple):
 
 
 def highest_frequency(
-    model: Model, scene: Scenery, inverse_mass: FloatArray, grid: Grid | None = None
+    model: Model, scene: BodyArrays, inverse_mass: FloatArray, grid: Grid | None = None
 ) -> HighestFrequency:
     """Return the highest frequency of a model, and a bound for it once blocks meet others.
 
@@ -93,7 +93,7 @@ def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray) -> float:
     return float(np.sqrt(largest))
 
 
-def _on_gridpoints(model: Model, scene: Scenery, grid: Grid) -> sparse.sparray:
+def _on_gridpoints(model: Model, scene: BodyArrays, grid: Grid) -> sparse.sparray:
     """Return the stiffness (size, size) of the points of deformable blocks while what they face is held (N/m).
 
     A point moves with the gridpoints at both ends of its facet by shares that add up to 1, so what it holds is at most
@@ -123,7 +123,7 @@ def _on_gridpoints(model: Model, scene: Scenery, grid: Grid) -> sparse.sparray:
     return sparse.coo_array((values, (rows, columns)), shape=(model.size, model.size)).tocsr()
 
 
-def _touched(model: Model, scene: Scenery, inverse_mass: FloatArray) -> float:
+def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray) -> float:
     n, points, edges = model.n_blocks, scene.points, scene.edges
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
     own = np.zeros((n + 1, 3, 3))
@@ -136,7 +136,7 @@ def _touched(model: Model, scene: Scenery, inverse_mass: FloatArray) -> float:
     np.add.at(own, points["body"][whole], rows[whole])
     np.add.at(all_sides, points["body"][whole], rows[whole])
     # those of others that lie on a block at first; the ground has no centroid, and does not move
-    joined = (points["status"] == HOME) & (edges["body"][points["target"]] <= n)
+    joined = (points["status"] == BONDED) & (edges["body"][points["target"]] <= n)
     other = edges[points["target"][joined]]
     on, body = other["body"], points["body"][joined]
     moves = (on < n) & (body < n)
