@@ -34,17 +34,17 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     """
     half = None
     if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model, settings)):
-        from damagepred.solvers.symmetry import symmetric_half
+        from damagepred.solvers.symmetry import reduce_by_symmetry
 
-        half = symmetric_half(model)
+        half = reduce_by_symmetry(model)
     if half is None:
         yield from _path(model, settings, increments)
         return
     try:
         for increment in _path(half.model, settings, increments):
-            yield half.unfold(increment)
+            yield half.expand(increment)
     except SolverError as error:
-        raise half.explain(error) from None
+        raise half.renumber(error) from None
 
 
 def _cheaper_as_a_whole(model: Model, settings: Solver) -> bool:

@@ -67,7 +67,7 @@ class Mirror(NamedTuple):
         return np.where(self.turned[first:, None], image[:, ::-1], image)
 
 
-class Fold(NamedTuple):
+class HalfGeometry(NamedTuple):
     """How a geometry of n blocks and m interfaces is halved.
 
     Attributes
@@ -140,7 +140,7 @@ class HalfModel(Model):
 
 
 @dataclass(frozen=True)
-class Half:
+class SymmetryReduction:
     """One half of a wall, and the way back to the whole.
 
     Attributes
@@ -152,15 +152,15 @@ class Half:
         axis cuts: the force on the whole of such a block is twice that on the half.
     whole : Model
         The wall.
-    fold : Fold
+    geometry : HalfGeometry
         How it is halved.
     """
 
     model: Model
     whole: Model
-    fold: Fold
+    geometry: HalfGeometry
 
-    def unfold(self, increment: Increment) -> Increment:
+    def expand(self, increment: Increment) -> Increment:
         """Return an increment of the whole wall.
 
         Work done (``cycles`` and the like) is that for the half; ``unbalanced_force_ratio`` is that of the whole wall.
@@ -174,21 +174,21 @@ class Half:
         for field in dataclasses.fields(increment):
             value = getattr(increment, field.name)
             if isinstance(value, np.ndarray):
-                whole[field.name] = UNFOLD[field.name](self.fold, value)
+                whole[field.name] = EXPAND[field.name](self.geometry, value)
             elif field.name in SUMS or field.name.endswith(("_energy", "_work")):
                 whole[field.name] = 2 * value
         return dataclasses.replace(increment, **whole)  # type: ignore[arg-type]
 
-    def explain(self, error: SolverError) -> SolverError:
+    def renumber(self, error: SolverError) -> SolverError:
         """Return an error of the half's path that names the block by its number in the whole wall."""
-        if not 0 <= error.block < len(self.fold.kept):
+        if not 0 <= error.block < len(self.geometry.kept):
             return error
-        block = int(self.fold.kept[error.block])
+        block = int(self.geometry.kept[error.block])
         here, there = self.model.describe_block(error.block), self.whole.describe_block(block)
         return type(error)(str(error).replace(here, there), increment=error.increment, block=block)
 
 
-def symmetric_half(model: Model) -> Half | None:
+def reduce_by_symmetry(model: Model) -> SymmetryReduction | None:
     """Return the half of a wall that is its own mirror image; None if it is not.
 
     Walls with deformable blocks are not halved. Strengths must be the same to the last digit, all else up to rounding.
@@ -201,33 +201,35 @@ def symmetric_half(model: Model) -> Half | None:
     """
     if model.mesh is not None:
         return None  # the axis would cut blocks through their zones
-    fold = _known_fold(_Geometry(model.blocks, model.interfaces))
-    if fold is None or not (_same_joints(model.properties, fold.mirror) and _same_actions(model, fold.mirror)):
+    geometry = _cached_geometry(_Geometry(model.blocks, model.interfaces))
+    if geometry is None or not (
+        _same_joints(model.properties, geometry.mirror) and _same_actions(model, geometry.mirror)
+    ):
         return None
     half = HalfModel(
-        blocks=fold.blocks,
-        interfaces=fold.interfaces,
-        properties=_joints_of_half(model.properties, fold),
-        ground=model.ground.map(lambda ground: _ground_of_half(ground, fold)),
-        supports=_supports_of_half(model, fold),
+        blocks=geometry.blocks,
+        interfaces=geometry.interfaces,
+        properties=_joints_of_half(model.properties, geometry),
+        ground=model.ground.map(lambda ground: _ground_of_half(ground, geometry)),
+        supports=_supports_of_half(model, geometry),
         jambs=NO_JAMBS,
         joints=model.joints,
-        density=model.density[fold.kept],
+        density=model.density[geometry.kept],
         thickness=model.thickness,
         span=model.span,
         central_deflection=model.central_deflection,
         apex_limited=model.apex_limited,
         snap_back_limited=model.snap_back_limited,
-        block_law=BlockLaw(*(values[fold.kept] for values in model.block_law)),
+        block_law=BlockLaw(*(values[geometry.kept] for values in model.block_law)),
         plane=model.plane,
-        footing=_footing_of_half(model, fold),
-        deflection=None if model.deflection is None else _folded(fold, model.deflection),
-        jacks=_jacks_of_half(model, fold),
-        sections=_sections_of_half(model, fold),
+        footing=_footing_of_half(model, geometry),
+        deflection=None if model.deflection is None else _half_weights(geometry, model.deflection),
+        jacks=_jacks_of_half(model, geometry),
+        sections=_sections_of_half(model, geometry),
         whole=model,
-        share=np.where(fold.cut, 0.5, 1.0),
+        share=np.where(geometry.cut, 0.5, 1.0),
     )
-    return Half(half, model, fold)
+    return SymmetryReduction(half, model, geometry)
 
 
 # -- is it symmetric? -------------------------------------------------------------------------------------------------
@@ -357,11 +359,11 @@ class _Geometry:
 
 
 @lru_cache(maxsize=8)
-def _known_fold(geometry: _Geometry) -> Fold | None:
-    return fold(geometry.blocks, geometry.interfaces)
+def _cached_geometry(geometry: _Geometry) -> HalfGeometry | None:
+    return halve_geometry(geometry.blocks, geometry.interfaces)
 
 
-def fold(blocks: Blocks, interfaces: Interfaces) -> Fold | None:
+def halve_geometry(blocks: Blocks, interfaces: Interfaces) -> HalfGeometry | None:
     """Return how a geometry is halved; None if it is not its own mirror image, or has no second half to skip.
 
     Parameters
@@ -396,7 +398,7 @@ def fold(blocks: Blocks, interfaces: Interfaces) -> Fold | None:
     contacts = np.arange(interfaces.contact_area.shape[1])
     order = np.where((other & mirror.turned)[:, None], contacts[::-1], contacts)
     left_block = number[:n] < 0
-    return Fold(
+    return HalfGeometry(
         mirror,
         kept,
         own_block[kept],
@@ -452,9 +454,9 @@ def _faces_of_half(
 # -- what acts on the half --------------------------------------------------------------------------------------------
 
 
-def _joints_of_half(law: JointProperties, fold: Fold) -> JointProperties:
+def _joints_of_half(law: JointProperties, geometry: HalfGeometry) -> JointProperties:
     """Return the law of the half's interfaces; those on the axis open half as far, and are not sheared."""
-    axis, part = fold.on_axis, JointProperties(*(values[fold.faces] for values in law))  # type: ignore[arg-type]
+    axis, part = geometry.on_axis, JointProperties(*(values[geometry.faces] for values in law))  # type: ignore[arg-type]
     stiffness = np.where(axis, 2.0, 1.0) * part.normal_stiffness
     # a joint that a crack leaves as it was has no bond: keep that difference
     bond = (part.cohesion != part.residual_cohesion) | (part.friction != part.residual_friction)
@@ -477,24 +479,24 @@ def _joints_of_half(law: JointProperties, fold: Fold) -> JointProperties:
     )
 
 
-def _ground_of_half(ground: Ground, fold: Fold) -> Ground:
+def _ground_of_half(ground: Ground, geometry: HalfGeometry) -> Ground:
     """Return the movement under the half: that of the ground, and none of the axis."""
-    still = int(fold.on_axis.sum())
-    first = len(fold.mirror.interface) - len(ground.normal)
-    rows = fold.faces[fold.faces >= first] - first
+    still = int(geometry.on_axis.sum())
+    first = len(geometry.mirror.interface) - len(ground.normal)
+    rows = geometry.faces[geometry.faces >= first] - first
     normal, shear = (np.concatenate((np.zeros((still, values.shape[1])), values[rows])) for values in ground)
     return Ground(normal, shear)
 
 
-def _supports_of_half(model: Model, fold: Fold) -> Supports:
+def _supports_of_half(model: Model, geometry: HalfGeometry) -> Supports:
     """Return what holds, moves and loads the half."""
     held, moved = _prescribed(model)
-    held, moved = held[fold.kept], moved[fold.kept]
-    later = _per_block(model, model.supports.after_load)[fold.kept]
-    loads = [values.reshape(-1, 3)[fold.kept] for values in (model.supports.load, model.supports.live_load)]
+    held, moved = held[geometry.kept], moved[geometry.kept]
+    later = _per_block(model, model.supports.after_load)[geometry.kept]
+    loads = [values.reshape(-1, 3)[geometry.kept] for values in (model.supports.load, model.supports.live_load)]
     for load in loads:
-        load[fold.cut] *= 0.5
-    to_and_fro = fold.cut[:, None] & (MIRRORED < 0)
+        load[geometry.cut] *= 0.5
+    to_and_fro = geometry.cut[:, None] & (MIRRORED < 0)
     held[to_and_fro], moved[to_and_fro], later[to_and_fro] = True, 0.0, False
     dofs = np.flatnonzero(held)
     return Supports(
@@ -502,67 +504,67 @@ def _supports_of_half(model: Model, fold: Fold) -> Supports:
     )
 
 
-def _folded(fold: Fold, weights: FloatArray) -> FloatArray:
+def _half_weights(geometry: HalfGeometry, weights: FloatArray) -> FloatArray:
     """Return weights of the half's degrees of freedom that make the same sum as those of the whole (3 (n + 1),)."""
     whole = weights.reshape(-1, 3)[:-1]
-    half = np.zeros((len(fold.kept) + 1, 3))
-    np.add.at(half, fold.block_source, fold.block_sign * whole)
+    half = np.zeros((len(geometry.kept) + 1, 3))
+    np.add.at(half, geometry.block_source, geometry.block_sign * whole)
     return half.ravel()
 
 
-def _footing_of_half(model: Model, fold: Fold) -> IntArray | None:
-    return None if model.footing is None else np.flatnonzero(np.isin(fold.kept, model.footing))
+def _footing_of_half(model: Model, geometry: HalfGeometry) -> IntArray | None:
+    return None if model.footing is None else np.flatnonzero(np.isin(geometry.kept, model.footing))
 
 
-def _jacks_of_half(model: Model, fold: Fold) -> Jacks | None:
+def _jacks_of_half(model: Model, geometry: HalfGeometry) -> Jacks | None:
     """Return the jacks: half their force acts on the half, and the support on the right is the only outer one."""
     jacks = model.jacks
     if jacks is None:
         return None
-    return jacks._replace(push=0.5 * _folded(fold, jacks.push), ends=jacks.ends[-1:])
+    return jacks._replace(push=0.5 * _half_weights(geometry, jacks.push), ends=jacks.ends[-1:])
 
 
-def _sections_of_half(model: Model, fold: Fold) -> Sections | None:
+def _sections_of_half(model: Model, geometry: HalfGeometry) -> Sections | None:
     """Return the sections on the right, and that on the axis, which stands for half its length."""
     sections = model.sections
     if sections is None:
         return None
-    place = np.full(len(fold.mirror.interface), -1)
-    place[fold.faces] = np.arange(len(fold.faces))
+    place = np.full(len(geometry.mirror.interface), -1)
+    place[geometry.faces] = np.arange(len(geometry.faces))
     here = place[sections.interface]
     part = Sections(*(values[here >= 0] for values in sections))  # type: ignore[arg-type]
     here = here[here >= 0]
-    return part._replace(interface=here, length=np.where(fold.on_axis[here], 0.5, 1.0) * part.length)
+    return part._replace(interface=here, length=np.where(geometry.on_axis[here], 0.5, 1.0) * part.length)
 
 
 # -- back to the whole ------------------------------------------------------------------------------------------------
 
 
-def _even(fold: Fold, values: NDArray) -> NDArray:
+def _even(geometry: HalfGeometry, values: NDArray) -> NDArray:
     """Of contacts: the same in the mirror."""
-    return values.ravel()[fold.contact_source]
+    return values.ravel()[geometry.contact_source]
 
 
-def _odd(fold: Fold, values: FloatArray) -> FloatArray:
+def _odd(geometry: HalfGeometry, values: FloatArray) -> FloatArray:
     """Of contacts: the opposite in the mirror, and nothing on the axis."""
-    return fold.shear_sign * _even(fold, values)
+    return geometry.shear_sign * _even(geometry, values)
 
 
-def _opening(fold: Fold, values: FloatArray) -> FloatArray:
+def _opening(geometry: HalfGeometry, values: FloatArray) -> FloatArray:
     """On the axis the other block moves as far away as this one."""
-    return np.where(fold.shear_sign == 0.0, 2.0, 1.0) * _even(fold, values)
+    return np.where(geometry.shear_sign == 0.0, 2.0, 1.0) * _even(geometry, values)
 
 
-def _displacement(fold: Fold, values: FloatArray) -> FloatArray:
-    return fold.block_sign * values[fold.block_source]
+def _displacement(geometry: HalfGeometry, values: FloatArray) -> FloatArray:
+    return geometry.block_sign * values[geometry.block_source]
 
 
-def _support_force(fold: Fold, values: FloatArray) -> FloatArray:
+def _support_force(geometry: HalfGeometry, values: FloatArray) -> FloatArray:
     """Return twice the force on the half of a block on the axis; what holds it to the axis is no support."""
-    return _displacement(fold, np.where(fold.cut[:, None], np.array([0.0, 2.0, 0.0]) * values, values))
+    return _displacement(geometry, np.where(geometry.cut[:, None], np.array([0.0, 2.0, 0.0]) * values, values))
 
 
-UNFOLD: Mapping[str, Callable[[Fold, NDArray], NDArray]] = {
+EXPAND: Mapping[str, Callable[[HalfGeometry, NDArray], NDArray]] = {
     "displacement": _displacement,
     "opening": _opening,
     "slip": _odd,

@@ -140,12 +140,11 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     from damagepred.pipeline import matrix_bytes
     from damagepred.scene import Scene, Solver
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-    from damagepred.solvers.symmetry import symmetric_half
 
     model, solver = wall_model(Scene.from_toml(data_folder / "bryant_dishing.toml")), Solver(symmetric_half=symmetric)
     told = matrix_bytes(model, solver)
     assert f"{told / 1e6:.2g}" == megabytes
-    half = symmetric_half(model) if symmetric else None
+    half = reduce_by_symmetry(model) if symmetric else None
     equations = Equilibrium(model if half is None else half.model, 1e-6).equations
     kept = equations.inverses.nbytes + sum(matrix.nbytes for matrix in equations._condensed)
     assert told == pytest.approx(kept, rel=0.1)  # what a support or the axis holds takes nothing

@@ -18,7 +18,7 @@ def response(sections, memory, strain, curvature):
 
 @kernel
 def settle(sections, memory, strain, curvature):
-    law.section_settle(sections, 0, memory, strain, curvature)
+    law.commit_section(sections, 0, memory, strain, curvature)
 
 
 @kernel

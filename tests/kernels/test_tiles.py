@@ -18,9 +18,9 @@ from damagepred.solvers.time_stepping import scheme as explicit
 from damagepred.solvers.time_stepping.tiles import (
     LANES,
     history_of,
-    needs_all_of_the_law,
+    needs_full_law,
     needs_softening,
-    pack,
+    pack_joints,
     put,
     take,
 )
@@ -84,14 +84,14 @@ def forces_by_contacts(model, history, displacement, progress):
 def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
     rng = np.random.default_rng(contacts)
     model = brick_wall(*JOINTS[name], contacts=contacts)
-    special = True if needs_all_of_the_law(model) else None
+    special = True if needs_full_law(model) else None
     softening = True if needs_softening(model) else None
     assert (special, softening) == ("special" in name or None, name not in ("plain", "special", "special cap") or None)
     for progress in (0.0, 0.7):
         history, displacement = random_state(model, rng)
         if not special:
             history.dilatant_opening[:] = 0.0
-        joints = pack(model)
+        joints = pack_joints(model)
         for field in JointHistory._fields:
             put(joints.tiles[field], joints.lane, getattr(history, field))
         size = displacement.size
@@ -144,7 +144,7 @@ def test_leaving_out_what_no_joint_needs_changes_no_bit(joint):
 
 def test_packing_keeps_every_value_in_its_place():
     model = brick_wall(PLAIN)
-    joints, face = pack(model), model.interfaces
+    joints, face = pack_joints(model), model.interfaces
     np.testing.assert_array_equal(take(joints.tiles["contact_offset"], joints.lane), face.contact_offset)
     np.testing.assert_array_equal(take(joints.tiles["dof_b"], joints.lane), 3 * face.block_b)
     ground = face.block_a == model.n_blocks
@@ -177,7 +177,7 @@ def test_the_compiler_works_on_many_contacts_at_a_time(special, softening, monke
         for t in range(tiles.size):
             contact_forces(tiles[t], None, special, softening, 0.0)
 
-    forces(pack(brick_wall(PLAIN)).tiles)
+    forces(pack_joints(brick_wall(PLAIN)).tiles)
     (assembly,) = forces.inspect_asm().values()
     packed, single = (len(re.findall(rf"\tv?mul{kind}\b", assembly)) for kind in ("pd", "sd"))
     assert packed > 20

@@ -20,7 +20,7 @@ from damagepred.solvers.quasi_static.linear_system import (
     correction_cost,
     factorisation_cost,
 )
-from damagepred.solvers.symmetry import symmetric_half
+from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 
 QUASI_STATIC = Solver(method="quasi_static")
@@ -166,7 +166,7 @@ def on_supports() -> Model:
 
 
 def half() -> Model:
-    found = symmetric_half(wall_model(Scene(wall=Wall(length=2.4, height=0.6), solver=QUASI_STATIC)))
+    found = reduce_by_symmetry(wall_model(Scene(wall=Wall(length=2.4, height=0.6), solver=QUASI_STATIC)))
     assert found is not None
     return found.model
 

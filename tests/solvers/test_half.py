@@ -17,7 +17,7 @@ from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver
 from damagepred.solvers import Increment, explicit, quasi_static, solve_path
 from damagepred.solvers import symmetry as half
 from damagepred.solvers.explicit import explicit_path
-from damagepred.solvers.symmetry import Half, symmetric_half
+from damagepred.solvers.symmetry import SymmetryReduction, reduce_by_symmetry
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
 
@@ -44,8 +44,8 @@ def model_of(length: float = EVEN, **other: object) -> Model:
     return wall_model(scene(length, **other))  # type: ignore[arg-type]
 
 
-def halved(model: Model) -> Half:
-    found = symmetric_half(model)
+def halved(model: Model) -> SymmetryReduction:
+    found = reduce_by_symmetry(model)
     assert found is not None
     return found
 
@@ -284,7 +284,7 @@ def test_an_arch_on_moving_springers(stones: int) -> None:
         wall.load(stones // 2, y=-500.0)
     model = wall.build()
     assert halved(model).model.n_blocks == (stones + 1) // 2
-    assert 0 < halved(model).fold.mirror.turned.sum() < len(model.interfaces.x)
+    assert 0 < halved(model).geometry.mirror.turned.sum() < len(model.interfaces.x)
     pairs = compare(model, QUASI_STATIC, 4, displacement=1e-5, stress=1e-4)
     assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 1
     assert np.abs(pairs[-1][0].displacement[:, 0]).max() > 1e-3
@@ -344,17 +344,17 @@ def test_a_joint_on_the_axis_softens_over_half_the_opening() -> None:
     joint = replace(WEAK, fracture_energy=20.0)
     model = model_of(bond="stack", joint=joint)
     part = halved(model)
-    axis, law = part.fold.on_axis, part.model.properties
+    axis, law = part.geometry.on_axis, part.model.properties
     assert axis.sum() == 12
     assert law.critical_opening[~axis] == pytest.approx(2 * 20.0 / 0.1e6)
     assert law.critical_opening[axis] == pytest.approx(20.0 / 0.1e6)
-    whole = model.properties.normal_stiffness[part.fold.faces]
+    whole = model.properties.normal_stiffness[part.geometry.faces]
     assert law.normal_stiffness == pytest.approx(np.where(axis, 2.0, 1.0) * whole)
 
 
 def test_every_array_of_an_increment_is_unfolded() -> None:
     arrays = {f.name for f in dataclasses.fields(Increment) if "Array" in str(f.type)}
-    assert set(half.UNFOLD) == arrays
+    assert set(half.EXPAND) == arrays
     assert {f.name for f in dataclasses.fields(Increment)} >= half.SUMS
 
 
@@ -363,7 +363,7 @@ def test_energies_of_the_half_are_doubled() -> None:
     whole = list(quasi_static.quasi_static_path(model, QUASI_STATIC, 4))[-1]
     part = halved(model)
     of_half = list(quasi_static.quasi_static_path(part.model, QUASI_STATIC, 4))[-1]
-    unfolded = part.unfold(of_half)
+    unfolded = part.expand(of_half)
     for name in ("external_work", "elastic_energy", "friction_work", "released_energy", "base_reaction"):
         assert getattr(unfolded, name) == 2 * getattr(of_half, name)
         assert getattr(unfolded, name) == pytest.approx(getattr(whole, name), rel=1e-4, abs=1e-3)
@@ -379,7 +379,7 @@ def test_yardsticks_of_the_half_are_those_of_the_whole(length: float, bond: str)
     draw = np.random.default_rng(5).normal(size=(whole.n_blocks, 3)) * (1e-5, 1e-5, 1e-4)
     bent = mirrored_displacement(whole, draw)
     ratios = []
-    for model, moved in ((whole, bent), (part.model, bent[part.fold.kept])):
+    for model, moved in ((whole, bent), (part.model, bent[part.geometry.kept])):
         state = quasi_static.continuation.State.rest(model)
         state.load, state.displacement[: 3 * model.n_blocks] = 1.0, moved.ravel()
         ratios.append(quasi_static.continuation.Equilibrium(model, 1e-6).residual(state, state.displacement)[1])
@@ -397,10 +397,10 @@ def mirrored_displacement(model: Model, draw: np.ndarray) -> np.ndarray:
 
 
 def test_geometry_is_folded_once_for_walls_that_share_it() -> None:
-    half._known_fold.cache_clear()
+    half._cached_geometry.cache_clear()
     for strength in (0.1e6, 0.12e6, 0.14e6):
         halved(model_of(joint=replace(WEAK, tensile_strength=strength)))
-    assert half._known_fold.cache_info().misses == 1
+    assert half._cached_geometry.cache_info().misses == 1
 
 
 # -- what is not halved -----------------------------------------------------------------------------------------------
@@ -512,12 +512,12 @@ def leaning() -> Model:
 
 @pytest.mark.parametrize("name", NOT_SYMMETRIC)
 def test_what_is_not_its_own_mirror_image_is_solved_in_full(name: str) -> None:
-    assert symmetric_half(NOT_SYMMETRIC[name]()) is None
+    assert reduce_by_symmetry(NOT_SYMMETRIC[name]()) is None
 
 
 def test_supports_that_are_mirror_images_are_no_obstacle() -> None:
     wall = wall_by_hand()
-    assert symmetric_half(wall.build()) is not None
+    assert reduce_by_symmetry(wall.build()) is not None
     for block in (5, 8):
         wall.support(block, y=False, rotation=False)
     part = halved(wall.build())
@@ -561,7 +561,7 @@ def test_a_small_wall_under_dead_load_alone_is_solved_whole(monkeypatch: pytest.
     def looked_at(model: object) -> None:
         raise AssertionError("looked at")
 
-    monkeypatch.setattr("damagepred.solvers.symmetry.symmetric_half", looked_at)
+    monkeypatch.setattr("damagepred.solvers.symmetry.reduce_by_symmetry", looked_at)
     wall = Assembly()
     wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))])
     assert not next(iter(solve_path(wall.build(Solver()), Solver(), 1))).collapsed

@@ -14,7 +14,7 @@ from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.symmetry import symmetric_half
+from damagepred.solvers.symmetry import reduce_by_symmetry
 
 SOLVERS = {
     method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]
@@ -133,7 +133,7 @@ def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
     wall.push(top[-1], x=-300.0)
     wall.hold_after_load(top[1], x=False, y=True, rotation=False)
     model = wall.build(quasi_static)
-    assert symmetric_half(model) is not None
+    assert reduce_by_symmetry(model) is not None
     for half, whole in zip(
         solve_path(model, quasi_static, 2),
         solve_path(model, replace(quasi_static, symmetric_half=False), 2),
@@ -145,7 +145,7 @@ def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
         assert half.external_work == pytest.approx(whole.external_work, rel=1e-6)
     assert abs(whole.support_force[top[1], 1]) > 1.0
     wall.push(top[0], x=1.0)
-    assert symmetric_half(wall.build(quasi_static)) is None
+    assert reduce_by_symmetry(wall.build(quasi_static)) is None
 
 
 # -- held once the dead load is on ------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Forces of footing sections that follow a law of their own, in place of that of their contacts."""
 
-from damagepred.kernels.concrete_section.law import section_response, section_settle
+from damagepred.kernels.concrete_section.law import commit_section, section_response
 from damagepred.kernels.interface.kinematics import interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel, law
 
@@ -39,11 +39,11 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
 
 
 @kernel
-def settle_sections(sections, memory, interfaces, displacement):
+def commit_sections(sections, memory, interfaces, displacement):
     """Let sections remember an equilibrium."""
     for s in range(sections.interface.size):
         opening, _, turn = interface_displacement(interfaces, displacement, sections.interface[s])
-        section_settle(sections, s, memory, opening / sections.length[s], turn / sections.length[s])
+        commit_section(sections, s, memory, opening / sections.length[s], turn / sections.length[s])
 
 
 @kernel

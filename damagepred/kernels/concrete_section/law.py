@@ -115,7 +115,7 @@ def section_response(sections, s, memory, strain, curvature):
 
 
 @rule
-def section_settle(sections, s, memory, strain, curvature):
+def commit_section(sections, s, memory, strain, curvature):
     """Bring the memory of section s up to date with an equilibrium; parameters as of ``section_response``."""
     if sections.law[s] == BRANSON:
         moment, _ = _branson(sections, s, memory, curvature)
@@ -582,4 +582,4 @@ def moments_along(sections, memory, curvature, axial_force, strains, moments):
                 strain = 0.5 * (low + high)
         _, moments[i], _, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
         strains[i] = strain
-        section_settle(sections, 0, memory, strain, curvature[i])
+        commit_section(sections, 0, memory, strain, curvature[i])

@@ -208,21 +208,21 @@ def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed
         return False
     _, _, _, _, along, gap, t_x, t_y = edge_coordinates(points, i, edges, found, pose)
     number = p.law | 1
-    goes_on = pressed < 0.0 and t_x * old_x + t_y * old_y > GOES_ON
+    is_mechanism = pressed < 0.0 and t_x * old_x + t_y * old_y > GOES_ON
     p.law = number
     p.target = found
     p.status = TOUCHING
     p.searched = 0
-    p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if goes_on else 0.0), 0.0)
-    p.anchor = along - (sheared * laws[number, 2] if goes_on else 0.0)
+    p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if is_mechanism else 0.0), 0.0)
+    p.anchor = along - (sheared * laws[number, 2] if is_mechanism else 0.0)
     p.slip = 0.0
     p.dilatant_opening = 0.0
     p.kappa = 0.0
     p.cracked = 1.0
     p.opening = came_from if came_from > 0.0 else gap + p.offset
     p.shear = along - p.anchor
-    p.sigma = laws[number, 0] * pressed if goes_on else 0.0
-    p.tau = sheared if goes_on else 0.0
+    p.sigma = laws[number, 0] * pressed if is_mechanism else 0.0
+    p.tau = sheared if is_mechanism else 0.0
     p.damping_n = 0.0
     p.damping_s = 0.0
     return True

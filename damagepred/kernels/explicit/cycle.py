@@ -1,6 +1,6 @@
 """The cycle of the explicit solver: law of the joints, law of motion, again and again. Nothing is allocated here."""
 
-from damagepred.kernels.concrete_section.forces import section_forces, settle_sections
+from damagepred.kernels.concrete_section.forces import commit_sections, section_forces
 from damagepred.kernels.explicit.jacks import press
 from damagepred.kernels.explicit.motion import move, sum_forces
 from damagepred.kernels.interface.contact import contact_forces, gather
@@ -76,8 +76,8 @@ def run_cycles(
                 force,
                 sections.stiffness,
             )
-            if sections.settle_every > 0 and (cycle + 1) % sections.settle_every == 0:
-                settle_sections(sections.law, sections.memory, sections.interfaces, displacement)
+            if sections.commit_interval > 0 and (cycle + 1) % sections.commit_interval == 0:
+                commit_sections(sections.law, sections.memory, sections.interfaces, displacement)
         if zoned is None:
             if pump is not None:
                 press(pump, displacement, progress_now, progress_step, force)

@@ -48,9 +48,8 @@ def work_type():
     """Return the record type of what a cell works with.
 
     ``displacement_at``, ``force_at``: displacement of, and force on, the four corners and the common gridpoint, x and
-    y. ``hourglass``: hourglass displacement, x and y. ``yields``: 1 where a stress exceeds the yield limit. ``lanes``: 8. All that the law needs being in records, the
-    compiler knows that nothing overlaps and works on all lanes at once; it would not if it knew their number, for then
-    it would write them out one by one.
+    y. ``hourglass``: hourglass displacement, x and y. ``yields``: 1 where a stress exceeds the yield limit. ``lanes``:
+    8, at run time: the compiler vectorises loops over records, and would unroll them if it knew their length.
     """
     return np.dtype(
         [

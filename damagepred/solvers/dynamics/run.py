@@ -48,7 +48,7 @@ from damagepred.solvers.system.elastic_stiffness import (
     residual_scale,
     support_force,
 )
-from damagepred.solvers.time_stepping.tiles import needs_all_of_the_law, needs_softening
+from damagepred.solvers.time_stepping.tiles import needs_full_law, needs_softening
 from damagepred.time_limit import check_time
 
 MARGIN = 0.1
@@ -121,7 +121,7 @@ class DynamicRun:
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
         # two laws are enough, the plain one and the whole: each takes a while to compile
-        self.special = self.softening = True if needs_all_of_the_law(model) or needs_softening(model) else None
+        self.special = self.softening = True if needs_full_law(model) or needs_softening(model) else None
         self.imposed, self.has_live_load = _imposed(model), bool(live_load(model).any())
         self.base = base_displacement(dynamics.base)
         self.skin = MARGIN * float(np.sqrt(model.blocks.area.min()))

@@ -20,7 +20,7 @@ from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
-from damagepred.solvers.time_stepping.collapse_mechanism import goes_on, lasting_bonds
+from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
 from damagepred.solvers.time_stepping.scheme import ENERGY_MARGIN, Checkpoint, DampedTimeStepping
 
@@ -154,9 +154,9 @@ class ExplicitPath:
         """Test whether a wall that does not come to rest is a mechanism; if so, it is left where that took it."""
         if self.scheme.pump is not None:
             return False
-        released = DampedTimeStepping(lasting_bonds(self.scheme.model), self.settings, settle_every=0)
+        released = DampedTimeStepping(with_lasting_bonds(self.scheme.model), self.settings, commit_interval=0)
         released.restore(self.scheme.checkpoint())
-        if not goes_on(released):
+        if not is_mechanism(released):
             return False
         self.scheme.restore(released.checkpoint())
         return True

@@ -20,7 +20,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
-from damagepred.kernels.concrete_section.forces import settle_sections
+from damagepred.kernels.concrete_section.forces import commit_sections
 from damagepred.kernels.interface.checks import bond_loads
 from damagepred.kernels.interface.commit import break_in_shear, commit_joint_history
 from damagepred.kernels.interface.internal_force import contact_stresses
@@ -257,7 +257,7 @@ class Continuation:
         )
         self.record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
-            settle_sections(model.sections, state.sections, model.interfaces, state.displacement)
+            commit_sections(model.sections, state.sections, model.interfaces, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
         if superelements is not None:
             yielding = superelements.commit(state.displacement, state.plastic)

@@ -20,7 +20,7 @@ from damagepred.solvers.quasi_static.options import DynamicRelaxationOptions
 from damagepred.solvers.state.joint_history import fields_of
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
-from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, goes_on, lasting_bonds
+from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, is_mechanism, with_lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 
@@ -172,7 +172,7 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State |
     if model.jacks is not None:
         return None
     run = _at(model, state)
-    if not goes_on(run, FEW if nearly_at_rest else ROUNDS):
+    if not is_mechanism(run, FEW if nearly_at_rest else ROUNDS):
         return None
     plastic = state.plastic if run.zones is None else run.zones.plastic()
     return replace(state, displacement=run.motion.displacement, history=run.joint_history(), plastic=plastic)
@@ -195,9 +195,9 @@ def residual_in_motion(model: Model, state: State) -> float:
 
 def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> DampedTimeStepping:
     """Return the explicit scheme at rest in a state, with lasting bonds; jacks without a pump keep their load."""
-    lasting, jacks = lasting_bonds(model), model.jacks
+    lasting, jacks = with_lasting_bonds(model), model.jacks
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
-    run, load = DampedTimeStepping(pumped, Solver(), settle_every=0), state.load
+    run, load = DampedTimeStepping(pumped, Solver(), commit_interval=0), state.load
     if jacks is not None and run.pump is None:
         # what is given grows with the movement from that of the level state
         growth = (

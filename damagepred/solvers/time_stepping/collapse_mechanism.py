@@ -28,7 +28,7 @@ ROUNDS, FEW = 200, 40
 """Rounds in all, and where the wall is nearly at rest. What stops now and then may go on: it creeps."""
 
 
-def lasting_bonds(model: Model) -> Model:
+def with_lasting_bonds(model: Model) -> Model:
     """Return the model with bonds that do not break; they may soften, and weak ones break.
 
     Parameters
@@ -45,7 +45,7 @@ def lasting_bonds(model: Model) -> Model:
     return replace(model, properties=lasting)
 
 
-def goes_on(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
+def is_mechanism(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
     """Tell whether what moves comes loose when it is pushed on.
 
     Parameters

@@ -30,7 +30,7 @@ DEFLECTION_FOUND = 1e-7
 """Deflection (m) that may be missing at rest."""
 
 
-class Line(NamedTuple):
+class PumpLine(NamedTuple):
     """The pump and its line, as ``damagepred.kernels.explicit.jacks`` takes them.
 
     Attributes
@@ -63,7 +63,7 @@ class Line(NamedTuple):
     load_step: float
 
 
-PumpState = tuple[Line, FloatArray, tuple[float, float]]
+PumpState = tuple[PumpLine, FloatArray, tuple[float, float]]
 """A state of the pump to come back to: what ``Pump.restore`` takes."""
 
 
@@ -104,7 +104,7 @@ class Pump:
         self.level_volume = float(push @ self.level) + self.level_load / self.stiffness
         here = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
         goal = 0.0 if self.jacks.by_load else self.jacks.deflection
-        self.line = Line(
+        self.line = PumpLine(
             here,
             push[here],
             self.weights[here],

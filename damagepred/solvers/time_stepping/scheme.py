@@ -31,9 +31,9 @@ from damagepred.solvers.time_stepping.jack_servo import Pump, PumpState
 from damagepred.solvers.time_stepping.tiles import (
     history_of,
     move_ground,
-    needs_all_of_the_law,
+    needs_full_law,
     needs_softening,
-    pack,
+    pack_joints,
     pack_sections,
     set_history,
     take,
@@ -139,14 +139,14 @@ class DampedTimeStepping:
         The wall.
     settings : Solver
         Damping, time step and ramp.
-    settle_every : int
+    commit_interval : int
         Cycles after which sections of a footing that cracks commit their internal variables; 0 is never.
     """
 
-    def __init__(self, model: Model, settings: Solver, settle_every: int = SETTLE_EVERY) -> None:
+    def __init__(self, model: Model, settings: Solver, commit_interval: int = SETTLE_EVERY) -> None:
         self.model, self.settings = model, settings
-        self.joints, self.sections = pack(model), pack_sections(model, settle_every)
-        self.special = True if needs_all_of_the_law(model) else None
+        self.joints, self.sections = pack_joints(model), pack_sections(model, commit_interval)
+        self.special = True if needs_full_law(model) else None
         self.softening = True if needs_softening(model) else None
         self.zones = None if model.mesh is None else ZoneField(model)
         size = model.size

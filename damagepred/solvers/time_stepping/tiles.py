@@ -53,7 +53,7 @@ class PackedSections(NamedTuple):
         Of the whole model.
     stiffness : array (m, 9)
         Room that the forces' kernel fills.
-    settle_every : int
+    commit_interval : int
         Cycles after which the sections remember what they have been through; 0 is never.
     """
 
@@ -62,27 +62,27 @@ class PackedSections(NamedTuple):
     interfaces: Interfaces
     properties: JointProperties
     stiffness: FloatArray
-    settle_every: int
+    commit_interval: int
 
 
-def pack_sections(model: Model, settle_every: int) -> PackedSections | None:
+def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
     """Return the cracking sections of a model's footing, as they are before any load; None if it has none.
 
     Parameters
     ----------
     model : Model
         m interfaces.
-    settle_every : int
+    commit_interval : int
         Cycles after which they remember what they have been through; 0 is never.
     """
     if model.sections is None:
         return None
     memory = SectionMemory.at_first(model.sections)
     room = np.zeros((len(model.interfaces.kind), 9))
-    return PackedSections(model.sections, memory, model.interfaces, model.properties, room, settle_every)
+    return PackedSections(model.sections, memory, model.interfaces, model.properties, room, commit_interval)
 
 
-def pack(model: Model) -> PackedJoints:
+def pack_joints(model: Model) -> PackedJoints:
     """Return the joints of a model, with no memory of anything yet but of their gaps.
 
     Parameters
@@ -161,7 +161,7 @@ def move_ground(joints: PackedJoints, movement: GroundMovement, start: float, en
         put(joints.ground[f"{name}_start"], here, first)
 
 
-def needs_all_of_the_law(model: Model) -> bool:
+def needs_full_law(model: Model) -> bool:
     """Tell whether any joint dilates, breaks or wears by slip, has a cap or gap: without, the cycle is faster."""
     law = model.properties
     special = law.dilation.any() or law.brittle_shear.any() or law.critical_slip.any()

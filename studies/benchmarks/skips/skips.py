@@ -169,7 +169,7 @@ def whole_law() -> Iterator[None]:
     """Let plain joints be asked for dilation, caps, gaps, wear and softening that they do not have."""
     with ExitStack() as stack:
         for where in ("time_stepping.scheme", "dynamics.run"):
-            for name in ("needs_all_of_the_law", "needs_softening"):
+            for name in ("needs_full_law", "needs_softening"):
                 stack.enter_context(patch(f"damagepred.solvers.{where}.{name}", lambda model: True))
         yield
 
