@@ -43,7 +43,7 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float) -> Neighb
 
     Parameters
     ----------
-    scene : Scenery
+    scene : BodyArrays
         Points and edges.
     pose : array (bodies, 4)
         Where the bodies are.

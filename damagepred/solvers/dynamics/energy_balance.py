@@ -67,7 +67,7 @@ class EnergyBalance:
     ----------
     model : Model
         The wall.
-    scene : Scenery
+    scene : BodyArrays
         Its points.
     motion : Motion
         Its bodies.

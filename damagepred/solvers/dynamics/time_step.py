@@ -54,7 +54,7 @@ def highest_frequency(
     ----------
     model : Model
         n blocks.
-    scene : Scenery
+    scene : BodyArrays
         Its points.
     inverse_mass : array (n + 1, 3)
         0 where it is held.

@@ -140,7 +140,7 @@ class WorkBalance:
             Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
         snapped : bool
             Whether it led to an equilibrium that was not near.
-        superelements : Solids or None
+        superelements : Superelements or None
             Deformable blocks.
         beyond : (array of int, float)
             Interfaces to look at, and what all others store; see ``Equilibrium.condensed_energy``.

@@ -58,7 +58,7 @@ class BlockTridiagonalSystem:
         Prescribed degrees of freedom.
     elastic : array (m, 9)
         Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
-    superelements : Solids, optional
+    superelements : Superelements, optional
         The deformable blocks; their inner degrees of freedom are condensed.
     options : LinearSystemOptions, optional
         Tolerances and costs.

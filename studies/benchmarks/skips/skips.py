@@ -307,7 +307,7 @@ NOT_TURNED_OFF = {
     "stiffness that did not change is not added up again (elimination restarts level by level)": (
         "measured with `restart`: the compiled sums have no switch of their own"
     ),
-    "zones are returned to the yield surface only where beyond it (`surely_elastic`)": (
+    "zones are returned to the yield surface only where beyond it (`within_yield_surface`)": (
         "compiled into the law; the study `zone_return` beside the table measures it on the kernel alone"
     ),
     "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered": (
