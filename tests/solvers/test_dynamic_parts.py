@@ -57,7 +57,7 @@ def test_first_edges_are_in_touch() -> None:
     """Opening and shear of every contact are nothing before anything moves, also 10 km away."""
     for shift in (0.0, 1e4):
         course = started(cells(shift).build(STIFF), 1e-4, start="unstressed")
-        opening, shear = course._home_gaps()
+        opening, shear = course._bonded_kinematics()
         assert np.abs(opening).max() < 1e-12 + 1e-15 * shift
         assert np.abs(shear).max() < 1e-12 + 1e-15 * shift
 

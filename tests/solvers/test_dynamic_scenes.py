@@ -179,7 +179,7 @@ def torn(joint: Joint, speed: float, slide: float = 0.0, safety: float = 0.1) ->
 def test_a_bond_that_breaks_sets_free_what_it_held() -> None:
     strong = Joint(tensile_strength=1e5, cohesion=1e6)
     speed = 1.5 * 1e5 / 82e9 * np.sqrt(82e9 / (2000.0 * 0.075 / 2)) / 2
-    balance = torn(strong, speed).audit.balance()
+    balance = torn(strong, speed).energy.balance()
     held = 0.5 * 1e5**2 / 82e9 * 0.24 * THICKNESS
     assert balance.released_energy == pytest.approx(held, rel=0.1)  # what it held at the step in which it broke
     assert abs(balance.energy_error) < 1e-9 * held
@@ -189,7 +189,7 @@ def test_a_bond_that_breaks_sets_free_what_it_held() -> None:
 
 def test_softening_bonds_take_their_fracture_energy() -> None:
     tough = Joint(tensile_strength=1e5, cohesion=1e6, fracture_energy=2.0)
-    balance = torn(tough, 0.2).audit.balance()
+    balance = torn(tough, 0.2).energy.balance()
     assert balance.fracture_work == pytest.approx(2.0 * 0.24 * THICKNESS, rel=0.01)
     assert abs(balance.energy_error) < 1e-3 * balance.fracture_work
 
@@ -200,7 +200,7 @@ def test_slip_that_breaks_a_softening_bond_sets_free_what_it_holds() -> None:
     brittle = Joint(
         tensile_strength=strength, cohesion=cohesion, friction=friction, fracture_energy=energy, brittle_shear=True
     )
-    balance = torn(brittle, 0.5, slide * 0.5, 2e-3).audit.balance()
+    balance = torn(brittle, 0.5, slide * 0.5, 2e-3).energy.balance()
     first, last = strength / 82e9, 2 * energy / strength
     # 36e9 slide u = b (C - f_t tan phi)
     carried = cohesion - strength * friction

@@ -68,7 +68,7 @@ def test_forces_are_those_of_small_displacements(new_contacts: bool) -> None:
     grid, mesh = course.grid, model.mesh
     assert grid is not None
     assert mesh is not None
-    assert max(np.abs(gap).max() for gap in course._home_gaps()) < 1e-12
+    assert max(np.abs(gap).max() for gap in course._bonded_kinematics()) < 1e-12
     small = 1e-9 * np.random.default_rng(2).standard_normal(model.size)
     small[held_dofs(model)] = 0.0
     course.motion.displacement[:] = small[: course.motion.displacement.size].reshape(-1, 3)
@@ -194,7 +194,7 @@ def test_edges_of_a_block_are_its_own_where_the_ground_has_steps() -> None:
     assembly.rest_on_ground([0, 1])
     model = assembly.build(STIFF)
     assert model.mesh is not None
-    scene = started(model, 1e-4).scene
+    scene = started(model, 1e-4).bodies
     assert len(scene.first_edge) == 4
     for polygon in range(3):
         own = scene.edges[scene.first_edge[polygon] : scene.first_edge[polygon + 1]]
