@@ -421,10 +421,10 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     if solver.method != "quasi_static":
         return 0
     from damagepred.solvers.quasi_static.linear_system import block_levels
-    from damagepred.solvers.symmetry import symmetric_half
+    from damagepred.solvers.symmetry import reduce_by_symmetry
     from damagepred.solvers.system.elastic_stiffness import held_dofs
 
-    half = symmetric_half(model) if solver.symmetric_half else None
+    half = reduce_by_symmetry(model) if solver.symmetric_half else None
     solved = model if half is None else half.model
     levels = block_levels(solved, held_dofs(solved))[: solved.n_blocks]
     return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())

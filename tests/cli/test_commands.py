@@ -13,6 +13,7 @@ import pytest
 
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.solvers.symmetry import reduce_by_symmetry
 from tests.cli.conftest import Run
 from tests.made_up import made_up_study
 
