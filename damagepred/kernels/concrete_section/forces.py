@@ -7,7 +7,15 @@ from damagepred.kernels.jit import kernel, law
 
 @law
 def across(interfaces, properties, i):
-    """Return the shear stiffness of interface i as a whole (N/m): sections are elastic in shear."""
+    """Return the shear stiffness of an interface of the footing (N/m): that of the joint times contact area.
+
+    Parameters
+    ----------
+    interfaces, properties : NamedTuple of arrays
+        Of the model, m interfaces; contact areas (m2), shear stiffness (Pa/m).
+    i : int
+        The interface.
+    """
     area = 0.0
     for k in range(interfaces.contact_area.shape[1]):
         area += interfaces.contact_area[i, k]
@@ -16,7 +24,7 @@ def across(interfaces, properties, i):
 
 @kernel
 def section_forces(sections, memory, interfaces, properties, displacement, force, stiffness):
-    """Add the forces of sections on their segments to ``force``, and note the stiffness of their interfaces.
+    """Add the internal forces of reinforced-concrete sections to ``force``, and fill the tangent of their interfaces.
 
     Parameters
     ----------
@@ -40,7 +48,17 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
 
 @kernel
 def commit_sections(sections, memory, interfaces, displacement):
-    """Let sections remember an equilibrium."""
+    """Commit the history variables of all sections at an equilibrium.
+
+    Parameters
+    ----------
+    sections, memory : NamedTuple of arrays
+        Sections and their history variables, changed in place; see ``damagepred.assembly.section``.
+    interfaces : NamedTuple of arrays
+        Of the model.
+    displacement : array (size,)
+        At the equilibrium, of all degrees of freedom (m, rad).
+    """
     for s in range(sections.interface.size):
         opening, _, turn = interface_displacement(interfaces, displacement, sections.interface[s])
         commit_section(sections, s, memory, opening / sections.length[s], turn / sections.length[s])
@@ -48,7 +66,20 @@ def commit_sections(sections, memory, interfaces, displacement):
 
 @kernel
 def section_values(sections, memory, interfaces, properties, displacement, values):
-    """Fill opening, shear (m), turn, axial, shear force (N) and moment (N m) of sections, array (s, 6)."""
+    """Fill the deformations and internal forces of all sections.
+
+    Parameters
+    ----------
+    sections, memory : NamedTuple of arrays
+        Sections, s of them, and their history variables; see ``damagepred.assembly.section``.
+    interfaces, properties : NamedTuple of arrays
+        Of the model.
+    displacement : array (size,)
+        Of all degrees of freedom (m, rad).
+    values : array (s, 6)
+        Filled: opening, shear (m), rotation (rad), axial force, shear force (N), moment (N m); tension and sagging
+        positive.
+    """
     for s in range(sections.interface.size):
         i, h = sections.interface[s], sections.length[s]
         opening, shear, turn = interface_displacement(interfaces, displacement, i)

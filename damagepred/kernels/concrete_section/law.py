@@ -69,7 +69,9 @@ class Section(NamedTuple):
 
 @rule
 def section_response(sections, s, memory, strain, curvature):
-    """Return (N, M, dN/dstrain, dN/dcurvature, dM/dstrain, dM/dcurvature) of section s; the memory stays.
+    """Return (N, M, dN/dstrain, dN/dcurvature, dM/dstrain, dM/dcurvature) of section s; no history variable changes.
+
+    Tension stiffening by Ghali and Favre (EN 1992-1-1, 7.4.3), or Branson's effective second moment of area.
 
     The slopes are symmetric and positive while cracks do not grow. While they do, they are not symmetric. Their
     symmetric part stays positive in bending by N <= 0 with beta = 1, but need not where the section is pulled or
@@ -116,7 +118,19 @@ def section_response(sections, s, memory, strain, curvature):
 
 @rule
 def commit_section(sections, s, memory, strain, curvature):
-    """Bring the memory of section s up to date with an equilibrium; parameters as of ``section_response``."""
+    """Commit the history variables of section s at an equilibrium: cracking and plastic strain of the steel.
+
+    Parameters
+    ----------
+    sections : Sections
+        Arrays (s,), see assembly/section.py.
+    s : int
+        Which of them.
+    memory : SectionMemory
+        History variables, changed in place.
+    strain, curvature : float
+        At mid-depth (1), tension positive; sagging (1/m).
+    """
     if sections.law[s] == BRANSON:
         moment, _ = _branson(sections, s, memory, curvature)
         face = BOTTOM if moment > 0.0 else TOP
@@ -198,7 +212,15 @@ def _start(sections, s):
 
 @kernel
 def bent_before(sections, memory):
-    """Crack sections from both faces as far as their earlier moment did, without axial force."""
+    """Crack both faces of all sections by their earlier moment, without axial force.
+
+    Parameters
+    ----------
+    sections : Sections
+        With ``earlier_moment`` (Nm), not negative.
+    memory : SectionMemory
+        Its ``cracked`` is raised in place.
+    """
     for s in range(sections.interface.size):
         moment = sections.earlier_moment[s]
         if sections.law[s] == BRANSON:
@@ -534,16 +556,22 @@ def _pressed(mean, slope):
 
 @kernel
 def moments_along(sections, memory, curvature, axial_force, strains, moments):
-    """Bend section 0 by one curvature after the other under a given axial force; the memory follows.
+    """Compute the moment-curvature diagram of section 0 under a constant axial force.
+
+    At each curvature the strain that balances the axial force is found by bracketed Newton iterations, and committed.
 
     Parameters
     ----------
+    sections : Sections
+        See assembly/section.py; the first is bent.
+    memory : SectionMemory
+        History variables, changed in place.
     curvature : array (k,)
-        Sagging (1/m).
+        In the order of bending, sagging positive (1/m).
     axial_force : float
-        N (N).
+        N, tension positive (N).
     strains, moments : array (k,)
-        Out: strain at mid-depth, moment (Nm).
+        Filled: strain at mid-depth (1), moment, sagging positive (Nm).
     """
     strain = 0.0
     axial = sections.axial_stiffness[0]

@@ -95,13 +95,22 @@ wear, and one spare. A bond's law is followed by the law without bond of what is
 
 @law
 def edge_coordinates(points, i, edges, e, pose):
-    """Return where point i is, and how it lies against edge e.
+    """Return the coordinates of point i in the frame of edge e.
+
+    Parameters
+    ----------
+    points, edges : array of record
+        ``POINT``, ``EDGE``.
+    i, e : int
+        Point and edge.
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the rotation of each body.
 
     Returns
     -------
     tuple of float
-        Arms from the two bodies (m); way along the edge and distance from its line (m); direction of the
-        edge.
+        Lever arms x, y from the centroids of the point's body and of the edge's (m); coordinate along the edge and
+        signed distance from its line, outside positive (m); direction of the edge.
     """
     a, b = points[i].body, edges[e].body
     x, y, ca, sa = points[i].x, points[i].y, pose[a, 2], pose[a, 3]
@@ -118,19 +127,25 @@ def edge_coordinates(points, i, edges, e, pose):
 
 @rule
 def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
-    """Return how a place on a face lies against the edges first to last of a block that is convex, or hardly bent.
+    """Return the signed distances of a place on a face from the edges of one block, convex or slightly bent.
 
     Parameters
     ----------
     at_x, at_y : float
         The place (m).
     own_x, own_y : float
-        Direction of the face it lies on.
+        Direction of the face it lies on, a unit vector.
+    edges : array of record (e,)
+        ``EDGE``.
+    first, last : int
+        Edges of the block: from the first to before the last.
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the rotation of each body.
 
     Returns
     -------
     faced : float
-        Largest signed distance from the edges that the face looks at (m): inside, it is less the least depth.
+        Largest signed distance from the edges that the face looks at (m); inside it is minus the least depth.
     which : int
         The edge it belongs to, -1 if the face looks at none.
     others : float
@@ -164,7 +179,17 @@ def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
 
 @law
 def face_frame(points, i, edges, pose):
-    """Return where point i is (m), and the direction of the face it lies on."""
+    """Return the position x, y of point i (m), and the direction of its face, a unit vector.
+
+    Parameters
+    ----------
+    points, edges : array of record
+        ``POINT``, ``EDGE``.
+    i : int
+        The point.
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the rotation of each body.
+    """
     a, own = points[i].body, points[i].own_edge
     ca, sa = pose[a, 2], pose[a, 3]
     x, y, t_x, t_y = points[i].x, points[i].y, edges[own].along_x, edges[own].along_y
@@ -173,16 +198,18 @@ def face_frame(points, i, edges, pose):
 
 @rule
 def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, old_x, old_y):
-    """Let a point that faces nothing look at the blocks near it; tell whether it has met one.
+    """Detect contact of a free point with a neighbouring block, and start it; return whether there is one.
+
+    The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006, ch. 9).
 
     Parameters
     ----------
-    points, edges, first_edge, near, pose, laws
+    points, edges, first_edge, neighbours, pose, laws
         See ``contact_forces``.
     i : int
         The point.
     pressed, sheared : float
-        Opening (not positive, m) and shear stress (Pa) it had at the edge it just left; 0 if it left none.
+        Opening (not positive, m) and shear stress (Pa) at the edge that it left just now; 0 if it left none.
     old_x, old_y : float
         Direction of that edge.
     """
@@ -230,23 +257,41 @@ def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed
 
 @law
 def stored_energy(sigma, tau, opening, compliance, shear_compliance, softened):
-    """Return the energy that a contact holds per area (J/m2)."""
+    """Return the elastic energy of a contact per area (J/m2).
+
+    Parameters
+    ----------
+    sigma, tau : float
+        Normal stress, tension positive, and shear stress (Pa).
+    opening : float
+        Normal opening without its dilatant part (m).
+    compliance, shear_compliance : float
+        1 / k_n, 1 / k_s (m/Pa).
+    softened : bool
+        Whether the normal part unloads along the secant: sigma opening / 2 in place of sigma^2 / (2 k_n).
+    """
     normal = sigma * opening if softened else sigma * sigma * compliance
     return 0.5 * (normal + tau * tau * shear_compliance)
 
 
 @rule
 def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_terms, along, gap, t_x, t_y, search):
-    """Let a point leave the edge whose end it has passed, for the edge it finds there; tell whether it found one.
+    """Release a point that passed the end of its edge, and detect its next contact; return whether there is one.
+
+    The elastic energy that the next contact does not take over is counted as released.
 
     Parameters
     ----------
+    points, edges, first_edge, neighbours, pose, laws, joint_terms
+        See ``contact_forces``.
+    i : int
+        The point.
     along, gap : float
-        How it lies against the edge that it leaves (m).
+        Coordinate along the edge that it leaves, and signed distance from it, outside positive (m).
     t_x, t_y : float
         Direction of that edge.
     search : bool
-        Whether it may meet anything.
+        Whether points may touch blocks that they were not bonded to.
     """
     p = points[i]
     number = p.law
@@ -277,7 +322,19 @@ def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_
 
 @law
 def add_force_pair(force, a, b, x, y, moment_a, moment_b):
-    """Add a force (x, y) and its moment to body a, and the opposite force and its moment to body b."""
+    """Add a force to body a, the opposite force to body b, and the moments of both.
+
+    Parameters
+    ----------
+    force : array (bodies, 3)
+        Force x, y (N) and moment (N m) on each body: added to.
+    a, b : int
+        The bodies.
+    x, y : float
+        Force on body a (N).
+    moment_a, moment_b : float
+        Moment on each about its reference point, counter-clockwise (N m).
+    """
     force[a, 0] += x
     force[a, 1] += y
     force[a, 2] += moment_a
@@ -302,7 +359,7 @@ def contact_forces(
     search,
     joint_terms,
 ):
-    """Let all points act on the bodies, and bring their memory up to date.
+    """Compute the forces of all contacts on the bodies (penalty contact with the joint law), and commit their history.
 
     A point that is pressed in one step and not in the next passes the kink of the law somewhere in between. A force
     taken at the end of the step misses part of the impulse, or adds to it, at random. So where the point is nearer to

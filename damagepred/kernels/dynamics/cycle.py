@@ -144,7 +144,15 @@ def run_steps(
 
 @kernel
 def first_forces(body_arrays, neighbours, motion, grid, special, softening, search, counts):
-    """Fill the forces at the start; arguments as of ``run_steps``."""
+    """Compute the forces at the start.
+
+    Parameters
+    ----------
+    body_arrays, neighbours, motion, grid, special, softening, counts
+        As of ``run_steps``.
+    search : bool
+        Whether points may touch blocks that they were not bonded to.
+    """
     motion.force[:] = 0.0
     contact_forces(
         body_arrays.points,

@@ -8,7 +8,25 @@ from damagepred.kernels.jit import kernel, rule
 
 @rule
 def append_if_near(points, i, other, edges, first_edge, pose, low, high, margin, polygon, edge, gap, count):
-    """Add block ``other`` to the list of point i if it is near; return the length of the list."""
+    """Append a block to the neighbour list of point i if it is within the margin; return the length of the list.
+
+    Parameters
+    ----------
+    points, edges, first_edge, pose
+        See ``damagepred.kernels.dynamics.contact``.
+    i : int
+        The point.
+    other : int
+        The block.
+    low, high : array (polygons, 2)
+        Bounding boxes of the blocks (m).
+    margin : float
+        Distance below which a block is a neighbour (m).
+    polygon, edge, gap : array (k,)
+        The list: block, its edge that the point's face looks at, and signed distance from it (m).
+    count : int
+        Length of the list so far; it goes on counting where the arrays are full.
+    """
     x, y, along_x, along_y = face_frame(points, i, edges, pose)
     own = edges[points[i].own_edge].polygon
     if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
@@ -31,30 +49,30 @@ def append_if_near(points, i, other, edges, first_edge, pose, low, high, margin,
 def find_neighbours(
     points, left, edges, first_edge, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
 ):
-    """List the blocks that are nearer than ``margin`` to each point, those it belongs to left out.
+    """Fill the neighbour list (Verlet 1967) of all points: other blocks nearer than ``margin``.
 
-    The narrow blocks are sorted by where they begin, so that those near a point stand side by side.
+    The narrow blocks are sorted by their left ends, so a binary search finds the first that may be near.
 
     Parameters
     ----------
     points, edges, first_edge, pose
         See ``damagepred.kernels.dynamics.contact``.
     left : array (p,)
-        Where the points are, along the wall (m).
+        Coordinate x of the points (m).
     low, high : array (polygons, 2)
-        Boxes of the blocks (m).
+        Bounding boxes of the blocks (m).
     narrow, wide : array of int
-        Blocks to search by place, and those to try for every point.
+        Blocks found by the binary search, and those tried for every point.
     start : array
         Left end of the narrow blocks, rising (m).
     widest : float
         Width of the widest of them (m).
     margin : float
-        What is near (m).
+        Distance below which a block is a neighbour (m).
     first : array of int (p + 1,)
         Filled: where the list of each point begins.
     polygon, edge, gap : array (k,)
-        Filled as far as they reach: block, its edge that the point's face looks at, and signed distance from it (m).
+        Filled up to their size: block, its edge that the point's face looks at, and signed distance from it (m).
 
     Returns
     -------

@@ -16,7 +16,7 @@ loads."""
 
 @rule
 def advance_bodies(motion, drive, k, time_step, local_damping, mass_damping, body_terms):
-    """Advance velocities and poses of all blocks by one step.
+    """Advance velocities and poses of all blocks by one step: central differences with local damping (Cundall 1987).
 
     Parameters
     ----------
@@ -81,7 +81,15 @@ def advance_bodies(motion, drive, k, time_step, local_damping, mass_damping, bod
 
 @rule
 def update_pose(motion, j):
-    """Put body j, a rigid block or the ground, where its displacement has brought it."""
+    """Update the pose of body j, a rigid block or the ground, from its displacement.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        See ``advance_bodies``; ``pose`` is changed.
+    j : int
+        The body.
+    """
     moved = motion.displacement
     motion.pose[j, 0] = motion.reference[j, 0] + moved[j, 0]
     motion.pose[j, 1] = motion.reference[j, 1] + moved[j, 1]
@@ -91,7 +99,7 @@ def update_pose(motion, j):
 
 @rule
 def ramp_live_load(motion, before, now, time_step, body_terms):
-    """Let live loads grow with the movement from one share to the next, and count their work in the step.
+    """Ramp the live loads from one load factor to the next, and count their work in the step.
 
     Parameters
     ----------
@@ -115,7 +123,17 @@ def ramp_live_load(motion, before, now, time_step, body_terms):
 
 @rule
 def add_boundary_work(motion, time_step, body_terms):
-    """Count the second half of a step's work of what is held, with the forces at its end."""
+    """Add the second half of a step's work at prescribed degrees of freedom (trapezoidal rule, forces at its end).
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        See ``advance_bodies``.
+    time_step : float
+        dt (s).
+    body_terms : array (BODY_TERMS,)
+        Added to (J).
+    """
     velocity, force = motion.velocity, motion.force
     ground = velocity.shape[0] - 1
     power = force[ground, 0] * velocity[ground, 0] + force[ground, 1] * velocity[ground, 1]
@@ -127,7 +145,7 @@ def add_boundary_work(motion, time_step, body_terms):
 
 @rule
 def largest_movement(motion, searched_at, reach):
-    """Return by how much a point of a block may have moved (m) since the last search, apart from the base.
+    """Return an upper bound of a block point's displacement relative to the base since the last neighbour search (m).
 
     Parameters
     ----------

@@ -70,7 +70,15 @@ direction from start to end before anything moved."""
 
 @law
 def displacement_gradient(zone, moved):
-    """Return du_x/dX, du_x/dY, du_y/dX, du_y/dY of a zone."""
+    """Return du_x/dX, du_x/dY, du_y/dX, du_y/dY of a constant-strain triangle.
+
+    Parameters
+    ----------
+    zone : record
+        ``ZONE``.
+    moved : array (g, 2)
+        Displacement of the gridpoints (m).
+    """
     x_b, y_b = moved[zone.b, 0] - moved[zone.a, 0], moved[zone.b, 1] - moved[zone.a, 1]
     x_c, y_c = moved[zone.c, 0] - moved[zone.a, 0], moved[zone.c, 1] - moved[zone.a, 1]
     return (
@@ -83,7 +91,15 @@ def displacement_gradient(zone, moved):
 
 @law
 def polar_decomposition(h_xx, h_xy, h_yx, h_yy):
-    """Return U_xx - 1, U_yy - 1, U_xy, cosine and sine of the rotation, and 1 / tr U, of a displacement gradient."""
+    """Return U_xx - 1, U_yy - 1, U_xy, cosine and sine of R, and 1 / tr U of the polar decomposition F = R U.
+
+    Closed form in the plane (Hoger and Carlson 1984).
+
+    Parameters
+    ----------
+    h_xx, h_xy, h_yx, h_yy : float
+        Displacement gradient F - 1.
+    """
     trace, twist = 2.0 + h_xx + h_yy, h_yx - h_xy
     inverse = 1.0 / math.sqrt(trace * trace + twist * twist)
     c, s = trace * inverse, twist * inverse
@@ -99,7 +115,23 @@ def polar_decomposition(h_xx, h_xy, h_yx, h_yy):
 
 @law
 def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress, state, terms):
-    """Return s_xx, s_yy, s_xy (Pa) of a zone with memory, in its own frame, and bring its memory up to date."""
+    """Return the corotated stress s_xx, s_yy, s_xy (Pa) of a zone by Mohr-Coulomb return mapping; commit its history.
+
+    Parameters
+    ----------
+    zone : record
+        ``ZONE``, with ``memory`` not negative.
+    e_xx, e_yy, g_xy : float
+        Biot strain with the hourglass part, in the corotated frame, tension positive; g_xy = 2 e_xy.
+    elasticity, strength : array (n, 7)
+        Of the blocks; see ``damagepred.kernels.zone.law``.
+    plastic, stress : array (y, 4)
+        Plastic strain e_xx, e_yy, g_xy, e_zz and stress s_xx, s_yy, s_xy, s_zz (Pa): changed in place.
+    state : array of int (y,)
+        What yields now: changed in place.
+    terms : array (ZONE_TERMS,)
+        Added to (J).
+    """
     c, b, m = elasticity, zone.block, zone.memory
     t_xx, t_yy, p_zz = e_xx - plastic[m, 0], e_yy - plastic[m, 1], plastic[m, 3]
     s_xx = c[b, 0] * t_xx + c[b, 1] * t_yy - c[b, 3] * p_zz
@@ -127,7 +159,25 @@ def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress
 
 @law
 def damped_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, terms):
-    """Return stresses with damping by the rate of the elastic stress, and count its work."""
+    """Return s_xx, s_yy, s_xy (Pa) with stiffness-proportional (Rayleigh) damping, and count its work.
+
+    Parameters
+    ----------
+    past : array (z, 9)
+        Strain, stress and damping stress of the last step: replaced.
+    z : int
+        The zone.
+    volume : float
+        Area times thickness (m3).
+    e_xx, e_yy, g_xy : float
+        Strain now.
+    s_xx, s_yy, s_xy : float
+        Stress now without damping, tension positive (Pa).
+    per_step : float
+        Stiffness-proportional damping over the time step (1).
+    terms : array (ZONE_TERMS,)
+        Added to (J).
+    """
     d_xx, d_yy = per_step * (s_xx - past[z, 3]), per_step * (s_yy - past[z, 4])
     d_xy = per_step * (s_xy - past[z, 5])
     work = (d_xx + past[z, 6]) * (e_xx - past[z, 0]) + (d_yy + past[z, 7]) * (e_yy - past[z, 1])
@@ -141,7 +191,7 @@ def damped_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step,
 
 @rule
 def zone_forces(grid, per_step):
-    """Add to the forces on gridpoints what the zones' stresses make of it.
+    """Add the internal forces of all zones to the forces on gridpoints (corotational constant-strain triangles).
 
     Parameters
     ----------
@@ -210,7 +260,17 @@ def zone_forces(grid, per_step):
 
 @rule
 def update_facet_poses(grid, pose, first):
-    """Put the bodies on facets, the first of them number ``first``, where their gridpoints have brought them."""
+    """Update the poses of the bodies on facets from their gridpoints.
+
+    Parameters
+    ----------
+    grid : NamedTuple of arrays
+        See ``damagepred.solvers.dynamics.gridpoints``.
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the rotation: those of the bodies on facets are filled.
+    first : int
+        Number of the first body on a facet.
+    """
     sides, at, moved = grid.sides, grid.reference, grid.displacement
     for i in range(sides.size):
         side = sides[i]
@@ -225,7 +285,17 @@ def update_facet_poses(grid, pose, first):
 
 @rule
 def scatter_facet_forces(grid, force, first):
-    """Hand the forces on bodies on facets on to their gridpoints."""
+    """Scatter the forces on facets to their gridpoints, statically equivalent.
+
+    Parameters
+    ----------
+    grid : NamedTuple of arrays
+        See ``damagepred.solvers.dynamics.gridpoints``; ``force`` is added to.
+    force : array (bodies, 3)
+        Force x, y (N) and moment (N m) on each body.
+    first : int
+        Number of the first body on a facet.
+    """
     sides, at, moved, on = grid.sides, grid.reference, grid.displacement, grid.force
     for i in range(sides.size):
         x, y, turning = force[first + i, 0], force[first + i, 1], force[first + i, 2]
@@ -243,7 +313,25 @@ def scatter_facet_forces(grid, force, first):
 
 @rule
 def advance_gridpoints(grid, drive, k, time_step, local_damping, mass_damping, body_terms):
-    """Advance velocities and places of all gridpoints by one step; as ``advance_bodies`` does for blocks."""
+    """Advance all gridpoints by one step: central differences with local damping (Cundall 1987), as ``advance_bodies``.
+
+    Parameters
+    ----------
+    grid : NamedTuple of arrays
+        See ``damagepred.solvers.dynamics.gridpoints``.
+    drive : array (steps + 1, 3)
+        Displacement x, y of the base (m) and load factor, step by step.
+    k : int
+        Step from which to go on.
+    time_step : float
+        dt (s).
+    local_damping : float
+        Share of the residual force that opposes the motion.
+    mass_damping : float
+        Damping force over momentum relative to the base (1/s).
+    body_terms : array (BODY_TERMS,)
+        Added to (J).
+    """
     half = 0.5 * mass_damping * time_step
     base = ((drive[k + 1, 0] - drive[k, 0]) / time_step, (drive[k + 1, 1] - drive[k, 1]) / time_step)
     velocity, moved, force, load = grid.velocity, grid.displacement, grid.force, grid.load
@@ -278,7 +366,17 @@ def advance_gridpoints(grid, drive, k, time_step, local_damping, mass_damping, b
 
 @rule
 def add_gridpoint_boundary_work(grid, time_step, body_terms):
-    """Count the second half of a step's work of gridpoints that are held, with the forces at its end."""
+    """Add the second half of a step's work at prescribed gridpoints (trapezoidal rule, forces at its end).
+
+    Parameters
+    ----------
+    grid : NamedTuple of arrays
+        See ``damagepred.solvers.dynamics.gridpoints``.
+    time_step : float
+        dt (s).
+    body_terms : array (BODY_TERMS,)
+        Added to (J).
+    """
     push = 0.0
     for h in range(grid.held.size):
         j, d = grid.held[h] // 2, grid.held[h] % 2
@@ -288,7 +386,15 @@ def add_gridpoint_boundary_work(grid, time_step, body_terms):
 
 @rule
 def largest_gridpoint_movement(grid, base_x, base_y):
-    """Return by how much a gridpoint of a boundary may have moved (m) since all were seen, apart from the base."""
+    """Return an upper bound of a boundary gridpoint's displacement relative to the base since the last search (m).
+
+    Parameters
+    ----------
+    grid : NamedTuple of arrays
+        See ``damagepred.solvers.dynamics.gridpoints``.
+    base_x, base_y : float
+        Displacement of the base since then (m).
+    """
     now, searched_at, largest = grid.displacement, grid.searched_at, 0.0
     for i in range(grid.boundary.size):
         j = grid.boundary[i]

@@ -11,19 +11,21 @@ NEXT = np.uint64(LANES)
 
 @law
 def sum_forces(contributions, first, position, load, load_share, live_load, progress, force):
-    """Sum up what acts on each block.
+    """Sum the residual force of each block: loads and contact forces.
 
     Parameters
     ----------
     contributions : array (float)
         The tiles as plain numbers.
-    first : array of unsigned int (blocks + 2,), position : array of unsigned int
+    first : array of unsigned int (blocks + 2,)
+        Where the contributions to each block begin in ``position``.
+    position : array of unsigned int
         Where in ``contributions`` the forces x on block j are: ``position[first[j]:first[j + 1]]``; the force y and
         the moment follow at distances of ``LANES``.
     load, live_load, force : array (3 (blocks + 1),)
         Dead load at share 1, live load at full movement, and the sum (N, N, N m).
     load_share, progress : float
-        Factors on the dead and on the live load.
+        Load factors of the dead and of the live load.
     """
     for j in range(first.size - 1):
         x = load_share * load[3 * j] + progress * live_load[3 * j]
@@ -41,7 +43,7 @@ def sum_forces(contributions, first, position, load, load_share, live_load, prog
 
 @law
 def move(force, inverse_mass, damping, velocity, displacement, first, last):
-    """Advance velocity and displacement by one time step of length 1.
+    """Advance velocity and displacement by one time step of length 1, with local damping (Cundall 1987).
 
     Parameters
     ----------
