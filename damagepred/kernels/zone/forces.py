@@ -90,7 +90,15 @@ def place_facets(facets, displacement):
 
 @kernel
 def scatter_facet_forces(facets, force):
-    """Add the forces on facets to those on their gridpoints, so that both do the same work."""
+    """Scatter the forces on facets to their gridpoints, statically equivalent.
+
+    Parameters
+    ----------
+    facets : NamedTuple of arrays
+        See ``damagepred.solvers.system.deformable_blocks.Facets``.
+    force : array (size,)
+        On all degrees of freedom (N, N m): added to at the gridpoints.
+    """
     body = facets.first_dof
     for f in range(facets.start_x.size):
         x, y, turning = force[body], force[body + 1], force[body + 2]
@@ -105,7 +113,7 @@ def scatter_facet_forces(facets, force):
 
 @law
 def gather(displacement, start, corners, cell, work):
-    """Bring the displacements of a cell's gridpoints to where its law reads them.
+    """Gather the displacements of a cell's gridpoints, and compute its hourglass displacement.
 
     Parameters
     ----------
@@ -138,7 +146,19 @@ def gather(displacement, start, corners, cell, work):
 
 @law
 def scatter(work, start, corners, force):
-    """Add the forces of a cell on its gridpoints to all others there."""
+    """Scatter the forces of a cell to its gridpoints.
+
+    Parameters
+    ----------
+    work : record
+        Of ``work_type``, with ``force_at`` (N).
+    start : unsigned int
+        Where the degrees of freedom of the batch begin.
+    corners : array of unsigned int (5,)
+        Where those of the cell's gridpoints begin in the batch.
+    force : array (size,)
+        On all degrees of freedom (N): added to.
+    """
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
@@ -148,7 +168,19 @@ def scatter(work, start, corners, force):
 
 @law
 def elastic_stress(work, cell, k, moduli, lane):
-    """Return s_xx, s_yy and s_xy (Pa) of zone k of a cell if it never yields; see ``zone_law``."""
+    """Return the elastic stress s_xx, s_yy, s_xy (Pa) of zone k for its total strain (constant-strain triangle).
+
+    Parameters
+    ----------
+    work, cell : record
+        Of ``work_type`` after ``gather``, of ``shape_type``.
+    k : int
+        Zone of the cell, 0 to 3.
+    moduli : record
+        Of ``moduli_type``.
+    lane : int
+        Block of the batch, 0 to 7.
+    """
     c, slopes, at, bent = moduli.elasticity, cell.slopes, work.displacement_at, cell.bending
     q_x, q_y = work.hourglass[0, lane], work.hourglass[1, lane]
     b = (k + 1) % 4
@@ -163,7 +195,19 @@ def elastic_stress(work, cell, k, moduli, lane):
 
 @law
 def trial_stress(work, cell, memory, k, moduli, lane):
-    """Return s_xx, s_yy, s_xy and s_zz (Pa) of zone k of a cell if it does not yield any further."""
+    """Return the elastic trial stress s_xx, s_yy, s_xy, s_zz (Pa) of zone k: plastic strain as at the last step.
+
+    Parameters
+    ----------
+    work, cell, memory : record
+        Of ``work_type`` after ``gather``, of ``shape_type``, of ``memory_type``.
+    k : int
+        Zone of the cell, 0 to 3.
+    moduli : record
+        Of ``moduli_type``.
+    lane : int
+        Block of the batch, 0 to 7.
+    """
     c, p = moduli.elasticity, memory.plastic
     s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
     e_xx, e_yy, g_xy, e_zz = p[k, 0, lane], p[k, 1, lane], p[k, 2, lane], p[k, 3, lane]
@@ -178,9 +222,20 @@ def trial_stress(work, cell, memory, k, moduli, lane):
 
 @law
 def nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
-    """Return force x, y with which zone k of a cell, stressed (Pa), resists.
+    """Return the internal forces B^T sigma V of zone k (N).
 
-    At its second and its third gridpoint, and against the hourglass displacement.
+    x, y at its second and at its third gridpoint, and those conjugate to the hourglass displacement.
+
+    Parameters
+    ----------
+    cell : record
+        Of ``shape_type``.
+    k : int
+        Zone of the cell, 0 to 3.
+    s_xx, s_yy, s_xy : float
+        Stress, tension positive (Pa).
+    lane : int
+        Block of the batch, 0 to 7.
     """
     volume, slopes, bent = cell.volume[k, lane], cell.slopes, cell.bending
     s_xx, s_yy, s_xy = volume * s_xx, volume * s_yy, volume * s_xy
@@ -196,7 +251,17 @@ def nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
 
 @law
 def assemble_cell(work, cell, p, q, r, s, lane):
-    """Note the forces on a cell's gridpoints from what its four zones pull with; those of each add up to nothing."""
+    """Assemble the forces on a cell's gridpoints from the internal forces of its four zones; each zone's are balanced.
+
+    Parameters
+    ----------
+    work, cell : record
+        Of ``work_type``, whose ``force_at`` (N) is filled, and of ``shape_type``.
+    p, q, r, s : tuple of float
+        Internal forces (N) of zones 0 to 3, from ``nodal_forces``.
+    lane : int
+        Block of the batch, 0 to 7.
+    """
     force_at, gamma = work.force_at, cell.gamma
     x, y = (p[4] + q[4]) + (r[4] + s[4]), (p[5] + q[5]) + (r[5] + s[5])
     force_at[0, 0, lane], force_at[0, 1, lane] = (
@@ -220,14 +285,32 @@ def assemble_cell(work, cell, p, q, r, s, lane):
 
 @law
 def elastic_nodal_forces(work, cell, k, moduli, lane):
-    """Return what zone k of a cell pulls with if it never yields; see ``nodal_forces``."""
+    """Return the internal forces (N) of the elastic zone k, as ``nodal_forces``.
+
+    Parameters
+    ----------
+    work, cell : record
+        Of ``work_type`` after ``gather``, of ``shape_type``.
+    k : int
+        Zone of the cell, 0 to 3.
+    moduli : record
+        Of ``moduli_type``.
+    lane : int
+        Block of the batch, 0 to 7.
+    """
     s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
     return nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
 
 
 @law
 def elastic_cell(work, cell, moduli):
-    """Let a cell push back whose zones never yield."""
+    """Compute the forces of a cell of elastic zones on its gridpoints.
+
+    Parameters
+    ----------
+    work, cell, moduli : record
+        Of ``work_type`` after ``gather``, whose ``force_at`` (N) is filled; of ``shape_type``; of ``moduli_type``.
+    """
     for lane in range(work.lanes):
         assemble_cell(
             work,
@@ -242,7 +325,17 @@ def elastic_cell(work, cell, moduli):
 
 @law
 def exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
-    """Tell whether a stress (Pa) is more than a zone bears; so are numbers that are none."""
+    """Return whether a stress lies outside the yield surface; True for NaN.
+
+    Parameters
+    ----------
+    s_xx, s_yy, s_xy, s_zz : float
+        Stress, tension positive (Pa).
+    strength : array (7, 8)
+        Of ``moduli_type``; see ``damagepred.kernels.zone.law``.
+    lane : int
+        Block of the batch, 0 to 7.
+    """
     limits = (
         strength[0, lane],
         strength[1, lane],
@@ -257,7 +350,19 @@ def exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
 
 @law
 def trial_nodal_forces(work, cell, memory, k, moduli, lane):
-    """Return what zone k of a cell pulls with if it does not yield, and note whether it does and that it is elastic."""
+    """Return the internal forces (N) of zone k under its trial stress; mark whether it yields, and reset its state.
+
+    Parameters
+    ----------
+    work, cell, memory : record
+        Of ``work_type`` after ``gather``, whose ``yields`` is set; of ``shape_type``; of ``memory_type``.
+    k : int
+        Zone of the cell, 0 to 3.
+    moduli : record
+        Of ``moduli_type``.
+    lane : int
+        Block of the batch, 0 to 7.
+    """
     s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, memory, k, moduli, lane)
     work.yields[k, lane] = 1.0 if exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
     memory.state[k, lane] = 0.0
@@ -266,7 +371,14 @@ def trial_nodal_forces(work, cell, memory, k, moduli, lane):
 
 @law
 def trial_cell(work, cell, memory, moduli):
-    """Let a cell push back as if nothing yielded; return how many zones are beyond what they bear."""
+    """Compute the forces of a cell under its trial stresses (elastic predictor); return the number of yielding zones.
+
+    Parameters
+    ----------
+    work, cell, memory, moduli : record
+        Of ``work_type`` after ``gather``, whose ``force_at`` (N) and ``yields`` are filled; of ``shape_type``; of
+        ``memory_type``; of ``moduli_type``.
+    """
     for lane in range(work.lanes):
         assemble_cell(
             work,
@@ -286,7 +398,14 @@ def trial_cell(work, cell, memory, moduli):
 
 @rule
 def plastic_correction(work, cell, memory, moduli):
-    """Bring the zones of a cell back that are beyond what they bear; their trial stress pushes back already."""
+    """Correct the forces of a cell for its yielding zones by return mapping (plastic corrector, Simo and Hughes 1998).
+
+    Parameters
+    ----------
+    work, cell, memory, moduli : record
+        Of ``work_type`` after ``trial_cell``, whose ``force_at`` (N) is corrected; of ``shape_type``; of
+        ``memory_type``, brought up to date; of ``moduli_type``.
+    """
     c, l, p, force_at = moduli.elasticity, moduli.strength, memory.plastic, work.force_at
     for k in range(4):
         for lane in range(work.lanes):
@@ -321,7 +440,7 @@ def plastic_correction(work, cell, memory, moduli):
 
 @kernel
 def zone_forces(zones, displacement, force):
-    """Add to the forces on gridpoints what the zones' stresses make of it.
+    """Add the forces of all zones on their gridpoints: elastic predictor, plastic corrector.
 
     Parameters
     ----------
@@ -382,7 +501,7 @@ def zone_stresses(zones, displacement, stress):
 
 @kernel
 def find_yielding_zones(stress, strength, block, yields):
-    """Tell which zones are stressed beyond what they bear.
+    """Find the zones whose stress lies outside the yield surface.
 
     Parameters
     ----------
@@ -403,7 +522,7 @@ def find_yielding_zones(stress, strength, block, yields):
 
 @kernel
 def return_stresses(stress, elasticity, strength, block):
-    """Bring stresses back to what the zones bear; no memory moves.
+    """Return stresses to the yield surface in place (Mohr-Coulomb return mapping); no history variable changes.
 
     Parameters
     ----------

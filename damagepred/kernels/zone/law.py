@@ -134,7 +134,15 @@ def yield_limit(mean, szz, strength):
 
 @law
 def within_yield_surface(sxx, syy, sxy, szz, strength):
-    """Return whether the stress (Pa) is within all limits; False for NaN."""
+    """Return whether the stress is within the Mohr-Coulomb surface and the tension cut-off; False for NaN.
+
+    Parameters
+    ----------
+    sxx, syy, sxy, szz : float
+        Stress, tension positive (Pa); s_zz is 0 in plane stress.
+    strength : tuple of float
+        See the head of the file.
+    """
     mean, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
     limit = yield_limit(mean, szz, strength)
     return (limit >= 0.0) & (half * half + sxy * sxy <= limit * limit)
@@ -145,15 +153,30 @@ def within_yield_surface(sxx, syy, sxy, szz, strength):
 
 @law
 def lesser(x, y):
-    """Return the smaller of two."""
+    """Return the lesser of two numbers; the second if one is NaN.
+
+    Parameters
+    ----------
+    x, y : float
+        The numbers.
+    """
     return x if x < y else y
 
 
 @rule
 def plane_strain_return(a, b, c, nu, strength):
-    """Return (a, b, c, where) on the limits for trial principal stresses a >= b >= c (Pa) that pass them.
+    """Return (a, b, c, where): Mohr-Coulomb return mapping in principal stresses, plane strain.
 
-    Plastic multipliers are those times 2 G, so all that is compared is a stress.
+    Closed form (Clausen, Damkilde and Andersen 2007). Plastic multipliers are scaled by 2 G, so stresses are compared.
+
+    Parameters
+    ----------
+    a, b, c : float
+        Trial principal stresses outside the yield surface, a >= b >= c, tension positive (Pa).
+    nu : float
+        Poisson's ratio (1).
+    strength : tuple of float
+        See the head of the file.
     """
     compressive, n, m, tension, _, _, _ = strength
     beta, gamma = nu / (1.0 - 2.0 * nu), nu / (1.0 + nu)
@@ -246,9 +269,18 @@ def _strain(x, y, z, gamma):
 
 @rule
 def plane_stress_return(a, c, nu, strength):
-    """Return (a, c, where) on the limits for trial principal stresses a >= c of plane stress (Pa) that pass them.
+    """Return (a, c, where): Mohr-Coulomb return mapping in principal stresses, plane stress.
 
-    Plastic multipliers are those times E, so all that is compared is a stress.
+    Closed form. Plastic multipliers are scaled by E, so stresses are compared.
+
+    Parameters
+    ----------
+    a, c : float
+        Trial principal stresses outside the yield surface, a >= c, tension positive (Pa).
+    nu : float
+        Poisson's ratio (1).
+    strength : tuple of float
+        See the head of the file.
     """
     compressive, n, m, tension, _, _, inverse_n = strength
     greatest = lesser(tension, compressive * inverse_n)
@@ -331,7 +363,7 @@ def _place(mean, radius, szz):
 
 @rule
 def zone_return(sxx, syy, sxy, szz, elasticity, strength):
-    """Return the stress on the limits, plastic strain and what yields.
+    """Return the stress, the increment of plastic strain and what yields, by Mohr-Coulomb return mapping.
 
     Parameters
     ----------
@@ -420,8 +452,14 @@ def _thickness(where, e1, e2, strength):
 def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
     """Return the consistent tangent of ``zone_return``, d(s_xx, s_yy, s_xy) / d(e_xx, e_yy, g_xy) (Pa), by rows.
 
-    Takes what ``zone_return`` takes. With dilation other than friction it is not symmetric. On a kink it is the
-    tangent of one side.
+    With dilation other than friction it is not symmetric. On a kink it is the tangent of one side.
+
+    Parameters
+    ----------
+    sxx, syy, sxy, szz : float
+        Trial stress, tension positive (Pa); s_zz is 0 in plane stress.
+    elasticity, strength : tuple of float
+        See the head of the file.
     """
     c11, c12, c33, c13, czz, nu, _ = elasticity
     if within_yield_surface(sxx, syy, sxy, szz, strength):

@@ -15,7 +15,7 @@ BACKING = 1e-5
 
 @law
 def trial_stress(zones, z, slopes, moduli, plastic, bending, u):
-    """Return s_xx, s_yy, s_xy, s_zz (Pa) of a zone if it does not yield any further.
+    """Return the elastic trial stress s_xx, s_yy, s_xy, s_zz (Pa) of a zone.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def as_tuple(values):
 
 @kernel_making_arrays
 def internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness):
-    """Fill the forces on gridpoints that hold a block's zones, and their slopes.
+    """Fill the internal force of a block's gridpoints and its consistent tangent; return the largest nodal force (N).
 
     Parameters
     ----------
@@ -146,34 +146,40 @@ def condensed_response(
     boundary_force,
     boundary_stiffness,
 ):
-    """Bring what lies inside a block to equilibrium for a position of its rim.
+    """Compute the internal force and tangent of a yielding block, statically condensed to its boundary.
+
+    The interior is in equilibrium by Newton's method with line search; the tangent is the Schur complement.
 
     Parameters
     ----------
     zones : array of int (z, 3)
         Gridpoints by the block's own numbers.
-    slopes : array (z, 4), volume : array (z,)
-        Of the second and third shape function, x and y (1/m); area times thickness (m3).
+    slopes : array (z, 4)
+        Of the second and third shape function, x and y (1/m).
+    volume : array (z,)
+        Area times thickness (m3).
     elasticity, strength : array (7,)
-        See ``zone_law``.
+        See ``damagepred.kernels.zone.law``.
     plastic : array (z, 4)
         Plastic strain of the last equilibrium.
     bending : NamedTuple of arrays
         See ``damagepred.solvers.system.deformable_blocks.Bending``, of these zones.
     place : array of int (2 g,)
-        The block's degrees of freedom: those of the rim, then those inside.
+        The block's degrees of freedom: the boundary's, then the interior's.
     count : int
-        How many are of the rim.
+        How many are of the boundary, r.
     flexibility : array (i, i)
-        Elastic displacement inside for forces there, the rim held (m/N): steps with it are short but sure.
+        Inverse of the interior's elastic stiffness (m/N): descent direction where Newton's is none.
     load : array (i,)
-        Load inside (N).
+        Load on the interior (N).
     tolerance : float
-        Unbalanced force over the largest force of a zone.
+        Largest residual force over the largest nodal force of a zone (1).
     u : array (2 g,)
-        Displacement; what lies inside is changed.
-    boundary_force : array (r,), rim_stiffness : array (r, r)
-        Filled: force that holds the rim, and its slopes, what lies inside following. NaN if there is no equilibrium.
+        Displacement (m); the interior's is changed.
+    boundary_force : array (r,)
+        Filled: internal force at the boundary (N); NaN if the interior finds no equilibrium.
+    boundary_stiffness : array (r, r)
+        Filled: its derivatives with the boundary's displacement (N/m).
     """
     size = u.size
     boundary, interior = place[:count], place[count:]
@@ -233,7 +239,7 @@ def condensed_response(
 
 @kernel_making_arrays
 def commit_plastic_strain(zones, slopes, volume, elasticity, strength, bending, u, plastic, state):
-    """Let zones remember an equilibrium; return the work that yielding took (J).
+    """Commit the plastic strain of a block at an equilibrium; return the plastic work (J).
 
     Parameters
     ----------
