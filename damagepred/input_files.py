@@ -107,12 +107,19 @@ def read_text(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> str:
 
 
 def as_text(content: bytes, source: str | Path) -> str:
-    """Return what bytes of a text file say.
+    """Decode the bytes of a text file in UTF-8, with or without byte order mark.
+
+    Parameters
+    ----------
+    content : bytes
+        Of the file.
+    source : str or Path
+        Name of the file, for the message.
 
     Raises
     ------
     InputError
-        If it is no text in UTF-8.
+        If they are not UTF-8.
     """
     try:
         return content.decode("utf-8-sig")
@@ -158,12 +165,19 @@ def parse_toml(text: str, source: str | Path) -> dict[str, Any]:
 
 
 def parse_json(content: bytes, source: str | Path) -> dict[str, Any]:
-    """Read a JSON object from its text.
+    """Parse a JSON object.
+
+    Parameters
+    ----------
+    content : bytes
+        JSON text in UTF-8.
+    source : str or Path
+        Name of the file, for the message.
 
     Raises
     ------
     InputError
-        If it is something else.
+        If it is no valid JSON, or no object.
     """
     try:
         found = json.loads(as_text(content, source))

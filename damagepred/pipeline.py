@@ -176,7 +176,17 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, incre
 
 @one_blas_thread()
 def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
-    """Build a model; with ``blocks = "auto"`` find out first which blocks are to be deformable."""
+    """Build a model; with ``blocks = "auto"`` select the deformable blocks first, by a rigid run.
+
+    Parameters
+    ----------
+    build : callable
+        Settings, and the deformable blocks (None: as the settings say) -> model.
+    settings : Solver
+        The solver's settings.
+    increments : int
+        Of the movement.
+    """
     SolverOptions.of(settings)  # refused before anything is solved
     if settings.blocks != "auto":
         return build(settings, None)

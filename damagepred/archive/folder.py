@@ -241,7 +241,15 @@ class StudyFolder:
         return {**known, "created": "unknown", "samples": design.sizes["sample"], "schema_version": 0}
 
     def write_manifest(self, manifest: Mapping[str, Any], study: str | None = None) -> None:
-        """Replace the manifest."""
+        """Replace the manifest.
+
+        Parameters
+        ----------
+        manifest : mapping
+            Its content; the schema version is added.
+        study : str, optional
+            Hash of the study that it belongs to; by default of the folder's frozen study.
+        """
         record = dict(sorted({**manifest, "schema_version": SCHEMA_VERSION}.items()))
         text = signed_json(record, study or self.study_hash)
         write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))

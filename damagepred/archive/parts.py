@@ -83,7 +83,13 @@ def joined(rows: list[Columns]) -> Columns:
 
 
 def alike(first: Columns, second: Columns) -> bool:
-    """Tell whether two rows have the same variables of the same shape."""
+    """Return whether two rows have the same variables, of the same shape within a sample.
+
+    Parameters
+    ----------
+    first, second : mapping of str to Column
+        The rows.
+    """
     return first.keys() == second.keys() and all(
         column.values.shape[1:] == second[name].values.shape[1:] for name, column in first.items()
     )

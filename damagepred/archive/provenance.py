@@ -104,6 +104,13 @@ def as_table(environments: list[Environment]) -> dict[str, str]:
 def from_table(attributes: Mapping[str, Any], source: str = "environment") -> list[Environment]:
     """Return the distinct environments that the attributes of the variable ``environment`` hold.
 
+    Parameters
+    ----------
+    attributes : mapping
+        Attributes of the variable ``environment``.
+    source : str
+        Name of the file, for the message.
+
     Raises
     ------
     DamagedError

@@ -162,6 +162,13 @@ class StudySettings:
     def from_dict(cls, tables: Mapping[str, Any], source: str = "study") -> StudySettings:
         """Build settings from nested mappings with the scene's tables inside.
 
+        Parameters
+        ----------
+        tables : mapping
+            Nested tables, as in the TOML file.
+        source : str
+            Name of the file, for messages.
+
         Raises
         ------
         InputError
@@ -398,7 +405,20 @@ class StudySettings:
         return tomli_w.dumps(self.to_dict())
 
     def with_samples(self, samples: int | None, seed: int | None) -> StudySettings:
-        """Return the settings with another number of samples or another seed, where given."""
+        """Return the settings with another number of samples or another seed, where given.
+
+        Parameters
+        ----------
+        samples : int or None
+            1 or more; None keeps the number.
+        seed : int or None
+            0 or more; None keeps the seed.
+
+        Raises
+        ------
+        InputError
+            If one is out of range.
+        """
         changes: dict[str, Any] = {k: v for k, v in (("samples", samples), ("seed", seed)) if v is not None}
         if not changes:
             return self

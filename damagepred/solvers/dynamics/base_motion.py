@@ -59,7 +59,15 @@ def _one(motion: BaseMotion) -> Displacement:
 
 
 def rectangular(peak: float, length: float) -> Displacement:
-    """Return the displacement (m) of a base under constant acceleration (m/s2) for a time (s)."""
+    """Return the displacement (m) of a base, over time (s), under a rectangular pulse of acceleration.
+
+    Parameters
+    ----------
+    peak : float
+        Acceleration during the pulse (m/s2).
+    length : float
+        Duration of the pulse (s); the base goes on at constant velocity.
+    """
 
     def displacement(t: FloatArray) -> FloatArray:
         inside = np.minimum(t, length)
@@ -69,7 +77,15 @@ def rectangular(peak: float, length: float) -> Displacement:
 
 
 def half_sine(peak: float, length: float) -> Displacement:
-    """Return the displacement (m) of a base under half a sine wave of acceleration (m/s2) that takes a time (s)."""
+    """Return the displacement (m) of a base, over time (s), under a half-sine pulse of acceleration.
+
+    Parameters
+    ----------
+    peak : float
+        Largest acceleration (m/s2).
+    length : float
+        Duration of the half wave (s); the base goes on at constant velocity.
+    """
     omega = np.pi / length
 
     def displacement(t: FloatArray) -> FloatArray:
@@ -80,7 +96,15 @@ def half_sine(peak: float, length: float) -> Displacement:
 
 
 def full_sine(peak: float, length: float) -> Displacement:
-    """Return the displacement (m) of a base under one sine wave of acceleration (m/s2) that takes a time (s)."""
+    """Return the displacement (m) of a base, over time (s), under a full-sine pulse of acceleration.
+
+    Parameters
+    ----------
+    peak : float
+        Largest acceleration (m/s2).
+    length : float
+        Duration of the wave (s); the base rests after it.
+    """
     omega = 2.0 * np.pi / length
 
     def displacement(t: FloatArray) -> FloatArray:

@@ -90,6 +90,16 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float) -> Neighb
 
 
 def world_coordinates(pose: FloatArray, body: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return where points of bodies are, array (p, 2) in m."""
+    """Return the positions of points of bodies, array (p, 2) (m).
+
+    Parameters
+    ----------
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the rotation of each body.
+    body : array of int (p,)
+        Body of each point.
+    x, y : array (p,)
+        Coordinates in its frame (m).
+    """
     c, s = pose[body, 2], pose[body, 3]
     return np.column_stack((pose[body, 0] + c * x - s * y, pose[body, 1] + s * x + c * y))

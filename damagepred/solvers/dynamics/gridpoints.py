@@ -174,13 +174,29 @@ def _sides(model: Model) -> NDArray[Any]:
 
 
 def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
-    """Return values of all degrees of freedom (size,) as x, y of the gridpoints, array (g, 2)."""
+    """Return the gridpoints' x and y of values at all degrees of freedom, array (g, 2).
+
+    Parameters
+    ----------
+    model : Model
+        With a mesh.
+    values : array (size,)
+        Of all degrees of freedom.
+    """
     assert model.mesh is not None
     return np.column_stack((values[model.mesh.dof_x], values[model.mesh.dof_y]))
 
 
 def update_facet_poses(grid: Grid, motion: Motion) -> None:
-    """Bring the poses of the bodies on facets in line with the gridpoints."""
+    """Update the poses of the bodies on facets from their gridpoints.
+
+    Parameters
+    ----------
+    grid : Grid
+        Gridpoints and facets.
+    motion : Motion
+        Its ``pose`` is changed from the first body on a facet on.
+    """
     at, sides = grid.reference + grid.displacement, grid.sides
     start, way = at[sides["start"]], at[sides["end"]] - at[sides["start"]]
     first = len(motion.displacement)
@@ -191,7 +207,15 @@ def update_facet_poses(grid: Grid, motion: Motion) -> None:
 
 
 def set_initial_velocity(grid: Grid, model: Model) -> None:
-    """Give gridpoints the velocity of their blocks at the start, each block turning as one about where it is."""
+    """Set the gridpoints' velocity to the initial rigid-body velocity of their blocks, about the present centroids.
+
+    Parameters
+    ----------
+    grid : Grid
+        Its ``velocity`` (m/s) is changed where gridpoints are free.
+    model : Model
+        With ``initial_velocity`` (n, 3) (m/s, rad/s), or None.
+    """
     mesh = model.mesh
     if mesh is None or model.initial_velocity is None:
         return
@@ -242,7 +266,15 @@ def plastic_strains(grid: Grid) -> FloatArray:
 
 
 def stresses(grid: Grid, strain: FloatArray) -> FloatArray:
-    """Return s_xx, s_yy, s_xy, s_zz (Pa) for elastic strains (z, 4) of zones."""
+    """Return the stresses s_xx, s_yy, s_xy, s_zz of zones, array (z, 4) (Pa), tension positive.
+
+    Parameters
+    ----------
+    grid : Grid
+        With the zones' elasticity.
+    strain : array (z, 4)
+        Elastic strain e_xx, e_yy, g_xy, e_zz (1).
+    """
     c11, c12, c33, c13, czz = grid.elasticity[grid.zones["block"], :5].T
     e_xx, e_yy, g_xy, e_zz = strain.T
     return np.column_stack(
@@ -262,7 +294,17 @@ def zone_energy(grid: Grid) -> float:
 
 
 def zone_results(grid: Grid, base: FloatArray) -> ZonePicture:
-    """Return what is reported of the zones: stresses along x and y, displacements relative to the base (2,) (m)."""
+    """Return the zones' stresses and states, and the gridpoints' displacements.
+
+    Stresses are rotated from the corotated frame to x and y.
+
+    Parameters
+    ----------
+    grid : Grid
+        Gridpoints and zones.
+    base : array (2,)
+        Displacement of the base (m), to which displacements are relative.
+    """
     strain, c, s = biot_strains(grid)
     plastic = plastic_strains(grid)
     s_xx, s_yy, s_xy, s_zz = stresses(grid, strain - plastic).T

@@ -171,8 +171,15 @@ def _stiffness_rows(
 def contact_damping(model: Model, settings: Dynamics) -> float:
     """Return the damping stress of pressed contacts over the rate of their elastic stress (s).
 
-    2 zeta / omega, with omega = sqrt(k_n A / m) the least frequency at which a block bounces on a joint; m is the mass
+    2 zeta / omega, with omega = sqrt(k_n A / m) the lowest frequency at which a block bounces on a joint; m is the mass
     of the lighter of the two.
+
+    Parameters
+    ----------
+    model : Model
+        With masses (kg) and joints.
+    settings : Dynamics
+        With ``contact_damping``, the damping ratio zeta (1).
     """
     if settings.contact_damping == 0.0:
         return 0.0

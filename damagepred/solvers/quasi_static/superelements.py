@@ -275,7 +275,17 @@ class Superelements:
     def activate_yielding(
         self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray
     ) -> list[int]:
-        """Open the blocks one of whose zones is beyond what it bears; return those that were not open yet."""
+        """Activate the blocks with a zone outside its yield surface; return those activated now.
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m, rad), right at the blocks' boundaries; the interior is filled.
+        load, load_factor : float
+            Shares of the dead and of the live load.
+        plastic : array (z, 4)
+            Plastic strain of the last equilibrium.
+        """
         if not self.yields.any():
             return []
         self.recover(displacement, load, load_factor, plastic)
@@ -303,7 +313,15 @@ class Superelements:
         return new
 
     def commit(self, displacement: FloatArray, plastic: FloatArray) -> float:
-        """Bring plastic strains (z, 4) up to date with an equilibrium; return the work that yielding took (J)."""
+        """Commit the plastic strains at an equilibrium; return the plastic work (J).
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m, rad), after ``recover``.
+        plastic : array (z, 4)
+            Plastic strain of the last equilibrium: brought up to date.
+        """
         work = 0.0
         for d in self.tangent:
             zones = slice(self.mesh.first_zone[d], self.mesh.first_zone[d + 1])
@@ -322,12 +340,28 @@ class Superelements:
         return work
 
     def picture(self, displacement: FloatArray, plastic: FloatArray) -> ZonePicture:
-        """Return what is reported of the zones at an equilibrium; see ``recover``."""
+        """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium.
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m, rad), after ``recover``.
+        plastic : array (z, 4)
+            Plastic strain at the equilibrium.
+        """
         self.field.set_plastic_strain(plastic)
         return picture(self.model, displacement, self.field.stresses(displacement), plastic, self.state)
 
     def elastic_energy(self, displacement: FloatArray, plastic: FloatArray) -> float:
-        """Return the elastic energy of all zones (J); see ``recover``."""
+        """Return the elastic energy of all zones (J).
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m, rad), after ``recover``.
+        plastic : array (z, 4)
+            Plastic strain at the equilibrium.
+        """
         self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)
         inverse = 1.0 / self.model.block_law.elastic_modulus[self.mesh.zone_block]

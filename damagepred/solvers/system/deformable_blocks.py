@@ -170,7 +170,15 @@ def cell_gridpoints(zones: IntArray) -> IntArray:
 
 
 def zone_places(mesh: Mesh, first_cell: IntArray) -> Places:
-    """Return where each zone stands in memory, if the cells of each batch begin there."""
+    """Return the place of each zone in the packed arrays.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        With z zones in batches of up to eight blocks.
+    first_cell : array of int
+        First cell of each batch.
+    """
     owner = np.repeat(np.arange(len(mesh.block)), np.diff(mesh.first_zone))
     local = np.arange(len(owner)) - mesh.first_zone[owner]
     return first_cell[mesh.batch[owner]] + local // 4, local % 4, mesh.lane[owner]
@@ -183,13 +191,31 @@ def first_cells(mesh: Mesh) -> IntArray:
 
 
 def put(field: NDArray[Any], place: Places, values: NDArray[Any]) -> None:
-    """Write values of the zones, (z,) or (z, k), into a field of cells, (c, 4, 8) or (c, 4, k, 8)."""
+    """Write values of the zones into a packed field.
+
+    Parameters
+    ----------
+    field : array (c, 4, 8) or (c, 4, k, 8)
+        Of c cells: changed.
+    place : Places
+        Of the zones.
+    values : array (z,) or (z, k)
+        To write.
+    """
     cell, number, lane = place
     field[cell, number, ..., lane] = values
 
 
 def take(field: NDArray[Any], place: Places) -> NDArray[Any]:
-    """Return the values of the zones, (z,) or (z, k), from a field of cells."""
+    """Return the values of the zones, (z,) or (z, k), from a packed field.
+
+    Parameters
+    ----------
+    field : array (c, 4, 8) or (c, 4, k, 8)
+        Of c cells.
+    place : Places
+        Of the zones.
+    """
     cell, number, lane = place
     return np.ascontiguousarray(field[cell, number, ..., lane])
 

@@ -169,7 +169,15 @@ class Pump:
         return self.line.stiffness > 0.0
 
     def missing(self, load_factor: float, displacement: FloatArray) -> float:
-        """Return the deflection (m) that is missing; 0 where the load is given."""
+        """Return the error of the controlled deflection, wanted less present (m); 0 where the load is given.
+
+        Parameters
+        ----------
+        load_factor : float
+            Share of the full movement.
+        displacement : array (size,)
+            Of all degrees of freedom (m, rad).
+        """
         return load_factor * self.line.goal - float(self.weights @ displacement) if self.controlled else 0.0
 
     def begin_level(self) -> None:

@@ -181,18 +181,44 @@ def history_of(joints: PackedJoints) -> JointHistory:
 
 
 def set_history(joints: PackedJoints, history: JointHistory) -> None:
-    """Set the history variables of the contacts."""
+    """Set the history variables of the contacts.
+
+    Parameters
+    ----------
+    joints : PackedJoints
+        Its tiles are changed.
+    history : JointHistory
+        Arrays (m, q).
+    """
     for name, values in zip(JointHistory._fields, history, strict=True):
         put(joints.tiles[name], joints.lane, values)
 
 
 def put(field: NDArray[Any], lane: IntArray, values: NDArray[Any]) -> None:
-    """Write values of interfaces, (m,) or (m, rows), into a field of tiles, (t, LANES) or (t, rows, LANES)."""
+    """Write values of interfaces into a field of tiles.
+
+    Parameters
+    ----------
+    field : array (t, LANES) or (t, rows, LANES)
+        Of t tiles: changed.
+    lane : array of int (m,)
+        Place of each interface: tile * LANES + lane.
+    values : array (m,) or (m, rows)
+        To write.
+    """
     field[lane // LANES, ..., lane % LANES] = values
 
 
 def take(field: NDArray[Any], lane: IntArray) -> NDArray[Any]:
-    """Return the values of interfaces, (m,) or (m, rows), from a field of tiles."""
+    """Return the values of interfaces, (m,) or (m, rows), from a field of tiles.
+
+    Parameters
+    ----------
+    field : array (t, LANES) or (t, rows, LANES)
+        Of t tiles.
+    lane : array of int (m,)
+        Place of each interface: tile * LANES + lane.
+    """
     return np.ascontiguousarray(field[lane // LANES, ..., lane % LANES])
 
 

@@ -227,7 +227,13 @@ class StudyFunction:
 
 
 def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movement: Kept | None = None) -> StudyFunction:
-    """Return a study as a plain function of its variables; see ``StudyFunction``."""
+    """Return a study as a plain function of its variables.
+
+    Parameters
+    ----------
+    settings, outputs, movement
+        See ``StudyFunction``.
+    """
     return StudyFunction(settings, outputs, movement)
 
 

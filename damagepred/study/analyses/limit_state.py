@@ -61,8 +61,15 @@ def movement_place(scene: Scene) -> str:
 def asked_of(settings: StudySettings, question: Question) -> StudySettings:
     """Return the study with the movement that a question needs, and with no other.
 
-    The movement asked for is met by an increment, and the path goes on beyond it in steps as large. What was sampled of
-    the movement is not; samplers of the study have no part in it.
+    The movement of the question is an increment of the path, which goes on beyond it in equal steps. A sampled movement
+    and the sampler of the study are dropped.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        The study.
+    question : Question
+        Category, movement (m), and how far the path goes beyond it.
     """
     place = movement_place(settings.scene)
     steps = settings.scene.movement.increments

@@ -138,7 +138,15 @@ class WorkerPool:
             self.pool.close() if kind is None else self.pool.kill()
 
     def submit(self, number: int, normals: FloatArray) -> Future[list[Solved]]:
-        """Have one wall solved."""
+        """Submit one wall to the workers; return its future.
+
+        Parameters
+        ----------
+        number : int
+            Of the wall.
+        normals : array (dimensions,)
+            Its standard normals, see ``normals_to_wall``.
+        """
         wall = [(number, normals)]
         if self.executor is not None:
             return self.executor.submit(solve_margins, self.where, wall)
@@ -172,7 +180,15 @@ class Walls:
         self.digest: dict[int, bytes] = {}
 
     def margins(self, z: FloatArray, numbers: IntArray) -> FloatArray:
-        """Return the margins of walls, array (n,), given their normals (n, dimensions) and their numbers (n,)."""
+        """Return the margins of walls, array (n,), solving those that are not known.
+
+        Parameters
+        ----------
+        z : array (n, dimensions)
+            Standard normals of each wall.
+        numbers : array of int (n,)
+            Number of each wall.
+        """
         for number, row in zip(numbers.tolist(), z):
             self.digest[number] = hashlib.blake2b(np.ascontiguousarray(row).tobytes(), digest_size=16).digest()
             if self.like is not None and self.like.digest.get(number) == self.digest[number]:

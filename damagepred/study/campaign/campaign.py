@@ -383,7 +383,15 @@ class Campaign:
         }
 
     def write_design(self, folder: StudyFolder, samples: int) -> None:
-        """Write every input of the first samples into a folder that has its frozen study."""
+        """Write the inputs of the first samples to a folder that has its frozen study.
+
+        Parameters
+        ----------
+        folder : StudyFolder
+            Where to.
+        samples : int
+            How many.
+        """
         design = self.design_dataset(samples).assign_attrs(study=folder.study_text())
         write_dataset(design, folder.design_file, folder.study_hash)
 

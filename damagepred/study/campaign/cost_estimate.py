@@ -112,7 +112,17 @@ class _LongEnough(Exception):
 
 
 def zone_bytes(model: Model, increments: int) -> int:
-    """Return what is kept of zones (four stresses and a state) and gridpoints (displacement) in memory (bytes)."""
+    """Return the memory that the results of zones and gridpoints take (bytes).
+
+    Four stresses and a state of each zone, and the displacement of each gridpoint, at every increment.
+
+    Parameters
+    ----------
+    model : Model
+        With or without a mesh.
+    increments : int
+        Of the movement.
+    """
     if model.mesh is None:
         return 0
     return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)

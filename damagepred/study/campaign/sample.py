@@ -176,7 +176,15 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
 
 
 def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
-    """Return how samples ended whose part is there already, written by a worker whose answer got lost; else None."""
+    """Return the outcomes of a batch whose part is in the folder, though the worker's answer got lost; None without.
+
+    Parameters
+    ----------
+    folder : StudyFolder
+        Of the campaign.
+    batch : sequence of (int, mapping)
+        See ``Batch``.
+    """
     file = folder.part_file(batch[0][0], batch[-1][0])
     if not file.is_file():
         return None
@@ -226,7 +234,13 @@ class Solved(NamedTuple):
 
 @one_blas_thread()
 def solve_sample(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> Solved:
-    """Solve and judge one sample; whatever goes wrong with it is its own affair."""
+    """Solve and judge one sample; an error is recorded as the outcome, not raised.
+
+    Parameters
+    ----------
+    settings, design, sample, values
+        See ``sampled_wall``.
+    """
     began = time.perf_counter()
     steps: list[Step] = []
     status, reason, message = SampleStatus.COMPLETE, "", ""
