@@ -38,7 +38,7 @@ def run_steps(
     search_distance,
     counts,
 ):
-    """Run steps ``first`` to ``last`` of a stretch; stop early where what is near has to be looked for anew.
+    """Run steps ``first`` to ``last`` of the explicit time integration; stop early where the neighbour list expires.
 
     Parameters
     ----------

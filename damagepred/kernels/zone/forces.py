@@ -37,7 +37,7 @@ def shape_type():
 
 
 def memory_type():
-    """Return the record type of what the zones of a cell remember, where they can yield.
+    """Return the record type of the history variables of a cell whose zones can yield.
 
     ``plastic``: strain e_xx, e_yy, g_xy, e_zz. ``state``: what yields now, 0 nothing, 1 shear, 2 tension, 3 both.
     """
@@ -45,7 +45,7 @@ def memory_type():
 
 
 def work_type():
-    """Return the record type of what a cell works with.
+    """Return the record type of a cell's work arrays.
 
     ``displacement_at``, ``force_at``: displacement of, and force on, the four corners and the common gridpoint, x and
     y. ``hourglass``: hourglass displacement, x and y. ``yields``: 1 where a stress exceeds the yield limit. ``lanes``:
@@ -69,7 +69,7 @@ def moduli_type():
 
 @kernel
 def place_facets(facets, displacement):
-    """Bring pieces of facets to where their gridpoints are: a place between the two, and rotation of their line.
+    """Compute displacement and rotation of the facets from their gridpoints.
 
     Parameters
     ----------
