@@ -200,7 +200,7 @@ def face_frame(points, i, edges, pose):
 def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, old_x, old_y):
     """Detect contact of a free point with a neighbouring block, and start it; return whether there is one.
 
-    The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006, ch. 9).
+    The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006).
 
     Parameters
     ----------
