@@ -13,7 +13,8 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 
-from damagepred.archive.files import read_dataset
+from damagepred import Scene, solve
+from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import read_part, write_part
 from damagepred.cli import main
@@ -25,6 +26,7 @@ from damagepred.study.campaign import sample
 from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.verify import repair
 from tests.killed import KILLED, run_killed
+from tests.made_up import made_up_study
 from tests.study.test_rare import ASKED
 from tests.study.test_rare import TINY as RARE
 from tests.study.test_run import settings
@@ -222,15 +224,27 @@ COMMANDS = {
     "report": "report study.dp -o new/r.html --no-replay --bootstrap 0",
     "new": "new new/house.toml",
     "solve": "solve scene.toml -o new/w.nc",
+    "sensitivity": "sensitivity many.dp -o new/s.nc",
+    "cracks": "cracks wall.nc --csv new/k.csv -o new/k.nc",
+    "plot": "plot wall.nc -o new",
+    "export": "fragility many.dp -o new/f.nc --bootstrap 0 --goodness 0 --categories 1,2 --export openquake",
 }
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+PICTURES = ("plot", "export")
+"""Of these all writes are killed by the slow tests alone: each run draws again."""
+
+
+@pytest.mark.parametrize("command", [pytest.param(c, marks=pytest.mark.slow) if c in PICTURES else c for c in COMMANDS])
 def test_what_commands_write_is_whole_or_not_there(
     command: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(done, tmp_path / "study.dp")
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
+    if "many.dp" in COMMANDS[command]:
+        made_up_study(tmp_path / "many.dp")
+    if "wall.nc" in COMMANDS[command]:
+        write_dataset(solve(Scene.from_toml(tmp_path / "scene.toml")), tmp_path / "wall.nc")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["damagepred", *COMMANDS[command].split()])
     place = tmp_path / "new"
