@@ -17,6 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from run import solid_wall_study
 
+from damagepred.archive.digest import signature
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, read_part, write_part
 from damagepred.study import Study
@@ -29,6 +30,21 @@ def timed(what: str, do: Callable[[], object]) -> None:
     began = time.perf_counter()
     do()
     print(f"{what}: {time.perf_counter() - began:.2f} s", flush=True)
+
+
+def share(files: list[Path], read: Callable[[Path], object], repetitions: int = 7) -> float:
+    """Return the share of checksums in the time of reading files; both times are the shortest of some repetitions."""
+
+    def shortest(do: Callable[[Path], object]) -> float:
+        times = []
+        for _ in range(repetitions):
+            began = time.perf_counter()
+            for file in files:
+                do(file)
+            times.append(time.perf_counter() - began)
+        return min(times)
+
+    return shortest(signature) / shortest(read)
 
 
 def main() -> None:
@@ -56,6 +72,9 @@ def main() -> None:
         timed("consolidating", folder.consolidate)
         timed("status, all consolidated", lambda: study_status(folder.path))
         timed("reading all", folder.results)
+        parts = [f for f, _ in zip(folder.part_files(), range(2000))]
+        print(f"checksums: {share(parts, read_part):.1%} of reading parts, ", end="")
+        print(f"{share([folder.results_file], lambda _: folder.results()):.1%} of reading results.nc")
         size = sum(f.stat().st_size for f in folder.parts.iterdir())
         print(
             f"parts {size / options.walls:.0f}, results.nc {folder.results_file.stat().st_size / options.walls:.0f} "
