@@ -15,7 +15,7 @@ class InitialState(NamedTuple):
     ----------
     displacement : array (size,)
         Of all degrees of freedom (m, rad).
-    history : JointMemory
+    history : JointHistory
         Internal variables of the contacts.
     plastic : array (z, 4) or None
         Plastic strain of the zones; None if nothing has yielded.
