@@ -256,9 +256,9 @@ class Supports(NamedTuple):
         empty = np.empty(0)
         return cls(np.empty(0, np.int64), empty, load, np.zeros_like(load), empty, np.empty(0, np.bool_))
 
-    def displacement(self, progress: float) -> FloatArray:
+    def displacement(self, load_factor: float) -> FloatArray:
         """Return the prescribed displacements (p,) at a load factor of the movement (m, rad)."""
-        return self.start + progress * self.prescribed_displacement
+        return self.start + load_factor * self.prescribed_displacement
 
 
 class Jacks(NamedTuple):

@@ -10,9 +10,20 @@ from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, z
 
 @kernel
 def run_cycles(
-    joints, special, softening, zoned, sections, pump, motion, damping, load_share, progress, progress_step, cycles
+    joints,
+    special,
+    softening,
+    zoned,
+    sections,
+    pump,
+    motion,
+    damping,
+    load_share,
+    load_factor,
+    load_factor_step,
+    cycles,
 ):
-    """Run ``cycles`` cycles while the movement advances by ``progress_step`` in each.
+    """Run ``cycles`` cycles while the movement advances by ``load_factor_step`` in each.
 
     Parameters
     ----------
@@ -36,7 +47,7 @@ def run_cycles(
         Local damping.
     load_share : float
         Factor on the dead load.
-    progress, progress_step : float
+    load_factor, load_factor_step : float
         Share of the full movement at the start, and its change a cycle.
     cycles : int
         How many.
@@ -45,17 +56,17 @@ def run_cycles(
     tiles, ground = joints.tiles, joints.ground
     first_ground = tiles.size - ground.size
     for cycle in range(cycles):
-        progress_now = progress + (cycle + 1) * progress_step
+        load_factor_now = load_factor + (cycle + 1) * load_factor_step
         for p in range(motion.prescribed.size):
-            displacement[motion.prescribed[p]] = motion.start[p] + progress_now * motion.prescribed_displacement[p]
+            displacement[motion.prescribed[p]] = motion.start[p] + load_factor_now * motion.prescribed_displacement[p]
         if zoned is not None:
             place_facets(zoned[0], displacement)
         for t in range(tiles.size):
             gather(tiles[t], displacement)
         for t in range(first_ground):
-            contact_forces(tiles[t], None, special, softening, progress_now)
+            contact_forces(tiles[t], None, special, softening, load_factor_now)
         for t in range(ground.size):
-            contact_forces(tiles[first_ground + t], ground[t], special, softening, progress_now)
+            contact_forces(tiles[first_ground + t], ground[t], special, softening, load_factor_now)
         sum_forces(
             joints.contributions,
             joints.first,
@@ -63,7 +74,7 @@ def run_cycles(
             motion.load,
             load_share,
             motion.live_load,
-            progress_now,
+            load_factor_now,
             force,
         )
         if sections is not None:
@@ -80,16 +91,16 @@ def run_cycles(
                 commit_sections(sections.law, sections.memory, sections.interfaces, displacement)
         if zoned is None:
             if pump is not None:
-                press(pump, displacement, progress_now, progress_step, force)
+                press(pump, displacement, load_factor_now, load_factor_step, force)
             move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, force.size)
         else:
             facets, gridpoints = zoned[0].first_dof, 3 * (joints.first.size - 1)
             for j in range(gridpoints, force.size):
-                force[j] = load_share * motion.load[j] + progress_now * motion.live_load[j]
+                force[j] = load_share * motion.load[j] + load_factor_now * motion.live_load[j]
             zone_forces(zoned[1], displacement, force)
             scatter_facet_forces(zoned[0], force)
             if pump is not None:
-                press(pump, displacement, progress_now, progress_step, force)
+                press(pump, displacement, load_factor_now, load_factor_step, force)
             # facets follow their gridpoints
             move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, facets)
             move(force, motion.inverse_mass, damping, motion.velocity, displacement, gridpoints, force.size)

@@ -6,7 +6,7 @@ VOLUME, LOAD = 0, 1
 
 
 @law
-def press(pump, displacement, progress, progress_step, force):
+def press(pump, displacement, load_factor, load_factor_step, force):
     """Add the forces of the jacks, which follow the pump, which follows the deflection.
 
     The pump's line is a spring, load = stiffness * (volume - lift): its forces have an energy, whatever the deflection
@@ -18,7 +18,7 @@ def press(pump, displacement, progress, progress_step, force):
         See ``damagepred.solvers.time_stepping.jack_servo.Line``; its ``state`` is brought up to date.
     displacement, force : array (size,)
         Of all degrees of freedom.
-    progress, progress_step : float
+    load_factor, load_factor_step : float
         Share of the full movement reached, and its change in this cycle.
     """
     lift, deflection = 0.0, 0.0
@@ -26,9 +26,9 @@ def press(pump, displacement, progress, progress_step, force):
         u = displacement[pump.dof[i]]
         lift += pump.push[i] * u
         deflection += pump.weight[i] * u
-    missing = progress * pump.goal - deflection
-    volume = pump.state[VOLUME] + progress_step * pump.volume_step + pump.gain * missing
-    load = pump.load + progress * pump.load_step + pump.stiffness * (volume - lift)
+    missing = load_factor * pump.goal - deflection
+    volume = pump.state[VOLUME] + load_factor_step * pump.volume_step + pump.gain * missing
+    load = pump.load + load_factor * pump.load_step + pump.stiffness * (volume - lift)
     pump.state[VOLUME] = volume
     pump.state[LOAD] = load
     for i in range(pump.dof.size):

@@ -10,7 +10,7 @@ NEXT = np.uint64(LANES)
 
 
 @law
-def sum_forces(contributions, first, position, load, load_share, live_load, progress, force):
+def sum_forces(contributions, first, position, load, load_share, live_load, load_factor, force):
     """Sum the residual force of each block: loads and contact forces.
 
     Parameters
@@ -24,13 +24,13 @@ def sum_forces(contributions, first, position, load, load_share, live_load, prog
         the moment follow at distances of ``LANES``.
     load, live_load, force : array (3 (blocks + 1),)
         Dead load at share 1, live load at full movement, and the sum (N, N, N m).
-    load_share, progress : float
+    load_share, load_factor : float
         Load factors of the dead and of the live load.
     """
     for j in range(first.size - 1):
-        x = load_share * load[3 * j] + progress * live_load[3 * j]
-        y = load_share * load[3 * j + 1] + progress * live_load[3 * j + 1]
-        turning = load_share * load[3 * j + 2] + progress * live_load[3 * j + 2]
+        x = load_share * load[3 * j] + load_factor * live_load[3 * j]
+        y = load_share * load[3 * j + 1] + load_factor * live_load[3 * j + 1]
+        turning = load_share * load[3 * j + 2] + load_factor * live_load[3 * j + 2]
         for p in range(first[j], first[j + 1]):
             at = position[p]
             x += contributions[at]

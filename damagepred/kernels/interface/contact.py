@@ -32,7 +32,7 @@ def gather(tile, displacement):
 
 
 @law
-def contact_forces(tile, ground, special, softening, progress):
+def contact_forces(tile, ground, special, softening, load_factor):
     """Update the history variables of all contacts of a tile, and its forces on the blocks.
 
     Parameters
@@ -46,7 +46,7 @@ def contact_forces(tile, ground, special, softening, progress):
         None if no joint dilates, breaks or softens by slip or has a cap: these are then left out at compile time.
     softening : bool or None
         None if no bond softens.
-    progress : float
+    load_factor : float
         Load factor of the movement.
     """
     for i in range(LANES):
@@ -80,8 +80,8 @@ def contact_forces(tile, ground, special, softening, progress):
             u_n = opening + at * (turn_b - turn_a)
             u_s = shear
             if ground is not None:
-                u_n -= ground.normal_start[k, i] + progress * ground.normal[k, i]
-                u_s -= ground.shear_start[k, i] + progress * ground.shear[k, i]
+                u_n -= ground.normal_start[k, i] + load_factor * ground.normal[k, i]
+                u_s -= ground.shear_start[k, i] + load_factor * ground.shear[k, i]
             dilatant_opening, kappa = 0.0, 0.0
             if special is not None:
                 dilatant_opening = tile.dilatant_opening[k, i]

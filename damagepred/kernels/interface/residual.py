@@ -6,20 +6,20 @@ from damagepred.kernels.jit import kernel, kernel_making_arrays
 
 
 @kernel
-def combine_loads(dead, live, load, progress, force):
+def combine_loads(dead, live, load, load_factor, force):
     """Fill the external force on every degree of freedom.
 
     Parameters
     ----------
     dead, live : array (size,)
         Dead load, and load that grows with the movement (N, N m).
-    load, progress : float
+    load, load_factor : float
         Load factors of the two.
     force : array (size,)
         Filled.
     """
     for i in range(force.size):
-        force[i] = load * dead[i] + progress * live[i]
+        force[i] = load * dead[i] + load_factor * live[i]
 
 
 @kernel_making_arrays

@@ -578,7 +578,7 @@ class Continuation:
     def last_equilibrium_message(self) -> str:
         """Say at which load factor a wall under live load last had an equilibrium."""
         return (
-            f" The last equilibrium is at progress {self.last_stable_load_factor:.5g}."
+            f" The last equilibrium is at load factor {self.last_stable_load_factor:.5g}."
             if self._locates_collapse
             else ""
         )
