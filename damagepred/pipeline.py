@@ -36,7 +36,7 @@ from damagepred.solvers.system.footing_forces import section_forces, section_int
 from damagepred.time_limit import time_limit
 
 if TYPE_CHECKING:
-    from damagepred.solvers.dynamics import DynamicRun
+    from damagepred.solvers.dynamics.run import DynamicRun
 
 
 QUALITY = (
@@ -345,11 +345,12 @@ def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRu
     InputError
         If the model cannot be run in time.
     """
-    from damagepred.solvers.dynamics import DynamicRun, require_supported
+    from damagepred.solvers.dynamics.run import DynamicRun, require_supported
     from damagepred.solvers.quasi_static.static_equilibrium import static_equilibrium
 
     require_supported(model, settings, dynamics)
-    return DynamicRun(model, dynamics, static_equilibrium(model, settings) if dynamics.start == "equilibrium" else None)
+    initial = static_equilibrium(model, settings) if dynamics.start == "equilibrium" else None
+    return DynamicRun(model, dynamics, initial, SolverOptions.of(settings).dynamics)
 
 
 def _whole_interfaces(settings: Solver) -> Solver:

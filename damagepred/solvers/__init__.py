@@ -60,6 +60,6 @@ def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment
         from damagepred.solvers.quasi_static.continuation import quasi_static_path
 
         return quasi_static_path(model, settings, increments)
-    from damagepred.solvers.explicit import explicit_path
+    from damagepred.solvers.explicit.load_path import explicit_path
 
     return explicit_path(model, settings, increments)

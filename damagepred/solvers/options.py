@@ -13,6 +13,8 @@ from damagepred.scene import Solver
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Pure
 from damagepred.scene.reading import build, plain
+from damagepred.solvers.dynamics.options import DynamicsOptions
+from damagepred.solvers.explicit.options import ExplicitOptions
 from damagepred.solvers.quasi_static.options import (
     ContinuationOptions,
     CoulombOptions,
@@ -24,6 +26,7 @@ from damagepred.solvers.quasi_static.options import (
     NewtonOptions,
     ReturnMappingOptions,
 )
+from damagepred.solvers.time_stepping.options import JackServoOptions, MechanismOptions, TimeSteppingOptions
 
 
 @described
@@ -58,8 +61,8 @@ class SolverOptions:
 
     Attributes
     ----------
-    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, linear_system,
-    symmetry, zone_selection
+    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, linear_system, \
+    symmetry, zone_selection, time_stepping, jack_servo, mechanism, explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
@@ -74,6 +77,11 @@ class SolverOptions:
     linear_system: LinearSystemOptions = Field(default_factory=LinearSystemOptions)
     symmetry: SymmetryOptions = Field(default_factory=SymmetryOptions)
     zone_selection: ZoneSelectionOptions = Field(default_factory=ZoneSelectionOptions)
+    time_stepping: TimeSteppingOptions = Field(default_factory=TimeSteppingOptions)
+    jack_servo: JackServoOptions = Field(default_factory=JackServoOptions)
+    mechanism: MechanismOptions = Field(default_factory=MechanismOptions)
+    explicit: ExplicitOptions = Field(default_factory=ExplicitOptions)
+    dynamics: DynamicsOptions = Field(default_factory=DynamicsOptions)
 
     @classmethod
     def of(cls, settings: Solver) -> SolverOptions:

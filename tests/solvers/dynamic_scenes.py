@@ -9,7 +9,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver
-from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics.run import DynamicRun
 
 G, THICKNESS, DENSITY = 9.81, 0.11, 2000.0
 STIFF = Solver(lump_block_elasticity=False)

@@ -1,5 +1,6 @@
 """Parts of the dynamic solver one by one: points, neighbours, base motion, time step, settings."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from damagepred.solvers.dynamics.base_motion import base_displacement, from_reco
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.contact_search import neighbour_list, world_coordinates
+from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.dynamics.time_step import time_step
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
 from tests.assembly.reference import voronoi
@@ -35,7 +37,7 @@ def cells(shift: float = 0.0) -> Assembly:
 @pytest.mark.parametrize("assembly", [cells(), stack(3), on_plate()])
 def test_points_cover_every_face_once(assembly: Assembly) -> None:
     model = assembly.build(STIFF)
-    scene = body_arrays(model, ORIGIN)
+    scene = body_arrays(model, ORIGIN, DEFAULTS)
     points, edges = scene.points, scene.edges
     own = edges["polygon"][points["own_edge"]] < model.n_blocks
     covered = np.bincount(points["own_edge"][own], 2 * points["area"][own] / THICKNESS, len(edges))
@@ -86,7 +88,7 @@ def test_forces_are_those_of_small_displacements() -> None:
 
 def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     model = cells().build(STIFF)
-    scene = body_arrays(model, ORIGIN)
+    scene = body_arrays(model, ORIGIN, DEFAULTS)
     motion = motion_of(model, ORIGIN)
     random = np.random.default_rng(3)
     motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
@@ -94,7 +96,7 @@ def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
 
     update_poses(motion)
     margin = 0.03
-    near = neighbour_list(scene, motion.pose, margin)
+    near = neighbour_list(scene, motion.pose, margin, DEFAULTS.wide_block_ratio)
     at = world_coordinates(motion.pose, scene.points["body"], scene.points["x"], scene.points["y"])
     edges = scene.edges
     c, s = motion.pose[edges["body"], 2], motion.pose[edges["body"], 3]
@@ -266,10 +268,10 @@ def test_wall_of_a_scene_runs_in_time() -> None:
     assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
 
 
-def test_steps_are_counted_whatever_they_are_run_in(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_are_counted_whatever_they_are_run_in() -> None:
     """The clock may be looked at many times on the way to an output."""
     course = started(stack(2).build(STIFF), 0.01, 2)
-    monkeypatch.setattr("damagepred.solvers.dynamics.run.STRETCH", 7 * len(course.bodies.points))
+    course.options = replace(DEFAULTS, point_steps_per_check=7 * len(course.bodies.points))
     assert course.steps_each > 20
     assert [step.cycles for step in course] == [0, course.steps_each, course.steps_each]
 

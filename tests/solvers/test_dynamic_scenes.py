@@ -10,7 +10,7 @@ from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactState
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Solver, Wall
-from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics.run import DynamicRun
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, stack, started, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}
@@ -113,12 +113,9 @@ def test_a_wall_that_hardly_moves_is_searched_once() -> None:
     )
 
 
-def test_how_far_is_looked_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from damagepred.solvers.dynamics import run as module
-
+def test_the_skin_of_the_neighbour_list_changes_nothing() -> None:
     near = run(table(), 0.5, 5, **GENTLE)
-    monkeypatch.setattr(module, "MARGIN", 0.5)
-    far = run(table(), 0.5, 5, **GENTLE)
+    far = run(table(), 0.5, 5, replace(STIFF, advanced={"dynamics": {"skin": 0.5}}), **GENTLE)
     assert far["searches"].values[-1] < near["searches"].values[-1]
     np.testing.assert_array_equal(near["block_displacement_x"].values, far["block_displacement_x"].values)
 

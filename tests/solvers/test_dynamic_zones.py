@@ -15,10 +15,10 @@ from damagepred.kernels.dynamics.motion import BODY_TERMS
 from damagepred.pipeline import model_of
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.dynamics import DynamicRun
 from damagepred.solvers.dynamics.body_motion import update_poses
 from damagepred.solvers.dynamics.energy_balance import EnergyTerms
 from damagepred.solvers.dynamics.gridpoints import update_facet_poses, zone_energy
+from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.state.increment import Increment, ZonePicture
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs

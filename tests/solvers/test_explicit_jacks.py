@@ -16,11 +16,12 @@ from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Moveme
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.load_path import ExplicitPath
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
 from damagepred.solvers.system.loading_stages import unilateral_supports
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
-from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND, Pump
+from damagepred.solvers.time_stepping.jack_servo import Pump
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping, scaled_mass
 
 DATA = Path(__file__).parents[2] / "data"
@@ -78,7 +79,7 @@ def agree(model: Model, explicit: list[Increment], quasi_static: list[Increment]
     for one, other in zip(explicit, quasi_static, strict=True):
         assert one.deflection == pytest.approx(other.deflection, abs=share * most)
         assert dpc_opening(model, one) == pytest.approx(
-            dpc_opening(model, other), abs=share * widest + DEFLECTION_FOUND
+            dpc_opening(model, other), abs=share * widest + DEFAULTS.jack_servo.deflection_tolerance
         )
         if np.isfinite(other.jack_load):
             assert one.jack_load == pytest.approx(other.jack_load, abs=share * max(loads))
@@ -101,7 +102,7 @@ def test_level_state_is_found_too_where_joints_give_way() -> None:
     assert not run.start_from_elastic_solution()
     level = next(solve_path(model, settings, 1))
     exact = next(solve_path(model, replace(settings, method="quasi_static"), 1))
-    assert abs(level.deflection) <= DEFLECTION_FOUND
+    assert abs(level.deflection) <= DEFAULTS.jack_servo.deflection_tolerance
     assert level.jack_load == pytest.approx(exact.jack_load, rel=1e-3)
     assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-3)
 
@@ -117,7 +118,9 @@ def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float
     assert 0.0 < last.load_factor < 1.0
     for increment in explicit[:-1]:
         sign = -1.0 if kind == "dishing" else 1.0
-        assert increment.deflection == pytest.approx(sign * increment.load_factor * deflection, abs=DEFLECTION_FOUND)
+        assert increment.deflection == pytest.approx(
+            sign * increment.load_factor * deflection, abs=DEFAULTS.jack_servo.deflection_tolerance
+        )
 
 
 def test_path_goes_on_where_jacks_are_to_pull() -> None:
@@ -139,7 +142,7 @@ def test_load_may_be_what_is_given() -> None:
 
 def test_the_pump_runs_ahead_at_the_pace_of_the_last_step() -> None:
     """Volume per progress over the last step alone, whatever was delivered before."""
-    pump = Pump(wall_model(on_jacks()))
+    pump = Pump(wall_model(on_jacks()), DEFAULTS.jack_servo)
     pump.begin_level()
     for progress, volume, pace in ((0.2, 1e-3, 5e-3), (0.5, 6e-4, 2e-3), (0.9, -8e-4, -2e-3)):
         pump.deliver(volume)
@@ -149,7 +152,7 @@ def test_the_pump_runs_ahead_at_the_pace_of_the_last_step() -> None:
 
 def test_masses_bound_the_swings_of_wall_and_line() -> None:
     model = wall_model(on_jacks())
-    pump, damping, safety = Pump(model), 0.8, 0.9
+    pump, damping, safety = Pump(model, DEFAULTS.jack_servo), 0.8, 0.9
     mass = scaled_mass(model, damping, safety, pump)
     free = np.setdiff1d(np.arange(model.size), held_dofs(model))
     push = model.jacks.push[free] if model.jacks else np.empty(0)

@@ -11,8 +11,9 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.load_path import ExplicitPath
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.detached_blocks import detached_blocks
-from damagepred.solvers.time_stepping.collapse_mechanism import CYCLES, FASTER, is_mechanism
+from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 
@@ -80,6 +81,7 @@ class Gliding:
         wall.support(wall.add_block(rectangle(-1.0, -1.0, 2.0, 0.0)))
         wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2))
         self.model, self.settings, self.ways = wall.build(), Solver(), list(ways)
+        self.options = DEFAULTS
         zeros = np.zeros(self.model.size)
         self.free, self.along = np.arange(3, 6), 3
         load = zeros.copy()
@@ -103,7 +105,7 @@ class Gliding:
 @pytest.mark.parametrize(
     ("ways", "draws", "factor"),
     [
-        ((1e-4, 2e-4), 1.0, FASTER),
+        ((1e-4, 2e-4), 1.0, DEFAULTS.mechanism.speed_factor),
         ((2e-4, 1e-4), 1.0, 1.0),  # it slows down
         ((1e-4, 2e-4), -1.0, 1.0),  # what drives it is no load
     ],
@@ -113,7 +115,7 @@ def test_only_what_gathers_speed_under_its_load_is_pushed_on(
 ) -> None:
     run = Gliding(ways, draws)
     assert not is_mechanism(run)  # type: ignore[arg-type]
-    assert run.motion.velocity[run.along] == pytest.approx(factor * ways[1] / CYCLES)
+    assert run.motion.velocity[run.along] == pytest.approx(factor * ways[1] / DEFAULTS.mechanism.cycles)
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,10 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactKind, ContactState
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import Increment, explicit, solve_path
+from damagepred.solvers import Increment, solve_path
 from damagepred.solvers import symmetry as half
-from damagepred.solvers.explicit import explicit_path
+from damagepred.solvers.explicit import load_path
+from damagepred.solvers.explicit.load_path import explicit_path
 from damagepred.solvers.quasi_static import continuation
 from damagepred.solvers.symmetry import SymmetryReduction, reduce_by_symmetry
 from tests.solvers.walls import stack
@@ -529,7 +530,7 @@ def test_supports_that_are_mirror_images_are_no_obstacle() -> None:
 # -- the solvers' side ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("method", "module"), [("quasi_static", continuation), ("explicit", explicit)])
+@pytest.mark.parametrize(("method", "module"), [("quasi_static", continuation), ("explicit", load_path)])
 def test_the_setting_tells_which_model_is_solved(method: str, module: object, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Model] = []
     monkeypatch.setattr(module, f"{method}_path", lambda model, settings, increments: iter(seen.append(model) or ()))

@@ -122,3 +122,11 @@ def test_an_option_acts() -> None:
     plain, without = (damagepred.solve(scene, solver=advanced(newton={"max_iterations": n})) for n in (16, 1))
     assert without["newton_iterations"].sum() > plain["newton_iterations"].sum()
     np.testing.assert_allclose(without["contact_opening"], plain["contact_opening"], rtol=0, atol=2e-6)
+
+
+def test_options_of_the_explicit_solver_act() -> None:
+    """With next to no tolerance each increment takes its ramp and the least number of convergence checks."""
+    options = {"check_interval": 7, "passed_checks": 2}
+    settings = Solver(method="explicit", tolerance=1e3, advanced={"explicit": options})
+    ds = damagepred.solve(small_scene(), solver=settings)
+    assert set(ds["cycles"].values[1:]) == {settings.ramp_cycles + 14}

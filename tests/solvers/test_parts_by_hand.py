@@ -29,7 +29,7 @@ from damagepred.solvers.state.zone_history import picture
 from damagepred.solvers.system.detached_blocks import largest_elastic_displacement
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
 from damagepred.solvers.system.footing_forces import section_response_of
-from damagepred.solvers.time_stepping.jack_servo import PACE, STIFFER, Pump
+from damagepred.solvers.time_stepping.jack_servo import Pump
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.solvers.dynamic_scenes import STIFF, stack, started
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
@@ -81,7 +81,7 @@ def test_jacks_whose_load_is_given_come_to_it_in_proportion() -> None:
 
 def test_pump_and_line_by_static_solutions() -> None:
     model = on_jacks("deflection").model
-    pump = Pump(model)
+    pump = Pump(model, DEFAULTS.jack_servo)
     assert model.jacks is not None
     push, weights = model.jacks.push, model.deflection
     solved = elastic_solutions(model, dead_load(model) + pump.level_load * push, push, weights)
@@ -90,7 +90,7 @@ def test_pump_and_line_by_static_solutions() -> None:
     np.testing.assert_allclose(pump.level, level, rtol=1e-6, atol=1e-9 * np.abs(level).max())
     assert abs(weights @ level) < 1e-9 * np.abs(level).max()
     gives = push @ by_push
-    line = STIFFER / gives
+    line = DEFAULTS.jack_servo.line_stiffness_ratio / gives
     assert pump.level_volume == pytest.approx(push @ level + pump.level_load / line)
 
     # two swings with the line as a spring, by Rayleigh's quotient
@@ -98,7 +98,9 @@ def test_pump_and_line_by_static_solutions() -> None:
     bent = by_weight - by_push * (line * (push @ by_weight) / (1.0 + line * gives))
     squares = [(gives + line * gives**2) / (mass @ by_push**2), (weights @ bent) / (mass @ bent**2)]
     pump.set_gain(mass, 0.7)
-    assert pump.time_constant == pytest.approx(1.0 / (PACE * 0.7 * np.sqrt(min(squares))), rel=1e-6)
+    assert pump.time_constant == pytest.approx(
+        1.0 / (DEFAULTS.jack_servo.gain_ratio * 0.7 * np.sqrt(min(squares))), rel=1e-6
+    )
     slowness = pump.time_constant
     pump.halve_gain()
     assert pump.time_constant == pytest.approx(2.0 * slowness)
@@ -195,8 +197,8 @@ def test_points_on_a_stretch_of_a_face() -> None:
     for first, last in ((False, False), (True, False), (False, True), (True, True)):
         rules = (begins if first else gauss, ends if last else gauss)
         expected = [(0.2 + 0.3 * (k + at), 0.3 * share) for k in range(2) for at, share in rules[k]]
-        np.testing.assert_allclose(_spread(0.2, 0.8, 0.3, first, last), expected)
-    np.testing.assert_allclose(_spread(0.2, 0.5, 0.3, True, True), [(0.2, 0.05), (0.35, 0.2), (0.5, 0.05)])
+        np.testing.assert_allclose(_spread(0.2, 0.8, 0.3, first, last, 100), expected)
+    np.testing.assert_allclose(_spread(0.2, 0.5, 0.3, True, True, 100), [(0.2, 0.05), (0.35, 0.2), (0.5, 0.05)])
 
 
 @pytest.mark.parametrize("zones", [None, 0.1])

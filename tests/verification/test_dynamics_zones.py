@@ -11,7 +11,7 @@ from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BaseMotion, BlockMaterial
-from damagepred.solvers.dynamics import DynamicRun
+from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs

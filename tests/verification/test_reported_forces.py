@@ -13,7 +13,7 @@ from damagepred.enumerations import ContactState
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.explicit.load_path import CALM_CHECKS, CHECK_EVERY
+from damagepred.solvers.options import DEFAULTS
 from tests.validation.test_quasi_static_balance import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 
@@ -194,4 +194,6 @@ def test_cycles_are_counted_increment_by_increment() -> None:
     """With next to no tolerance each takes its ramp and the least number of looks at the residual."""
     settings = replace(EXPLICIT, tolerance=1e3)
     path = list(solve_path(moved_wall(DRY), settings, 3))
-    assert [step.cycles for step in path[1:]] == [settings.ramp_cycles + CHECK_EVERY * CALM_CHECKS] * 3
+    assert [step.cycles for step in path[1:]] == [
+        settings.ramp_cycles + DEFAULTS.explicit.check_interval * DEFAULTS.explicit.passed_checks
+    ] * 3

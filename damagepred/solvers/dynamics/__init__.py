@@ -2,10 +2,6 @@
 
 ``body_arrays``: edges, boundary points and laws as kernels take them. ``body_motion``: poses, velocities and forces.
 ``facets``, ``gridpoints``: deformable blocks. ``base_motion``: pulses and records. ``contact_search``: neighbours.
-``time_step``, ``energy_balance``, and ``run``, which joins them. The laws are in
+``time_step``, ``energy_balance``, ``options``, and ``run``, which joins them. The laws are in
 ``damagepred.kernels.dynamics``.
 """
-
-from damagepred.solvers.dynamics.run import DynamicRun, require_supported
-
-__all__ = ["DynamicRun", "require_supported"]

@@ -21,13 +21,8 @@ from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, LAW, POINT
 from damagepred.kernels.joint.limits import slip_compliance
 from damagepred.kernels.joint.softening import damage_rate
 from damagepred.solvers.dynamics.facets import FacetBodies, facet_bodies
+from damagepred.solvers.dynamics.options import DynamicsOptions
 
-REACH = 0.02
-"""A point may pass the end of the edge it faces by this share of the length it stands for."""
-RELEASE = 0.1
-"""A point whose bond is broken is free once it has parted from its first edge by this share of that length."""
-MOST_CELLS = 100
-"""Cells into which a stretch of a face without joint is cut at most, each with its points."""
 GAUSS = 12.0**-0.5
 """Distance of the two points of Gauss from the middle of a cell of length 1."""
 LONG = 1e9
@@ -59,7 +54,7 @@ class BodyArrays(NamedTuple):
     reach: FloatArray
 
 
-def body_arrays(model: Model, origin: FloatArray, search: bool = True) -> BodyArrays:
+def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions, search: bool = True) -> BodyArrays:
     """Return edges, points and laws of a model.
 
     Parameters
@@ -68,6 +63,8 @@ def body_arrays(model: Model, origin: FloatArray, search: bool = True) -> BodyAr
         n blocks, m interfaces with q contacts.
     origin : array (2,)
         Place that becomes the origin (m): far away, coordinates have few digits left.
+    options : DynamicsOptions
+        Lengths of edges and cells.
     search : bool
         Whether points may meet what they did not face at first. If not, a joint's facet goes on in its line to the
         ends of its face, so that what slides does not lose it.
@@ -76,8 +73,8 @@ def body_arrays(model: Model, origin: FloatArray, search: bool = True) -> BodyAr
     centre = np.vstack((_centres(model, origin), sides.place))
     edges, first_edge = _edges(model, origin, sides, centre, search)
     home = _bonded_edges(model, edges, first_edge)
-    joined = _joint_points(model, edges, home, centre, sides)
-    points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre)))
+    joined = _joint_points(model, edges, home, centre, sides, options)
+    points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre, options)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
     arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
@@ -207,7 +204,12 @@ def _centres(model: Model, origin: FloatArray) -> FloatArray:
 
 
 def _joint_points(
-    model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray, sides: FacetBodies
+    model: Model,
+    edges: NDArray[Any],
+    home: _BondedEdges,
+    centre: FloatArray,
+    sides: FacetBodies,
+    options: DynamicsOptions,
 ) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
@@ -229,13 +231,21 @@ def _joint_points(
     points["area"] = 0.5 * face.contact_area[:, None, :]
     points["law"] = 2 * np.arange(m)[:, None, None]
     length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
-    points["reach"], points["release"] = REACH * length[:, None, :], RELEASE * length[:, None, :]
+    points["reach"], points["release"] = (
+        options.edge_overrun * length[:, None, :],
+        options.release_opening * length[:, None, :],
+    )
     points["status"] = BONDED
     return points.ravel()
 
 
 def _free_points(
-    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _BondedEdges, centre: FloatArray
+    model: Model,
+    edges: NDArray[Any],
+    first_edge: IntArray,
+    home: _BondedEdges,
+    centre: FloatArray,
+    options: DynamicsOptions,
 ) -> NDArray[Any]:
     """Put points on what of the faces of blocks has no joint, corners included."""
     law = _default_law(model)
@@ -250,7 +260,9 @@ def _free_points(
     on, along, length = [], [], []
     for edge, start, end in stretches:
         whole = float(edges["length"][edge])
-        for place, share in _spread(start, end, cell, start == 0.0 and begins[edge], end == whole and ends[edge]):
+        for place, share in _spread(
+            start, end, cell, start == 0.0 and begins[edge], end == whole and ends[edge], options.max_cells
+        ):
             on.append(edge)
             along.append(place)
             length.append(share)
@@ -260,7 +272,7 @@ def _free_points(
     points["body"], points["own_edge"] = e["body"], own
     points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
     points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
-    points["reach"], points["release"] = REACH * stretch, RELEASE * stretch
+    points["reach"], points["release"] = options.edge_overrun * stretch, options.release_opening * stretch
     points["law"] = 2 * law[e["polygon"]] + 1
     points["status"] = FREE
     points["cracked"] = 1.0
@@ -290,13 +302,15 @@ def _free_stretches(
     return found
 
 
-def _spread(start: float, end: float, cell: float, first: bool, last: bool) -> list[tuple[float, float]]:
+def _spread(
+    start: float, end: float, cell: float, first: bool, last: bool, max_cells: int
+) -> list[tuple[float, float]]:
     """Return places (m) and lengths (m) of points on a stretch of a face, cell by cell.
 
     A cell has a point at its end where that is a corner of the block, and none where the stretch borders on a joint:
     quadrature of Lobatto (3 points), Radau or Gauss (2).
     """
-    count = min(max(1, round((end - start) / cell)), MOST_CELLS)
+    count = min(max(1, round((end - start) / cell)), max_cells)
     size = (end - start) / count
     found = []
     for k in range(count):

@@ -10,9 +10,6 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.dynamics.detection import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 
-WIDE = 4.0
-"""Blocks wider than so many times the median are tried for every point."""
-
 
 class NeighbourList(NamedTuple):
     """Blocks near each of p boundary points.
@@ -38,7 +35,7 @@ def empty_neighbour_list(scene: BodyArrays) -> NeighbourList:
     return NeighbourList(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
 
 
-def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float) -> NeighbourList:
+def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: float) -> NeighbourList:
     """Return what is nearer to each point than a margin.
 
     Parameters
@@ -48,7 +45,9 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float) -> Neighb
     pose : array (bodies, 4)
         Where the bodies are.
     margin : float
-        What is near (m).
+        Distance of neighbours (m).
+    wide : float
+        Width over the median from which a block is tried for every point (1).
     """
     points, edges = scene.points, scene.edges
     own = edges[: scene.first_edge[-1]]
@@ -58,7 +57,7 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float) -> Neighb
     high = np.maximum.reduceat(corner, scene.first_edge[:-1])
     low[sides < 3], high[sides < 3] = -np.inf, np.inf  # the ground: a line without end
     width = high[:, 0] - low[:, 0]
-    is_wide = width > WIDE * np.median(width)
+    is_wide = width > wide * np.median(width)
     narrow = np.flatnonzero(~is_wide)
     narrow = narrow[np.argsort(low[narrow, 0], kind="stable")]
     left = world_coordinates(pose, points["body"], points["x"], points["y"])[:, 0].copy()

@@ -36,6 +36,7 @@ from damagepred.solvers.dynamics.gridpoints import (
     update_facet_poses,
     zone_results,
 )
+from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.initial_state import InitialState
@@ -50,19 +51,6 @@ from damagepred.solvers.system.elastic_stiffness import (
 )
 from damagepred.solvers.time_stepping.tiles import needs_full_law, needs_softening
 from damagepred.time_limit import check_time
-
-MARGIN = 0.1
-"""What is nearer than this share of the smallest block's size is near."""
-SEEN = 0.4
-"""What is near is looked for anew once a point may have moved this share of the margin: two that come nearer have not
-met then, and one step more does not bring them together."""
-STRETCH = 5_000_000
-"""Points times steps between two looks at the interrupt key and at whether all is finite."""
-AT_REST = 3
-"""Outputs in a row at which all must be slow."""
-ABSURD, MADE = 10.0, 0.5
-"""Energy over what there was and was put in at most, and made out of nothing over what went about, from which a run has
-diverged. Steps as long as they may be make some where blocks bounce without damping."""
 
 
 class Imposed(NamedTuple):
@@ -84,6 +72,8 @@ class DynamicRun:
         Time, damping, base motion.
     initial : InitialState, optional
         Static equilibrium from which the run begins; by default all is unstressed.
+    options : DynamicsOptions
+        Contact search, time step, divergence.
 
     Attributes
     ----------
@@ -101,16 +91,23 @@ class DynamicRun:
     """
 
     @one_blas_thread()
-    def __init__(self, model: Model, dynamics: Dynamics, initial: InitialState | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        dynamics: Dynamics,
+        initial: InitialState | None = None,
+        options: DynamicsOptions = DEFAULTS,
+    ) -> None:
+        self.options = options
         self.model, self.dynamics = model, dynamics
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
         self.motion = motion_of(model, self.origin)
         self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
         self.grid = gridpoint_arrays(model, self.origin, dynamics.stiffness_damping > 0.0)
-        self.bodies = body_arrays(model, self.origin, dynamics.new_contacts)
+        self.bodies = body_arrays(model, self.origin, options, dynamics.new_contacts)
         points = self.bodies.points
         self.initial_points = points[: 2 * model.n_contacts].copy()
-        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, self.grid)
+        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, self.grid)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
@@ -124,8 +121,8 @@ class DynamicRun:
         self.special = self.softening = True if needs_full_law(model) or needs_softening(model) else None
         self.imposed, self.has_live_load = _imposed(model), bool(live_load(model).any())
         self.base = base_displacement(dynamics.base)
-        self.skin = MARGIN * float(np.sqrt(model.blocks.area.min()))
-        self.search_distance = SEEN * self.skin if dynamics.new_contacts else 0.0
+        self.skin = options.skin * float(np.sqrt(model.blocks.area.min()))
+        self.search_distance = options.search_distance * self.skin if dynamics.new_contacts else 0.0
         self.neighbours: NeighbourList = empty_neighbour_list(self.bodies)
         self.searched_at = np.zeros_like(self.motion.displacement)
         self.steps = self.searches = self.output = 0
@@ -179,7 +176,7 @@ class DynamicRun:
 
     def _update_neighbour_list(self) -> None:
         if self.search_distance > 0.0:
-            self.neighbours = neighbour_list(self.bodies, self.motion.pose, self.skin)
+            self.neighbours = neighbour_list(self.bodies, self.motion.pose, self.skin, self.options.wide_block_ratio)
             self.searched_at[:] = self.motion.displacement
             if self.grid is not None:
                 self.grid.searched_at[:] = self.grid.displacement
@@ -210,7 +207,7 @@ class DynamicRun:
             self.advance()
             yield self.report(self.steps - before)
             slow = slow + 1 if self.speed() < self.dynamics.rest_speed else 0
-            if self.dynamics.stop_at_rest and slow >= AT_REST:
+            if self.dynamics.stop_at_rest and slow >= self.options.outputs_at_rest:
                 return
 
     @one_blas_thread()
@@ -220,7 +217,7 @@ class DynamicRun:
         time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
         drive = np.column_stack((self.base(time), self.load_factor(time)))
         zones = 0 if self.grid is None else len(self.grid.zones)
-        stretch = max(1, STRETCH // (len(self.bodies.points) + zones))
+        stretch = max(1, self.options.point_steps_per_check // (len(self.bodies.points) + zones))
         done = 0
         imposed, line_ends = self.imposed, 0
         while done < count:
@@ -252,7 +249,7 @@ class DynamicRun:
             if self.search_distance > 0.0 and self._moved() > self.search_distance:
                 self._update_neighbour_list()
         self.output += 1
-        if self.energy.diverged(ABSURD, MADE):
+        if self.energy.diverged(self.options.divergence_energy_ratio, self.options.divergence_energy_error):
             self._diverged(self.time)
 
     def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:

@@ -14,13 +14,9 @@ from damagepred.kernels.dynamics.contact import BONDED
 from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
+from damagepred.solvers.dynamics.options import DynamicsOptions
 from damagepred.solvers.system.deformable_blocks import zone_stiffness
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
-
-SLACK = 1e-3
-"""Relative accuracy asked of the highest eigenvalue, and added to it."""
-SMALL = 60
-"""Up to that many degrees of freedom all eigenvalues are found directly."""
 
 
 class HighestFrequency(NamedTuple):
@@ -39,7 +35,7 @@ class HighestFrequency(NamedTuple):
 
 
 def highest_frequency(
-    model: Model, scene: BodyArrays, inverse_mass: FloatArray, grid: Grid | None = None
+    model: Model, scene: BodyArrays, inverse_mass: FloatArray, options: DynamicsOptions, grid: Grid | None = None
 ) -> HighestFrequency:
     """Return the highest frequency of a model, and a bound for it once blocks meet others.
 
@@ -58,21 +54,25 @@ def highest_frequency(
         Its points.
     inverse_mass : array (n + 1, 3)
         0 where it is held.
+    options : DynamicsOptions
+        Accuracy of the highest eigenvalue.
     grid : Grid, optional
         Gridpoints of the deformable blocks.
     """
     inverse = np.zeros(model.size)
     inverse[: inverse_mass.size] = inverse_mass.ravel()
     if grid is None or model.mesh is None:
-        intact = _highest(elastic_stiffness(model), inverse)
+        intact = _highest(elastic_stiffness(model), inverse, options)
         return HighestFrequency(intact, _touched(model, scene, inverse_mass))
     inverse[model.mesh.dof_x], inverse[model.mesh.dof_y] = grid.inverse_mass.T
     zones = zone_stiffness(model)
-    met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse)
-    return HighestFrequency(_highest(elastic_stiffness(model), inverse), max(met, _touched(model, scene, inverse_mass)))
+    met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse, options)
+    return HighestFrequency(
+        _highest(elastic_stiffness(model), inverse, options), max(met, _touched(model, scene, inverse_mass))
+    )
 
 
-def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray) -> float:
+def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: DynamicsOptions) -> float:
     """Return the highest angular frequency (rad/s) of a stiffness; what is held has an inverse mass of 0."""
     root = np.sqrt(inverse_mass)
     free = np.flatnonzero(root > 0)
@@ -80,14 +80,14 @@ def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray) -> float:
     matrix = (scale @ stiffness.tocsr()[free][:, free] @ scale).tocsr()
     if matrix.nnz == 0:
         return 0.0
-    if len(free) <= SMALL:
+    if len(free) <= options.dense_eigenvalues:
         return float(np.sqrt(np.linalg.eigvalsh(matrix.toarray())[-1]))
     # Gershgorin's circles, rotations made comparable by the scaling itself: never below the true one
     circles = float(abs(matrix).sum(axis=1).max())
     try:
         start = np.random.default_rng(1).standard_normal(len(free))
-        found = eigsh(matrix, k=1, which="LA", tol=SLACK, v0=start, return_eigenvectors=False)
-        largest = min(float(found[0]) * (1.0 + SLACK), circles)
+        found = eigsh(matrix, k=1, which="LA", tol=options.eigenvalue_tolerance, v0=start, return_eigenvectors=False)
+        largest = min(float(found[0]) * (1.0 + options.eigenvalue_tolerance), circles)
     except (ArpackNoConvergence, ArpackError):
         largest = circles
     return float(np.sqrt(largest))

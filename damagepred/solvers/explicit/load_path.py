@@ -21,30 +21,7 @@ from damagepred.solvers.system.footing_forces import section_response_of, set_li
 from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
-from damagepred.solvers.time_stepping.jack_servo import DEFLECTION_FOUND
-from damagepred.solvers.time_stepping.scheme import ENERGY_MARGIN, Checkpoint, DampedTimeStepping
-
-CHECK_EVERY = 50
-"""Cycles between two looks at the unbalanced force."""
-CALM_CHECKS = 3
-"""Looks in a row that must find it below the tolerance: a swing passes through balance without resting there."""
-IMPATIENT, CLOSED = 20_000, 30.0
-"""Blocks on jacks that still swing are given half the pace of their control after so many cycles, but not before it has
-had so many times its own slowness to close what is missing: else it would be halved to nothing."""
-PATIENT, LEAST_DAMPING = 10_000, 0.1
-"""Zones between joints that give way are damped by half as much after so many cycles, each time; to this at least.
-
-Gridpoints ring as contacts stick and slip, and local damping takes a share of the forces of that ringing: where all
-of a wall goes slowly one way, what it takes opposes that way, as friction would. Walls near their limit then creep.
-"""
-SAFE = 0.9
-"""Share of the largest stable time step up to which it is not suspected where a wall keeps on moving."""
-FALL_FOUND = 1e-3
-"""Progress between a wall that stands under a live load and one that falls, at most."""
-NOTHING, CLOSE = 1e-4, 1e-4
-"""Share of all dead load that counts as no load; load factor between two points that count as one."""
-ABSURD = 1e3
-"""A displacement of that many wall sizes is no movement of a wall any more."""
+from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 
 class ExplicitPath:
@@ -64,9 +41,12 @@ class ExplicitPath:
     """
 
     def __init__(self, model: Model, settings: Solver) -> None:
-        self.settings = settings
+        self.settings, options = settings, SolverOptions.of(settings)
+        self.options, self.deflection_tolerance = options.explicit, options.jack_servo.deflection_tolerance
         self.scheme = DampedTimeStepping(model, settings)
-        self._displacement_limit = ABSURD * float(np.ptp(model.blocks.vertices, axis=0).max())
+        self._displacement_limit = self.options.divergence_displacement * float(
+            np.ptp(model.blocks.vertices, axis=0).max()
+        )
 
     def change_supports(self, model: Model) -> None:
         """Continue from the present state with other supports.
@@ -104,28 +84,31 @@ class ExplicitPath:
             self.scheme.damping = self.settings.damping
 
     def _equilibrate(self, increment: int) -> tuple[float, bool]:
-        scheme, tolerance = self.scheme, self.settings.tolerance_used
+        scheme, options, tolerance = self.scheme, self.options, self.settings.tolerance_used
         passed, spent, halved_at = 0, 0, 0
         while True:
-            scheme.cycle(CHECK_EVERY)
-            spent += CHECK_EVERY
+            scheme.cycle(options.check_interval)
+            spent += options.check_interval
             ratio = scheme.unbalanced_force_ratio()
             largest = float(ratio.max(initial=0.0))
             detached = self._part_detached(increment, spent)
             missing = self._missing_deflection()
-            passed = passed + 1 if largest < tolerance and missing < DEFLECTION_FOUND else 0
-            if passed >= CALM_CHECKS:
+            passed = passed + 1 if largest < tolerance and missing < self.deflection_tolerance else 0
+            if passed >= options.passed_checks:
                 return largest, False
             if detached:
                 return largest, True
-            if scheme.pump is not None and spent - halved_at >= max(IMPATIENT, CLOSED * scheme.pump.time_constant):
+            if scheme.pump is not None and spent - halved_at >= max(
+                options.gain_halving_cycles, options.gain_halving_time * scheme.pump.time_constant
+            ):
                 halved_at = spent
                 if largest >= tolerance:
                     scheme.pump.halve_gain()  # a wall that has become soft may oscillate with the control
-            if spent % PATIENT == 0 and scheme.zones is not None and self._joint_yielded():
-                scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, LEAST_DAMPING))
+            halving = spent % options.damping_halving_cycles < options.check_interval
+            if halving and scheme.zones is not None and self._joint_yielded():
+                scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, options.minimum_damping))
             if spent >= self.settings.maximum_cycles:
-                if scheme.kinetic_energy() > ENERGY_MARGIN * scheme.work_of_loads() > 0.0:
+                if scheme.has_too_much_energy():
                     scheme.diverge(increment, spent, "blocks swing with more energy than the loads can have given them")
                 if self.collapses():
                     return largest, True
@@ -134,8 +117,8 @@ class ExplicitPath:
     def _not_converged(self, increment: int, spent: int, ratio: FloatArray, missing: float) -> ConvergenceError:
         largest, dof = float(ratio.max()), int(ratio.argmax())
         block = block_of_dof(self.scheme.model, dof)
-        suspect = self.settings.time_step_safety > SAFE and largest > 1.0
-        short = "" if missing < DEFLECTION_FOUND else f", the deflection is {missing:.2g} m short"
+        suspect = self.settings.time_step_safety > self.options.trusted_time_step and largest > 1.0
+        short = "" if missing < self.deflection_tolerance else f", the deflection is {missing:.2g} m short"
         return ConvergenceError(
             f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
             f"{largest:.2g} block weights at {self.scheme.model.describe_block(block)}, allowed is "
@@ -154,7 +137,7 @@ class ExplicitPath:
         """Test whether a wall that does not come to rest is a mechanism; if so, it is left where that took it."""
         if self.scheme.pump is not None:
             return False
-        released = DampedTimeStepping(with_lasting_bonds(self.scheme.model), self.settings, commit_interval=0)
+        released = DampedTimeStepping(with_lasting_bonds(self.scheme.model), self.settings, commit_sections=False)
         released.restore(self.scheme.checkpoint())
         if not is_mechanism(released):
             return False
@@ -179,7 +162,7 @@ class ExplicitPath:
             reason = "a displacement is beyond all bounds or no longer a number"
         elif not detached_blocks(scheme.model, scheme.motion.displacement, scheme.load_factor).any():
             return False
-        elif scheme.kinetic_energy() > ENERGY_MARGIN * scheme.work_of_loads() > 0.0:
+        elif scheme.has_too_much_energy():
             reason = "blocks fly off with more energy than the loads can have given them"
         else:
             return True
@@ -238,7 +221,7 @@ class ExplicitPath:
             Increment.
         """
         collapsed_at = self.scheme.load_factor
-        while collapsed_at - stable.load_factor > FALL_FOUND:
+        while collapsed_at - stable.load_factor > self.options.collapse_bracket:
             middle = 0.5 * (stable.load_factor + collapsed_at)
             self.scheme.restore(stable)
             self.apply(middle)
@@ -284,8 +267,8 @@ class ExplicitPath:
             load,
             self.scheme.load_factor,
             self.carried(),
-            enough=NOTHING * float(np.abs(self.scheme.model.supports.load).sum()),
-            close=CLOSE,
+            enough=self.options.zero_load_ratio * float(np.abs(self.scheme.model.supports.load).sum()),
+            close=self.options.zero_load_bracket,
         )
         for _ in range(SolverOptions.of(self.settings).jacks.max_iterations):
             if search.found:

@@ -496,7 +496,7 @@ class Continuation:
             if least < options.fallback_residual_tolerance and since >= options.stagnation_limit:
                 break
         accepted = least < options.fallback_residual_tolerance
-        falling = collapse_motion(self.model, resting, nearly_at_rest=accepted)
+        falling = collapse_motion(self.model, resting, accepted, self.options)
         if falling is not None:
             return falling, np.inf
         if not accepted:

@@ -20,7 +20,7 @@ from damagepred.solvers.quasi_static.options import DynamicRelaxationOptions
 from damagepred.solvers.state.joint_history import fields_of
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
-from damagepred.solvers.time_stepping.collapse_mechanism import FEW, ROUNDS, is_mechanism, with_lasting_bonds
+from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 
@@ -100,7 +100,7 @@ def relax_dynamically(
     volume_per_deflection : float, optional
         Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
     options : SolverOptions
-        Of dynamic relaxation and jacks.
+        Of dynamic relaxation, time stepping and jacks.
 
     Yields
     ------
@@ -110,7 +110,7 @@ def relax_dynamically(
     law, control = model.properties, options.dynamic_relaxation
     softens = law.critical_opening > 0
     # no bond breaks meanwhile, nor do sections crack for good
-    run = _at(model, replace(start, load_factor=start_load_factor), volume_per_deflection)
+    run = _at(model, replace(start, load_factor=start_load_factor), options, volume_per_deflection)
     if start.load_factor != start_load_factor:
         run.advance(control.ramp_cycles, start.load_factor, run.load_share)
         run.stop()
@@ -152,7 +152,7 @@ def relax_dynamically(
             return
 
 
-def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State | None:
+def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: SolverOptions) -> State | None:
     """Collapse-mechanism test of a wall that finds no equilibrium.
 
     Parameters
@@ -163,6 +163,8 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State |
         End of dynamic relaxation.
     nearly_at_rest : bool
         Whether the residual is small; the test is shorter then.
+    options : SolverOptions
+        Of the test and of time stepping.
 
     Returns
     -------
@@ -171,8 +173,8 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State |
     """
     if model.jacks is not None:
         return None
-    run = _at(model, state)
-    if not is_mechanism(run, FEW if nearly_at_rest else ROUNDS):
+    run = _at(model, state, options)
+    if not is_mechanism(run, nearly_at_rest):
         return None
     plastic = state.plastic if run.zones is None else run.zones.plastic()
     return replace(state, displacement=run.motion.displacement, history=run.joint_history(), plastic=plastic)
@@ -188,16 +190,18 @@ def residual_in_motion(model: Model, state: State) -> float:
     state : State
         In motion.
     """
-    run = _at(model, state)
+    run = _at(model, state, DEFAULTS)
     run.cycle(1)
     return float(run.unbalanced_force_ratio().max())
 
 
-def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> DampedTimeStepping:
+def _at(
+    model: Model, state: State, options: SolverOptions, volume_per_deflection: float | None = None
+) -> DampedTimeStepping:
     """Return the explicit scheme at rest in a state, with lasting bonds; jacks without a pump keep their load."""
     lasting, jacks = with_lasting_bonds(model), model.jacks
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
-    run, load = DampedTimeStepping(pumped, Solver(), commit_interval=0), state.load
+    run, load = DampedTimeStepping(pumped, Solver(), options, commit_sections=False), state.load
     if jacks is not None and run.pump is None:
         # what is given grows with the movement from that of the level state
         growth = (

@@ -20,13 +20,6 @@ from damagepred.solvers.system.detached_blocks import detached_blocks
 if TYPE_CHECKING:
     from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
-CYCLES = 250
-"""In each half of a round: what goes on by itself is farther in the second half."""
-FASTER = 2.0
-"""What speeds are multiplied by when it does."""
-ROUNDS, FEW = 200, 40
-"""Rounds in all, and where the wall is nearly at rest. What stops now and then may go on: it creeps."""
-
 
 def with_lasting_bonds(model: Model) -> Model:
     """Return the model with bonds that do not break; they may soften, and weak ones break.
@@ -45,22 +38,24 @@ def with_lasting_bonds(model: Model) -> Model:
     return replace(model, properties=lasting)
 
 
-def is_mechanism(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
+def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
     """Tell whether what moves comes loose when it is pushed on.
 
     Parameters
     ----------
     run : DampedTimeStepping
         A wall on its way, with lasting bonds; it is left where it was pushed to.
-    rounds : int
-        Times it is pushed at most.
+    near_rest : bool
+        Whether the wall is nearly at rest; then it gets fewer rounds.
     """
+    options = run.options.mechanism
+    rounds = options.max_rounds_near_rest if near_rest else options.max_rounds
     moved, mass = run.motion.displacement, 1.0 / run.motion.inverse_mass[run.free]
     for _ in range(rounds):
         ways = []
         for _ in range(2):
             before = moved[run.free].copy()
-            run.cycle(CYCLES)
+            run.cycle(options.cycles)
             ways.append(moved[run.free] - before)
         if not np.isfinite(moved).all():
             return False
@@ -70,7 +65,7 @@ def is_mechanism(run: DampedTimeStepping, rounds: int = ROUNDS) -> bool:
         load = run.load_share * run.motion.load + run.load_factor * run.motion.live_load
         gains = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
         # the mean speed: what only swings to and fro makes local damping brake like a friction that is not there
-        run.motion.velocity[run.free] = (FASTER if gains else 1.0) / CYCLES * second
+        run.motion.velocity[run.free] = (options.speed_factor if gains else 1.0) / options.cycles * second
         if run.unbalanced_force_ratio().max() < run.settings.tolerance_used:
             return False
     return False

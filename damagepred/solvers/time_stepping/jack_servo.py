@@ -17,17 +17,7 @@ from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.explicit.jacks import LOAD, VOLUME
 from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
-
-STIFFER = 100.0
-"""Stiffness of the line over that of the intact wall under the jacks: the stiffer, the faster the control may be; much
-more, and the segments that are jacked grow heavy."""
-PACE = 0.12
-"""Rate of the control over what damping takes of the slower swing of the intact wall that has to do with the jacks:
-local damping times its circular frequency. Ten times that and more may stir a swing up faster than damping takes it;
-two to five times, where jacks stand by the supports, far from what they are controlled by.
-"""
-DEFLECTION_FOUND = 1e-7
-"""Deflection (m) that may be missing at rest."""
+from damagepred.solvers.time_stepping.options import JackServoOptions
 
 
 class PumpLine(NamedTuple):
@@ -74,6 +64,8 @@ class Pump:
     ----------
     model : Model
         With jacks.
+    options : JackServoOptions
+        Stiffness of the line and gain of the control.
 
     Raises
     ------
@@ -81,8 +73,9 @@ class Pump:
         If nothing holds the footing, or its jacks do not bend it.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, options: JackServoOptions) -> None:
         assert model.jacks is not None
+        self.options = options
         assert model.deflection is not None
         self.jacks, self.weights = model.jacks, model.deflection
         push = self.jacks.push
@@ -95,7 +88,7 @@ class Pump:
             raise ConvergenceError("the jacks do not move the footing's middle against its ends", increment=0)
         self.level_load = -float(self.weights @ alone) / bends
         self.level = alone + self.level_load * by_push
-        self.stiffness = STIFFER / gives
+        self.stiffness = options.line_stiffness_ratio / gives
         self._by_volume = by_push / (gives + 1.0 / self.stiffness)
         """Displacements for a unit of volume."""
         self._bent = by_weight - float(push @ by_weight) * self._by_volume
@@ -147,7 +140,7 @@ class Pump:
             for force, shape in ((self.stiffness * self.jacks.push, self._by_volume), (self.weights, self._bent))
         ]
         frequency = np.sqrt(min(swings))
-        self.line = self.line._replace(gain=PACE * damping * frequency * self.volume_per_deflection)
+        self.line = self.line._replace(gain=self.options.gain_ratio * damping * frequency * self.volume_per_deflection)
 
     @property
     def time_constant(self) -> float:

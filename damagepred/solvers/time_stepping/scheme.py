@@ -16,6 +16,7 @@ from damagepred.assembly.section import SectionMemory
 from damagepred.errors import DivergenceError
 from damagepred.kernels.explicit.cycle import run_cycles
 from damagepred.scene import Solver
+from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.joint_history import JointHistory, fields_of, without_bond
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.elastic_stiffness import (
@@ -39,15 +40,6 @@ from damagepred.solvers.time_stepping.tiles import (
     take,
 )
 from damagepred.time_limit import check_time
-
-SETTLE_EVERY = 8
-"""Cycles after which sections of a footing remember what they have been through, which costs as much as their forces.
-
-What they see on the way counts, as it does for joints: without, a section that unloads would go back along its curve
-of loading, which has no energy, and could swing on it. Eight cycles are a short part of any swing that bends a footing.
-"""
-ENERGY_MARGIN = 10.0
-"""Blocks with so many times the work of the loads as energy did not merely fall."""
 
 
 class Checkpoint(NamedTuple):
@@ -139,19 +131,25 @@ class DampedTimeStepping:
         The wall.
     settings : Solver
         Damping, time step and ramp.
-    commit_interval : int
-        Cycles after which sections of a footing that cracks commit their internal variables; 0 is never.
+    options : SolverOptions, optional
+        By default those of the settings.
+    commit_sections : bool
+        Whether sections of a footing that crack commit their internal variables on the way.
     """
 
-    def __init__(self, model: Model, settings: Solver, commit_interval: int = SETTLE_EVERY) -> None:
+    def __init__(
+        self, model: Model, settings: Solver, options: SolverOptions | None = None, commit_sections: bool = True
+    ) -> None:
         self.model, self.settings = model, settings
+        self.options = SolverOptions.of(settings) if options is None else options
+        commit_interval = self.options.time_stepping.section_commit_interval if commit_sections else 0
         self.joints, self.sections = pack_joints(model), pack_sections(model, commit_interval)
         self.special = True if needs_full_law(model) else None
         self.softening = True if needs_softening(model) else None
         self.zones = None if model.mesh is None else ZoneField(model)
         size = model.size
         held = held_dofs(model)
-        self.pump = None if model.jacks is None else Pump(model)
+        self.pump = None if model.jacks is None else Pump(model, self.options.jack_servo)
         mass = scaled_mass(model, settings.damping, settings.time_step_safety, self.pump)
         if self.pump is not None:
             self.pump.set_gain(mass, settings.damping)
@@ -260,7 +258,7 @@ class DampedTimeStepping:
             self.record_broken_bonds()
             # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
             alone = load_from == load_factor_from == load_factor_to == 0.0
-            if alone and self.kinetic_energy() > ENERGY_MARGIN * self.work_of_loads() > 0.0:
+            if alone and self.has_too_much_energy():
                 self.diverge(0, self.cycles, "blocks move with more energy than the loads can have given them")
         self.load_factor, self.load_share = load_factor_to, load_to
 
@@ -305,6 +303,10 @@ class DampedTimeStepping:
         """Kinetic energy (J, of the scaled masses)."""
         speed = self.motion.velocity[self.free]
         return 0.5 * float((speed**2 / self.motion.inverse_mass[self.free]).sum())
+
+    def has_too_much_energy(self) -> bool:
+        """Whether the kinetic energy exceeds what the loads can have done by far."""
+        return self.kinetic_energy() > self.options.time_stepping.divergence_energy_ratio * self.work_of_loads() > 0.0
 
     def work_of_loads(self) -> float:
         """Upper bound of the work of dead and live load so far (J)."""

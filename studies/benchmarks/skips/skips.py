@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 from damagepred.scene import BlockMaterial, Scene
-from damagepred.solvers.explicit.load_path import CALM_CHECKS, CHECK_EVERY
+from damagepred.solvers.options import DEFAULTS
 
 QUASI_STATIC = ("dishing", "doming", "window", "no dpc", "random joints", "deformable")
 RIGID = QUASI_STATIC[:5]
@@ -181,20 +181,8 @@ def cycled_start() -> AbstractContextManager[Any]:
     )
 
 
-@contextmanager
-def look_always() -> Iterator[None]:
-    """Let the explicit solver look at the unbalanced force after every cycle, and be as calm for as long."""
-    with (
-        patch("damagepred.solvers.explicit.load_path.CHECK_EVERY", 1),
-        patch("damagepred.solvers.explicit.load_path.CALM_CHECKS", CHECK_EVERY * (CALM_CHECKS - 1) + 1),
-    ):
-        yield
-
-
-def search_always() -> AbstractContextManager[Any]:
-    """Let a run in time look for what is near after every step in which anything moved."""
-    return patch("damagepred.solvers.dynamics.run.SEEN", 1e-15)
-
+SAME_REST = DEFAULTS.explicit.check_interval * (DEFAULTS.explicit.passed_checks - 1) + 1
+"""Checks in a row after every cycle, over the same cycles as by default."""
 
 SKIPS: dict[str, Skip] = {
     "condense": Skip(
@@ -268,7 +256,10 @@ SKIPS: dict[str, Skip] = {
         "parts of the joint law that no joint of the wall has", "patched", ("explicit", "in time, falls"), put=whole_law
     ),
     "look seldom": Skip(
-        "looking at the unbalanced force, but every 50 cycles", "patched", ("explicit",), put=look_always
+        "looking at the unbalanced force, but every 50 cycles",
+        "`[solver.advanced.explicit] check_interval = 1`",
+        ("explicit",),
+        off=with_solver(advanced={"explicit": {"check_interval": 1, "passed_checks": SAME_REST}}),
     ),
     "no memory": Skip(
         "memory and limits of zones that have no strength",
@@ -279,9 +270,9 @@ SKIPS: dict[str, Skip] = {
     ),
     "search seldom": Skip(
         "looking for what is near, while nothing has moved far",
-        "patched",
+        "`[solver.advanced.dynamics] search_distance`, a tiny number",
         ("in time, falls", "in time, rests"),
-        put=search_always,
+        off=with_solver(advanced={"dynamics": {"search_distance": 1e-15}}),
     ),
     "no search": Skip(
         "looking for what is near at all, where movement is small",
@@ -314,8 +305,8 @@ NOT_TURNED_OFF = {
         "without them there is nothing to loop over; what they cost where they are is in "
         "studies/benchmarks/footing_path.py"
     ),
-    "sections of a footing that cracks remember only every 8th cycle (`settle_every`)": (
-        "an argument of the explicit solver; a footing on jacks takes it minutes, and its tests compare 8 with 1"
+    "sections of a footing that cracks remember only every 8th cycle (`section_commit_interval`)": (
+        "`[solver.advanced.time_stepping]`; a footing on jacks takes it minutes"
     ),
     "no more walls once an estimate is good enough (`[study] stop_when`)": (
         "changes how many walls there are, not what a wall takes: studies/benchmarks/probabilities"

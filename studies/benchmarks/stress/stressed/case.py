@@ -13,8 +13,8 @@ from damagepred.assembly import Assembly, Model
 from damagepred.pipeline import assembled, dynamic_run, model_of
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.dynamics import DynamicRun
-from damagepred.solvers.explicit import explicit_path
+from damagepred.solvers.dynamics.run import DynamicRun
+from damagepred.solvers.explicit.load_path import explicit_path
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
 

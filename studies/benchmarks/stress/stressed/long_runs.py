@@ -28,7 +28,7 @@ def steps_of(steps: int, **more: Any) -> Callable[[Model], Dynamics]:
     def dynamics(model: Model) -> Dynamics:
         once = Dynamics(duration=1.0, outputs=1, **more)
         run = dynamic_run(model, Solver(), replace(once, duration=1e-6))
-        highest = highest_frequency(model, run.bodies, run.motion.inverse_mass, run.grid)
+        highest = highest_frequency(model, run.bodies, run.motion.inverse_mass, run.options, run.grid)
         frequency = highest.touched if once.new_contacts else highest.intact
         dry = bool((model.properties.tensile_strength <= 0.0).any())
         return replace(once, duration=steps * 0.999 * time_step(frequency, once, dry), outputs=20)
