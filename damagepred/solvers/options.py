@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from pydantic import Field
@@ -98,7 +99,13 @@ class SolverOptions:
 
     def to_json(self) -> str:
         """Return all values as text, as archives record them."""
-        return json.dumps(plain(self))
+        return _json(self)
+
+
+@cache
+def _json(options: SolverOptions) -> str:
+    """Return options as JSON; the samples of a study share them."""
+    return json.dumps(plain(options))
 
 
 @described
