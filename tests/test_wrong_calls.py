@@ -18,7 +18,7 @@ from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError
 from damagepred.scene import Joint, Scene
 from damagepred.study.settings import StudySettings
 from damagepred.uq import fragility
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 WRONG: tuple[Any, ...] = (
     None,
@@ -53,7 +53,7 @@ WRONG: tuple[Any, ...] = (
 
 @pytest.fixture(scope="module")
 def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    folder = made_up_study(tmp_path_factory.mktemp("wrong") / "s.dp")
+    folder = synthetic_study(tmp_path_factory.mktemp("wrong") / "s.dp")
     small = Scene.from_dict(
         {"wall": {"length": 1.2, "height": 0.45}, "dpc": {"course": 1}, "movement": {"increments": 2}}
     )

@@ -16,11 +16,11 @@ from damagepred.archive.parts import Column, joined, write_part
 from damagepred.archive.schema import dataset
 from damagepred.errors import ArchiveWarning, InputError
 from tests.archive.test_parts import row
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 
 def test_names_of_parts_and_failures(tmp_path: Path) -> None:
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 40, failed=(7, 23)))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 40, failed=(7, 23)))
     assert folder.part_file(7) == folder.part_file(7, 7) == folder.parts / "sample-00000007.nc"
     assert folder.part_file(7, 12) == folder.parts / "samples-00000007-00000012.nc"
     assert folder.failure_file(23) == folder.failures / "sample-00000023.json"
@@ -45,7 +45,7 @@ def test_names_of_parts_and_failures(tmp_path: Path) -> None:
 
 
 def test_requests_to_stop_and_what_a_kill_leaves_are_tidied(tmp_path: Path) -> None:
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 4))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 4))
     assert not folder.stopping
     folder.ask_to_stop()
     assert folder.stopping
@@ -75,7 +75,7 @@ def test_where_a_folder_may_begin(tmp_path: Path) -> None:
 
 def test_results_of_samples_solved_failed_and_missing(tmp_path: Path) -> None:
     """0 and 1 in one part, 3 failed on its way and left a part, 4 failed without one, 2 and 5 are not run."""
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 6, failed=(3, 4)))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 6, failed=(3, 4)))
     folder.results_file.unlink()
     rows = [row(i, increments=7, openings=0) for i in range(4)]
     for one, status in zip(rows, (0, 1, 0, 2)):
@@ -180,7 +180,7 @@ def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_environments_of_parts_become_one_table(tmp_path: Path) -> None:
     """A solved 0 and 5, B solved 2, of 1 nothing is known; rows of each part's own table are those of all then."""
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 6))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 6))
     folder.results_file.unlink()
     a, b = ({**provenance.environment(), "machine": name} for name in "AB")
     for sample, table, place in ((0, [a], 0), (1, [b], -1), (2, [a, b], 1), (5, [b, a], 1)):
@@ -201,7 +201,7 @@ def test_environments_of_parts_become_one_table(tmp_path: Path) -> None:
 
 def test_a_part_that_is_newer_than_a_failure_counts(tmp_path: Path) -> None:
     """The file of all samples has 1 failed and 3 not run; both have been run since, and 2 has not."""
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 4, failed=(1,), missing=(2, 3)))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 4, failed=(1,), missing=(2, 3)))
     whole = folder.results()
     assert whole["status"].values.tolist() == [0, 2, 3, 3]
     for sample, status in ((0, 1), (1, 0), (3, 1)):  # what is known of 0 is not read again
@@ -222,7 +222,7 @@ def test_a_part_that_is_newer_than_a_failure_counts(tmp_path: Path) -> None:
 
 
 def test_damaged_files_are_set_aside_under_names_of_their_own(tmp_path: Path) -> None:
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 4))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 4))
     found = []
     for text in ("a", "b", "c"):
         (folder.parts / "x.nc").write_text(text)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Run
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 GOOD = """
 title = "wall"
@@ -197,7 +197,7 @@ def test_not_a_result(command: Run, tmp_path: Path) -> None:
 
 def test_a_movement_has_a_unit_and_a_category_is_one_of_the_table(command: Run, tmp_path: Path) -> None:
     """50 for 50 mm was 50 m, and category 9 had a probability of 0."""
-    house = made_up_study(tmp_path / "house.dp", 20, medians=(9e-3, 0.02))
+    house = synthetic_study(tmp_path / "house.dp", 20, medians=(9e-3, 0.02))
     said = command("estimate", house, "--category", 1, "--at", "50")
     assert said.code == 2
     assert "--at 50: give the unit with the number, such as '50 mm' or '50 m'" in said.err

@@ -15,7 +15,7 @@ from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from tests.cli.conftest import Run
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 SMALL_SCENE = """
 title = "small wall"
@@ -236,7 +236,7 @@ def test_counts_must_be_positive(command: Run, small_study_file: Path, argument:
 
 def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path: Path) -> None:
     folder = tmp_path / "house.dp"
-    made_up_study(folder, 60)
+    synthetic_study(folder, 60)
     result = command("fragility", folder, "--export", "pelicun", "--categories", "1,2", "--bootstrap", 0)
     assert result.code == 0, result.err
     assert (tmp_path / "house_pelicun.csv").is_file()

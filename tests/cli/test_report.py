@@ -10,8 +10,8 @@ from damagepred.archive.files import write_dataset
 from damagepred.pipeline import solve
 from damagepred.scene import Scene
 from tests.cli.conftest import Run
-from tests.made_up import made_up_study
 from tests.report.conftest import WALL
+from tests.synthetic_studies import synthetic_study
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +53,14 @@ def test_a_read_only_folder_is_refused(command: Run, wall: xr.Dataset, tmp_path:
 
 
 def test_a_study_with_no_wall_done_is_refused(command: Run, tmp_path: Path) -> None:
-    folder = made_up_study(tmp_path / "house.dp", 8, missing=range(8))
+    folder = synthetic_study(tmp_path / "house.dp", 8, missing=range(8))
     result = command("report", folder)
     assert result.code == 2
     assert "no finished sample yet; run `damagepred study` first" in result.err
 
 
 def test_the_command_says_where_the_report_is(command: Run, tmp_path: Path) -> None:
-    study_folder = made_up_study(tmp_path / "house.dp", 12)
+    study_folder = synthetic_study(tmp_path / "house.dp", 12)
     result = command("report", study_folder, "--no-replay", "--bootstrap", 10)
     assert result.code == 0, result.err
     assert f"wrote {study_folder.with_name('house_report.html')}" in result.out.replace("\n", "")

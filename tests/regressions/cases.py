@@ -31,7 +31,7 @@ from studies.benchmarks import dynamic_step as step_script
 from studies.benchmarks import explicit_cycle as cycle_script
 from studies.benchmarks import zone_cycle as zone_script
 from tests.conftest import ROOT, SMALL_STUDY
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 
 class Ready(NamedTuple):
@@ -184,13 +184,13 @@ def window() -> StudySettings:
 
 def read_archive(folder: Path) -> Ready:
     """A study of 400 walls, opened and read."""
-    place = made_up_study(folder / "study.dp", walls=400)
+    place = synthetic_study(folder / "study.dp", walls=400)
     return Ready(lambda: open_study(place).load(), 1e-3)
 
 
 def fit_curves(folder: Path) -> Ready:
     """Curves with bands fitted to a study of 400 walls."""
-    ds = open_study(made_up_study(folder / "study.dp", walls=400)).load()
+    ds = open_study(synthetic_study(folder / "study.dp", walls=400)).load()
     return Ready(lambda: fit_fragility(ds, bootstrap=200), 1e-3)
 
 

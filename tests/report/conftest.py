@@ -5,7 +5,7 @@ import xarray as xr
 
 from damagepred.pipeline import solve
 from damagepred.scene import Scene
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 WALL = {
     "title": "a wall <with> a window & a door",
@@ -28,4 +28,4 @@ def wall() -> xr.Dataset:
 
 @pytest.fixture
 def study_folder(tmp_path: Path) -> Path:
-    return made_up_study(tmp_path / "house.dp", 40)
+    return synthetic_study(tmp_path / "house.dp", 40)

@@ -11,8 +11,8 @@ import xarray as xr
 
 from damagepred.archive.files import write_dataset
 from damagepred.report import write_report
-from tests.made_up import made_up_study
 from tests.regressions.measure import seconds
+from tests.synthetic_studies import synthetic_study
 
 pytestmark = pytest.mark.slow
 
@@ -46,7 +46,7 @@ def browser() -> Iterator[Any]:
 def reports(tmp_path_factory: pytest.TempPathFactory, wall: xr.Dataset) -> list[Path]:
     folder = tmp_path_factory.mktemp("reports")
     write_dataset(wall, folder / "wall.nc")
-    made_up_study(folder / "house.dp", 60, failed=(4,), missing=(58, 59))
+    synthetic_study(folder / "house.dp", 60, failed=(4,), missing=(58, 59))
     return [write_report(folder / "wall.nc"), write_report(folder / "house.dp", replay=False)]
 
 
@@ -116,7 +116,7 @@ def test_links_of_the_contents_lead_somewhere(browser: Any, reports: list[Path])
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("walls", [1000, 3000])
 def test_thousands_of_walls_take_less_than_20_s_and_5_mb(walls: int, tmp_path: Path) -> None:
-    folder = made_up_study(tmp_path / "house.dp", walls)
+    folder = synthetic_study(tmp_path / "house.dp", walls)
     file = tmp_path / "house.html"
     assert seconds(lambda: write_report(folder, file)) < 20  # of processor
     assert file.stat().st_size < 5e6

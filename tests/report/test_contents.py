@@ -26,7 +26,7 @@ from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.tables import crack_columns
 from damagepred.uq.fragility import fit_fragility
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 
 def table(section: object, begins: str) -> Table:
@@ -177,7 +177,7 @@ def test_code_limits_are_the_lesser_of_two() -> None:
 
 def test_probabilities_at_limits_are_those_of_curves_and_counts(tmp_path: Path) -> None:
     # a footing 1.44 m long: full masonry 0.72 mm, clad frame 4.8 mm, the others between; medians 1.5 and 3.5 mm
-    ds = open_study(made_up_study(tmp_path / "house.dp", 400))
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 400))
     curves = fit_fragility(ds, bootstrap=20)
     section = study_limits(ds, curves, common_movement(ds))
     fitted, counted = table(section, "Probability from"), table(section, "Counted among")
@@ -193,7 +193,7 @@ def test_probabilities_at_limits_are_those_of_curves_and_counts(tmp_path: Path) 
 
 
 def test_limits_beyond_the_movement_are_marked(tmp_path: Path) -> None:
-    ds = open_study(made_up_study(tmp_path / "house.dp", 60))
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 60))
     ds.attrs["span"] = 6.0  # limits up to 20 mm, walls moved to 6-9 mm
     section = study_limits(ds, fit_fragility(ds, bootstrap=0), common_movement(ds))
     fitted, counted = table(section, "Probability from"), table(section, "Counted among")
@@ -217,7 +217,7 @@ def test_one_wall_at_the_limits(wall: xr.Dataset) -> None:
 
 
 def test_typical_and_worst_wall(tmp_path: Path) -> None:
-    ds = open_study(made_up_study(tmp_path / "house.dp", 41, failed=(3,)))
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 41, failed=(3,)))
     chosen = typical_and_worst(ds)
     category, movement = ds["damage_category"].values, ds["central_deflection"].values
     reached = np.array([m[c >= 2][0] if (c >= 2).any() else np.inf for c, m in zip(category, movement)])
@@ -231,7 +231,7 @@ def test_typical_and_worst_wall(tmp_path: Path) -> None:
 
 
 def test_common_movement_is_what_all_walls_went_through(tmp_path: Path) -> None:
-    ds = open_study(made_up_study(tmp_path / "house.dp", 30, missing=(0,)))
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 30, missing=(0,)))
     assert common_movement(ds) == ds["central_deflection"].values[1:, -1].min()
 
 
@@ -360,7 +360,7 @@ def test_what_must_be_known_of_one_wall_is_said() -> None:
 
 def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     """Its curves, made up: one reached by few, one crossed by an extrapolated median; walls cut short or at a limit."""
-    ds = open_study(made_up_study(tmp_path / "house.dp", 5))
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 5))
     ds["apex_limited"] = "sample", np.array([2.0, -1.0, 5.0, 0.0, 4.0])
     ds["limit_deflection"] = "sample", np.array([1e-3, np.nan, 2e-3, np.nan, np.nan])
     settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
@@ -421,7 +421,7 @@ def test_every_cell_of_a_crack() -> None:
 
 
 def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
-    ds = open_study(made_up_study(tmp_path / "house.dp", 40))
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 40))
     curves = fit_fragility(ds, bootstrap=0, goodness=20)
     settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
 

@@ -28,8 +28,8 @@ from damagepred.study.settings import read_frozen
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
 from damagepred.wall_cracks import crack_frame, cracks
-from tests.made_up import FAILED, made_up_study
 from tests.report.test_page import HTML, check_page
+from tests.synthetic_studies import FAILED, synthetic_study
 
 UNITS = {
     "m": 1.0,
@@ -475,7 +475,7 @@ def check_study(folder: StudyFolder, root: Element) -> None:
 @pytest.fixture(scope="module")
 def study_report(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     place = tmp_path_factory.mktemp("study")
-    folder = made_up_study(place / "house.dp", 40, failed=(3, 17, 30), missing=(39,))
+    folder = synthetic_study(place / "house.dp", 40, failed=(3, 17, 30), missing=(39,))
     return folder, write_report(folder, place / "r.html", replay=False, bootstrap=BOOTSTRAP).read_text(encoding="utf-8")
 
 

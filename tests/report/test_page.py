@@ -13,7 +13,7 @@ from damagepred.archive.files import write_dataset
 from damagepred.report import write_report
 from damagepred.report.page import page_html
 from damagepred.report.parts import Drawing, Listing, Page, Section, Table, Text
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 HTML = "{http://www.w3.org/1999/xhtml}"
 SVG = "{http://www.w3.org/2000/svg}"
@@ -127,7 +127,7 @@ def test_report_of_a_wall(wall: xr.Dataset, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("failed", "missing"), [((), ()), ((3, 7), range(12, 40))])
 def test_report_of_a_study(failed: tuple[int, ...], missing: range, tmp_path: Path) -> None:
-    folder = made_up_study(tmp_path / "house.dp", 40, failed=failed, missing=missing)
+    folder = synthetic_study(tmp_path / "house.dp", 40, failed=failed, missing=missing)
     file = write_report(folder, tmp_path / "r.html", replay=False, bootstrap=20)
     root = check_page(file.read_text(encoding="utf-8"))
     sections = [e.get("id") for e in root.iter(f"{HTML}section")]

@@ -21,8 +21,8 @@ from damagepred.rejudge import judge_again, shares
 from damagepred.study import Progress
 from damagepred.uq.fragility import fit_fragility
 from damagepred.wall_cracks import crack_frame, cracks
-from tests.made_up import made_up_study
 from tests.report.test_numbers import compare, each, numbers
+from tests.synthetic_studies import synthetic_study
 
 UNIT = "(mm|m|s)"
 
@@ -175,7 +175,7 @@ def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
 
 def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None:
     """With failed walls, whose bounds are said below the table in its unit."""
-    folder = made_up_study(tmp_path / "house.dp", 40, failed=(3, 11, 17, 30))
+    folder = synthetic_study(tmp_path / "house.dp", 40, failed=(3, 11, 17, 30))
     curves = fit_fragility(StudyFolder(folder).results(), bootstrap=20)
     screen.fragility_table(curves)
     ((_, heads, rows),) = shown.tables
@@ -229,7 +229,7 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
         }
     )
     shown.tables.clear()
-    study = StudyFolder(made_up_study(tmp_path / "house.dp", 40)).results()
+    study = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
     after = judge_again(study, measure="band")
     screen.judged_again(study, after)
     ((_, _, rows),) = shown.tables

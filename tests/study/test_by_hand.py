@@ -34,7 +34,7 @@ from damagepred.study.settings import StudySettings, differing_keys
 from damagepred.uq import estimate
 from damagepred.uq.stopping import StopWhen
 from tests.conftest import SMALL_STUDY
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 
 def settings(changes: dict[str, Any] | None = None, **sampling: Any) -> StudySettings:
@@ -63,7 +63,7 @@ def test_times_in_words(seconds: float, words: str) -> None:
 @pytest.mark.parametrize("replicates", [1, 4])
 def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
     failed, missing = (3, 11, 17), (20, 21, 22, 23, 24)
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 40, (5e-3, 9e-3), failed=failed, missing=missing))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 40, (5e-3, 9e-3), failed=failed, missing=missing))
     ds = folder.results()
     ds["run_time"].values[:] = np.arange(40) * 0.5  # of 0 to 19.5 s: 9.75 s on average
     if replicates > 1:
@@ -103,7 +103,7 @@ def standing_of(folder: StudyFolder, ds: Any) -> Any:
 
 
 def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
-    folder = StudyFolder(made_up_study(tmp_path / "house.dp", 8, failed=(2,)))
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 8, failed=(2,)))
     weight = np.array([0.5, 3.0, 1.5, 0.25, 0.75, 1.0, 1.25, 2.0])
     ds = folder.results().assign(weight=("sample", weight))
     at = [np.nan, 3e-3, 5.5e-3, np.nan, 2e-3, np.nan, np.nan, 4e-3]

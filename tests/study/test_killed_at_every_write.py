@@ -26,10 +26,10 @@ from damagepred.study.campaign import sample
 from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.verify import repair
 from tests.killed import KILLED, run_killed
-from tests.made_up import made_up_study
 from tests.study.test_rare import ASKED
 from tests.study.test_rare import TINY as RARE
 from tests.study.test_run import settings
+from tests.synthetic_studies import synthetic_study
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a fork")
 
@@ -242,7 +242,7 @@ def test_what_commands_write_is_whole_or_not_there(
     shutil.copytree(done, tmp_path / "study.dp")
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
     if "many.dp" in COMMANDS[command]:
-        made_up_study(tmp_path / "many.dp")
+        synthetic_study(tmp_path / "many.dp")
     if "wall.nc" in COMMANDS[command]:
         write_dataset(solve(Scene.from_toml(tmp_path / "scene.toml")), tmp_path / "wall.nc")
     monkeypatch.chdir(tmp_path)

@@ -20,7 +20,7 @@ from damagepred.uq.marginals import Table
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.variable import JointField, Variable
 from damagepred.uq.wall_fields import JointPlaces, WallFields, stated_correlation
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 
 
 def test_walls_and_fields_of_a_crossed_design() -> None:
@@ -156,7 +156,7 @@ def test_measures_of_the_movement_by_hand() -> None:
 
 def test_the_measure_asked_for_is_read(tmp_path: Path) -> None:
     """Walls of 1.44 m: a ratio is the deflection over it, and its probability that of the deflection."""
-    ds = StudyFolder(made_up_study(tmp_path / "house.dp", 40)).results()
+    ds = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
     deflection = exceedance(ds, 1, 2e-3).estimate
     ratio = exceedance(ds, 1, 2e-3 / 1.44, intensity="deflection_ratio").estimate
     assert ratio == pytest.approx(deflection)

@@ -20,7 +20,7 @@ from damagepred.uq.importance import Proposal, conditional_shift, cross_entropy_
 from damagepred.uq.variable import Variable
 from tests.cli.conftest import Run, command  # noqa: F401
 from tests.conftest import SMALL_STUDY
-from tests.made_up import made_up_study
+from tests.synthetic_studies import synthetic_study
 from tests.uq.test_fragility import fail, lognormal, study
 
 NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b")}
@@ -70,7 +70,7 @@ def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
 
 
 def test_a_study_s_walls_propose_what_to_shift(tmp_path: Path, command: Run) -> None:  # noqa: F811
-    house = made_up_study(tmp_path / "house.dp", 200)
+    house = synthetic_study(tmp_path / "house.dp", 200)
     found = propose(house, 1, 1e-3)
     assert found.walls >= 20
     assert set(found.shift) <= {"joint.friction", "movement.central_deflection"}
@@ -81,7 +81,7 @@ def test_a_study_s_walls_propose_what_to_shift(tmp_path: Path, command: Run) -> 
     assert tables == {"study": {"nominal_share": 0.1, "importance": {"joint.friction": {"shift": -1.5}}}}
     assert tomllib.loads(SMALL_STUDY)["variables"]["joint.friction"]
     with pytest.raises(InputError, match="take more walls or a larger movement"):
-        propose(made_up_study(tmp_path / "b.dp", 10), 1, 1e-3)
+        propose(synthetic_study(tmp_path / "b.dp", 10), 1, 1e-3)
     assert "weight" not in open_study(house)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from stressed import falls, geometry, joints, long_runs, movements, proportion, scenes, six_laws, sizes
+from stressed import collapse, geometry, joints, long_runs, movements, proportion, scenes, six_laws, sizes
 from stressed.case import Case
 
 
@@ -13,7 +13,7 @@ def all_cases() -> dict[tuple[str, str], Case]:
     """Return every case by family and name, in the order of the page."""
     listed = [
         case
-        for part in (proportion, joints, falls, movements, geometry, sizes, long_runs, six_laws, scenes)
+        for part in (proportion, joints, collapse, movements, geometry, sizes, long_runs, six_laws, scenes)
         for case in part.cases()
     ]
     found = {(case.family, case.name): case for case in listed}

@@ -1,6 +1,6 @@
 """A small job of every kind whose results are written bit by bit, as digests: a program that tests run several times.
 
-    python tests/bits_job.py OUT.json [--first numpy,scipy.linalg] [--beside] [--watch]
+    python tests/reproducibility_job.py OUT.json [--first numpy,scipy.linalg] [--beside] [--watch]
 
 ``--first`` imports modules before the package; ``--beside`` does the job in a second thread while the first one has
 set four BLAS threads and multiplies matrices; ``--watch`` also notes every line of the package that multiplies or
@@ -129,9 +129,9 @@ def _curves(folder: Path, found: Digests) -> None:
     from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.exceedance import exceedance
     from damagepred.uq.fragility import fit_surface
-    from tests.made_up import made_up_study
+    from tests.synthetic_studies import synthetic_study
 
-    place = made_up_study(folder / "many.dp", walls=2000)
+    place = synthetic_study(folder / "many.dp", walls=2000)
     ds = damagepred.open_study(place)
     for model, band in (("separate", "bca"), ("separate", "profile"), ("common", "bca")):
         found.note(f"{model}, {band}", damagepred.fit_fragility(ds, model=model, band=band, bootstrap=100))

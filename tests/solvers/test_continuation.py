@@ -21,7 +21,7 @@ from damagepred.solvers.quasi_static.continuation import Continuation, quasi_sta
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from tests.properties.test_quasi_static_laws import random_wall
-from tests.solvers.test_half import mirrored
+from tests.solvers.test_symmetry_reduction import mirrored
 from tests.solvers.walls import small_scene, stack, weak_pair
 from tests.validation.test_quasi_static_balance import unbalanced
 

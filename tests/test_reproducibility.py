@@ -1,6 +1,6 @@
 """Results are the same to the last bit, whatever threads BLAS has and whatever is imported first.
 
-A small job of every kind (``bits_job.py``) runs in processes of its own.
+A small job of every kind (``reproducibility_job.py``) runs in processes of its own.
 """
 
 import json
@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from tests.bits_job import lines_with_matrices
 from tests.conftest import ROOT
+from tests.reproducibility_job import lines_with_matrices
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -21,7 +21,9 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_
 def run(out: Path, *options: str, **variables: str) -> dict[str, Any]:
     """Run the job with no thread variable but those given."""
     environment = {name: value for name, value in os.environ.items() if name not in THREADS} | variables
-    subprocess.run([sys.executable, ROOT / "tests" / "bits_job.py", out, *options], check=True, env=environment)
+    subprocess.run(
+        [sys.executable, ROOT / "tests" / "reproducibility_job.py", out, *options], check=True, env=environment
+    )
     return json.loads(out.read_text(encoding="utf-8"))
 
 

@@ -19,7 +19,7 @@ from tests.conftest import SMALL_STUDY
 COMPLETE, COLLAPSED, FAILED, MISSING = SampleStatus
 
 
-def made_up_study(
+def synthetic_study(
     folder: Path,
     walls: int = 24,
     medians: tuple[float, ...] = (1.5e-3, 3.5e-3),
