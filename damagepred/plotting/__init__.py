@@ -1,5 +1,6 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
+from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.convergence import draw_convergence
 from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
@@ -23,6 +24,7 @@ from damagepred.plotting.zones import draw_zone_states
 
 __all__ = [
     "draw_category_shares",
+    "draw_comparison",
     "draw_convergence",
     "draw_crack_widths",
     "draw_cracks",

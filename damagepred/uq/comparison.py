@@ -1,0 +1,226 @@
+"""Comparison of studies: how far a measure, such as a stiffer footing, changes the probability of damage.
+
+Studies with the same seed and the same uncertain quantities run the same samples. Their differences are then paired:
+what two walls have in common, such as weak mortar, cancels (common random numbers: Glasserman and Yao 1992).
+
+- Between replicates of Sobol points, the interval of a difference is that of the mean of paired differences, by
+  Student's distribution.
+- Otherwise it is made from Wilson's intervals of the two probabilities and the correlation of the pairs: the method of
+  variance estimates recovery (Newcombe 1998, method 10; Donner and Zou 2012).
+- Studies of different samples are compared by the same formula with correlation 0, and the result says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
+from damagepred.one_thread import one_blas_thread
+from damagepred.uq.capacity import censored_before, highest_category, probability_reached
+from damagepred.uq.estimate import Estimate, mean, probability
+from damagepred.uq.exceedance import CategoryCapacities, category_capacities
+from damagepred.uq.intensity import attributes, chosen_intensity
+
+COUNTED = ("probability", "difference")
+
+
+@one_blas_thread()
+def compare(
+    studies: Mapping[str, xr.Dataset],
+    *,
+    categories: Sequence[int] | None = None,
+    at: Sequence[float] | None = None,
+    confidence: float = 0.9,
+    intensity: str | None = None,
+) -> xr.Dataset:
+    """Compare the probabilities of damage of several studies with those of the first.
+
+    Parameters
+    ----------
+    studies : mapping of str to xarray.Dataset
+        Two studies or more, by name, each as ``open_study`` returns it; the first is the reference.
+    categories : sequence of int, optional
+        Categories that count as reached from themselves upwards; all by default.
+    at : sequence of float, optional
+        Movements (m, or the unit of the measure); those of the reference's increments by default.
+    confidence : float
+        Of the intervals.
+    intensity : str, optional
+        Measure of the movement; by default that of the reference.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (study, category, movement): ``probability`` and ``difference`` to the reference, each with ``_lower`` and
+        ``_upper``, and ``unknown``, the number of samples that failed or ended before the movement. On (study,):
+        ``paired_samples``, 0 where a study does not run the reference's samples. NaN where no sample is known.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two studies, or they differ in the measure of the movement or in the damage table.
+    """
+    names = list(studies)
+    if len(names) < 2:
+        raise InputError("compare: needs two studies or more; the first is the reference.")
+    reference = studies[names[0]]
+    measure = chosen_intensity(reference, intensity)
+    highest = {name: highest_category(ds) for name, ds in studies.items()}
+    for name, ds in studies.items():
+        chosen_intensity(ds, measure)
+        if highest[name] != highest[names[0]] or _table(ds) != _table(reference):
+            raise InputError(
+                f"{name}: judged by {_table(ds)}, the reference by {_table(reference)}; judge one of them again."
+            )
+    chosen = list(categories) if categories is not None else list(range(1, highest[names[0]] + 1))
+    grid = np.asarray(_increments(reference, measure) if at is None else at, dtype=np.float64)
+    if not (grid.size and (grid > 0).all()):
+        raise InputError(f"at = {grid.tolist()}: needs movements greater than 0.")
+    shape = (len(names), len(chosen), len(grid))
+    values = {f"{kind}{end}": np.full(shape, np.nan) for kind in COUNTED for end in ("", "_lower", "_upper")}
+    unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
+    same = [_same_samples(reference, ds) for ds in studies.values()]
+    for k, category in enumerate(chosen):
+        known = [category_capacities(ds, category, measure, keep_failed=True) for ds in studies.values()]
+        for s, own in enumerate(known):
+            left, right, paired[s] = _pairs(known[0], own) if same[s] else (known[0], own, 0)
+            for m, movement in enumerate(grid):
+                found, difference, unknown[s, k, m] = _compared(left, right, float(movement), confidence, same[s])
+                for kind, estimate in zip(COUNTED, (found, difference)):
+                    values[kind][s, k, m] = estimate.value
+                    values[f"{kind}_lower"][s, k, m] = estimate.lower
+                    values[f"{kind}_upper"][s, k, m] = estimate.upper
+    for end in ("", "_lower", "_upper"):
+        values[f"difference{end}"][0] = 0.0
+    dims = ("study", "category", "movement")
+    words = {
+        "probability": "probability of the category or worse",
+        "difference": "change of that probability against the first study",
+    }
+    return xr.Dataset(
+        {name: (dims, value, {"units": "1", "long_name": words[name.split("_")[0]]}) for name, value in values.items()}
+        | {
+            "unknown": (dims, unknown, {"units": "1", "long_name": "samples that failed or ended before the movement"}),
+            "paired_samples": (("study",), paired, {"units": "1", "long_name": "samples in common with the first"}),
+        },
+        {
+            "study": names,
+            "category": ("category", chosen, _category_names(reference)),
+            "movement": ("movement", grid, attributes(reference, measure) | {"measure": measure}),
+        },
+        {"confidence": confidence, "reference": names[0], "damage_table": _table(reference)},
+    )
+
+
+def most_helpful(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
+    """Return the studies other than the reference, the one with the lowest probability of damage first.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        As ``compare`` returns it.
+    category : int
+        Category, or worse.
+    movement : float
+        One of the movements compared.
+    """
+    found = comparison["difference"].sel(category=category).sel(movement=movement, method="nearest")[1:]
+    return [str(name) for name in found["study"].values[np.argsort(found.values, kind="stable")]]
+
+
+def _table(ds: xr.Dataset) -> str:
+    """Return how a study was judged: damage table, measure, and whether gaps under the footing count."""
+    rules = {"damage_table": "{}", "damage_measure": "crack width of a {}", "count_footing_gap": "footing gaps: {}"}
+    return ", ".join(text.format(ds.attrs[key]) for key, text in rules.items() if key in ds.attrs)
+
+
+def _category_names(ds: xr.Dataset) -> dict[str, str]:
+    kept = ("flag_values", "flag_meanings")
+    return {key: ds["damage_category"].attrs[key] for key in kept if key in ds["damage_category"].attrs}
+
+
+def _increments(ds: xr.Dataset, measure: str) -> FloatArray:
+    """Return the movements of the increments, of the sample that moves farthest."""
+    movement = np.atleast_2d(np.asarray(ds[measure].values, dtype=np.float64))
+    farthest = movement[np.nanargmax(np.nanmax(movement, axis=-1, initial=0.0))]
+    return np.unique(farthest[np.isfinite(farthest) & (farthest > 0)])
+
+
+def _same_samples(reference: xr.Dataset, ds: xr.Dataset) -> bool:
+    """Return whether two studies run the same samples: same seed, and same values of what both sample."""
+    if any(str(reference.attrs.get(key)) != str(ds.attrs.get(key)) for key in ("seed", "sampler", "replicates")):
+        return False
+    count = min(reference.sizes["sample"], ds.sizes["sample"])
+    inputs = [
+        name for name in reference.data_vars if name in ds and reference[name].dims == ("sample",) and "." in str(name)
+    ]
+    return bool(inputs) and all(
+        np.array_equal(reference[name].values[:count], ds[name].values[:count], equal_nan=True) for name in inputs
+    )
+
+
+def _pairs(left: CategoryCapacities, right: CategoryCapacities) -> tuple[CategoryCapacities, CategoryCapacities, int]:
+    """Return what both studies know of the samples that both have run, in one order."""
+    common, first, second = np.intersect1d(left.sample, right.sample, return_indices=True)
+    return left.part(first), right.part(second), len(common)
+
+
+def _compared(
+    left: CategoryCapacities, right: CategoryCapacities, at: float, confidence: float, paired: bool
+) -> tuple[Estimate, Estimate, int]:
+    """Return the second study's probability, its difference to the first, and how many samples are unknown."""
+    gone = [censored_before(one.lower, one.upper, at) for one in (left, right)]
+    missing = int(gone[1].sum())
+    if paired:
+        gone = [gone[0] | gone[1]] * 2
+    parts = [one.part(~away) for one, away in zip((left, right), gone)]
+    hits = [probability_reached(one.lower, one.upper, at) for one in parts]
+    estimates = [
+        probability(hit, weight=one.weight, replicate=one.replicate, confidence=confidence)
+        for hit, one in zip(hits, parts)
+    ]
+    return estimates[1], _difference(hits, parts, estimates, confidence, paired), missing
+
+
+def _difference(
+    hits: list[FloatArray],
+    parts: list[CategoryCapacities],
+    estimates: list[Estimate],
+    confidence: float,
+    paired: bool,
+) -> Estimate:
+    """Return the difference of two probabilities with its interval."""
+    before, after = estimates
+    weights = [np.ones(len(hit)) if one.weight is None else one.weight for hit, one in zip(hits, parts)]
+    paired = paired and np.array_equal(weights[0], weights[1])
+    if paired and parts[0].replicate is not None and len(hits[0]):
+        found = mean(hits[1] - hits[0], weight=parts[0].weight, replicate=parts[0].replicate, confidence=confidence)
+        if found.error > 0:
+            return found._replace(lower=max(found.lower, -1.0), upper=min(found.upper, 1.0))
+    correlation = _correlation(hits[0] * weights[0], hits[1] * weights[1]) if paired else 0.0
+    value = after.value - before.value
+    # limits of the difference, each from the limits of the two probabilities towards it
+    lower = _recovered(after.value - after.lower, before.upper - before.value, correlation)
+    upper = _recovered(after.upper - after.value, before.value - before.lower, correlation)
+    return before._replace(
+        value=value,
+        error=float(np.sqrt(max(before.error**2 + after.error**2 - 2 * correlation * before.error * after.error, 0.0))),
+        lower=max(value - lower, -1.0),
+        upper=min(value + upper, 1.0),
+    )
+
+
+def _recovered(first: float, second: float, correlation: float) -> float:
+    """Return the distance of a limit of a difference from the distances of the limits of both its terms."""
+    return float(np.sqrt(max(first**2 + second**2 - 2 * correlation * first * second, 0.0)))
+
+
+def _correlation(first: FloatArray, second: FloatArray) -> float:
+    """Return the correlation of pairs; 0 where one of them does not vary."""
+    if len(first) < 2 or np.ptp(first) == 0 or np.ptp(second) == 0:
+        return 0.0
+    return float(np.corrcoef(first, second)[0, 1])

@@ -1,0 +1,136 @@
+"""Comparison of studies: paired differences of probabilities, with intervals that hold what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import special
+
+from damagepred.errors import InputError
+from damagepred.uq.comparison import compare, most_helpful
+
+
+def study(
+    probability: float,
+    shared: np.ndarray,
+    *,
+    movement: tuple[float, ...] = (0.01,),
+    seed: int = 1,
+    **attributes: object,
+) -> xr.Dataset:
+    """A study whose walls reach category 1 at the last movement with a probability, by what samples share."""
+    count = len(shared)
+    category = np.zeros((count, len(movement) + 1), dtype=np.int8)
+    category[:, -1] = shared < special.ndtri(probability)
+    return xr.Dataset(
+        {
+            "damage_category": (("sample", "increment"), category),
+            "central_deflection": (("sample", "increment"), np.tile([0.0, *movement], (count, 1)), {"units": "m"}),
+            "status": ("sample", np.zeros(count, dtype=np.int8)),
+            "joint.tensile_strength": ("sample", shared),
+        },
+        {"sample": np.arange(count)},
+        {"seed": seed, "sampler": "random", "highest_category": 2, "damage_table": "a table"} | attributes,
+    )
+
+
+def pair(random: np.random.Generator, count: int, before: float, after: float, correlation: float) -> list[xr.Dataset]:
+    common, own = random.standard_normal((2, count))
+    first, second = study(before, common), study(after, correlation * common + np.sqrt(1 - correlation**2) * own)
+    second["joint.tensile_strength"] = first["joint.tensile_strength"]
+    return [first, second]
+
+
+@pytest.mark.parametrize("count", [20, 60, 200])
+@pytest.mark.parametrize(("before", "after"), [(0.5, 0.3), (0.2, 0.1), (0.9, 0.7), (0.4, 0.4)])
+@pytest.mark.parametrize("correlation", [0.0, 0.8])
+def test_ninety_percent_intervals_hold_ninety_percent(
+    count: int, before: float, after: float, correlation: float
+) -> None:
+    random, repetitions = np.random.default_rng(5), 300
+    held = 0
+    for _ in range(repetitions):
+        first, second = pair(random, count, before, after, correlation)
+        found = compare({"first": first, "second": second}, categories=[1])["difference"]
+        limits = compare_limits(first, second)
+        assert limits[0] <= float(found[1, 0, 0]) <= limits[1]
+        held += limits[0] <= after - before <= limits[1]
+    assert held / repetitions > 0.86  # 0.9 less two standard errors of 300 repetitions
+
+
+def compare_limits(first: xr.Dataset, second: xr.Dataset) -> tuple[float, float]:
+    found = compare({"first": first, "second": second}, categories=[1]).isel(study=1, category=0, movement=0)
+    return float(found["difference_lower"]), float(found["difference_upper"])
+
+
+def test_newcombes_example() -> None:
+    """Newcombe's method 10 for pairs, by hand: 12 both, 9 the first alone, 2 the second alone, 21 neither."""
+    first = np.repeat([1.0, 1.0, 0.0, 0.0], [12, 9, 2, 21])
+    second = np.repeat([1.0, 0.0, 1.0, 0.0], [12, 9, 2, 21])
+    one, two = study(0.5, np.where(first > 0, -1.0, 1.0)), study(0.5, np.where(second > 0, -1.0, 1.0))
+    two["joint.tensile_strength"] = one["joint.tensile_strength"]
+    found = compare({"one": one, "two": two}, categories=[1], confidence=0.95).isel(study=1, category=0, movement=0)
+    n, both, left, right, none = 44, 12, 9, 2, 21
+    phi = (both * none - left * right) / np.sqrt((both + left) * (right + none) * (both + right) * (left + none))
+    limits = [wilson(21 / n, n), wilson(14 / n, n)]
+    p, q = 21 / n, 14 / n
+
+    def distance(a: float, b: float) -> float:
+        return float(np.sqrt(a**2 - 2 * phi * a * b + b**2))
+
+    lower = (q - p) - distance(q - limits[1][0], limits[0][1] - p)
+    upper = (q - p) + distance(limits[1][1] - q, p - limits[0][0])
+    assert float(found["difference"]) == pytest.approx(q - p)
+    assert float(found["difference_lower"]) == pytest.approx(lower, abs=0.004)
+    assert float(found["difference_upper"]) == pytest.approx(upper, abs=0.004)
+
+
+def wilson(share: float, n: int) -> tuple[float, float]:
+    z = special.ndtri(0.975)
+    middle, half = share + z**2 / (2 * n), z * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
+    return (middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)
+
+
+def test_pairs_know_more_than_other_samples() -> None:
+    first, second = pair(np.random.default_rng(2), 100, 0.5, 0.35, 0.95)
+    paired = compare({"a": first, "b": second}, categories=[1]).isel(study=1, category=0, movement=0)
+    other = compare({"a": first, "b": second.assign_attrs(seed=2)}, categories=[1]).isel(
+        study=1, category=0, movement=0
+    )
+    assert (int(paired["paired_samples"]), int(other["paired_samples"])) == (100, 0)
+    assert float(paired["difference"]) == pytest.approx(float(other["difference"]))
+    width = [float(found["difference_upper"] - found["difference_lower"]) for found in (paired, other)]
+    assert width[0] < 0.6 * width[1]
+
+
+def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes_first() -> None:
+    common = np.random.default_rng(3).standard_normal(80)
+    studies = {name: study(p, common) for name, p in {"as it is": 0.5, "stiffer": 0.2, "drier": 0.4}.items()}
+    found = compare(studies)
+    assert (found["difference"][0] == 0).all()
+    assert (found["difference_upper"][0] == 0).all()
+    assert most_helpful(found, 1, 0.01) == ["stiffer", "drier"]
+    assert found["probability"].dims == ("study", "category", "movement")
+
+
+def test_failed_samples_are_counted_and_leave_the_pairs() -> None:
+    first, second = pair(np.random.default_rng(4), 60, 0.5, 0.5, 0.5)
+    second["status"][:6] = 2
+    second["damage_category"][:6, 1:] = -1
+    found = compare({"a": first, "b": second}, categories=[1]).isel(category=0, movement=0)
+    assert found["unknown"].values.tolist() == [0, 6]
+    known = second["damage_category"].values[6:, 1].mean() - first["damage_category"].values[6:, 1].mean()
+    assert float(found["difference"][1]) == pytest.approx(known)
+
+
+def test_what_cannot_be_compared_is_refused_in_a_sentence() -> None:
+    one = study(0.5, np.zeros(10))
+    with pytest.raises(InputError, match="two studies or more"):
+        compare({"a": one})
+    with pytest.raises(InputError, match="b: judged by another table"):
+        compare({"a": one, "b": one.assign_attrs(damage_table="another table")})
+    with pytest.raises(InputError, match="movements greater than 0"):
+        compare({"a": one, "b": one}, at=[0.0])
+    with pytest.raises(InputError, match="surface_movement"):
+        compare({"a": one, "b": one}, intensity="surface_movement")
