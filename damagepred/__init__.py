@@ -21,7 +21,7 @@ from damagepred.version import __version__
 if TYPE_CHECKING:
     from damagepred import assembly, damage, exports, plotting, report, scene, study, uq
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
-    from damagepred.damage import construction_limits, simple_categories, simple_methods
+    from damagepred.damage import construction_limits
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
     from damagepred.exports import curves_frame, walls_frame
     from damagepred.pipeline import solve
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         Solver,
         Wall,
     )
+    from damagepred.simple_assessment import simple_categories, simple_methods
     from damagepred.study import Study, StudyFunction, open_study
     from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.exceedance import exceedance
@@ -59,13 +60,14 @@ _HOMES = {
     name: module
     for module, names in {
         "assembly": "NO_LIMITS Assembly Limits",
-        "damage": "construction_limits simple_categories simple_methods",
+        "damage": "construction_limits",
         "errors": "DamagepredError InputError SolverError StudyError",
         "exports": "curves_frame walls_frame",
         "pipeline": "solve",
         "rejudge": "judge_again",
         "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing Joint Loads Mound Movement Opening "
         "ReinforcedConcrete Rig Scene Soil Solver Wall",
+        "simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
         "study.analyses.variance_shares": "study_sensitivity",
         "uq.exceedance": "exceedance",

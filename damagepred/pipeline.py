@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,11 +20,10 @@ from damagepred.damage import (
     GROUP_COUNTS,
     Frames,
     JointMap,
+    Rules,
     SightLines,
     Verdict,
-    damage_table,
     judge,
-    kept_rules,
 )
 from damagepred.enumerations import ContactKind, ContactState, PathStatus, ZoneState
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
@@ -145,12 +144,12 @@ def follow(
         If an increment cannot be solved.
     """
     joints = gauges(model).joints
-    highest = damage_table(damage).highest
+    rules = Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments) if run is None else run:
         cracked = increment.state == ContactState.CRACKED
-        verdict = judge(joints, increment.opening, increment.slip, cracked, damage)
+        verdict = judge(joints, increment.opening, increment.slip, cracked, rules)
         if increment.collapsed:
-            verdict = verdict._replace(damage_category=highest, damage_category_band=highest)
+            verdict = verdict._replace(damage_category=rules.table.highest, damage_category_band=rules.table.highest)
         yield Step(increment, verdict)
 
 
@@ -572,7 +571,7 @@ def _collect(
     blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
     per_joint = face.contact_area.shape[1]
     openings = len(model.jambs.block)
-    table = damage_table(damage)
+    rules = Rules.from_settings(**asdict(damage))
 
     def stacked(name: str) -> NDArray:
         return np.array([getattr(s.increment, name).ravel() for s in steps])
@@ -625,9 +624,9 @@ def _collect(
             **attributes,
             **provenance(),
             "solver_options": SolverOptions.of(settings).to_json(),
-            "damage_table": table.name,
-            "damage_measure": damage.measure,
-            "count_footing_gap": damage.count_footing_gap,
+            "damage_table": rules.table.name,
+            "damage_measure": rules.measure,
+            "count_footing_gap": rules.count_footing_gap,
             "apex_limited_joints": model.apex_limited,
             "snap_back_limited_joints": model.snap_back_limited,
             "span": model.span,
@@ -641,7 +640,7 @@ def _collect(
             ds.attrs[share.__name__] = found
     ds.attrs |= {name: share for name, share in shares_of_size(model, steps).items() if np.isfinite(share)}
     ds.attrs["implausible"] = int(implausible(ds.attrs, settings))
-    for name, more in kept_rules(damage).items():
+    for name, more in rules.attributes().items():
         ds[name].attrs.update(more)
-    name_categories(ds, table.category_names, f"{table.name}; {table.source}")
+    name_categories(ds, rules.table.category_names, f"{rules.table.name}; {rules.table.source}")
     return ds

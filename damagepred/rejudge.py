@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -24,15 +24,13 @@ from damagepred.damage import (
     HAIRLINE,
     DamageTable,
     JointMap,
+    Rules,
     Verdict,
-    damage_table,
     deviation_limits,
     judge,
-    kept_rules,
     load_table,
     read_table,
     sticking_limits,
-    widest_gap,
 )
 from damagepred.damage.table import TABLES
 from damagepred.enumerations import ContactKind, ContactState, PathStatus, SampleStatus
@@ -47,21 +45,6 @@ MEASURES = get_args(get_type_hints(Damage)["measure"])
 
 AT_ONCE = 1 << 16
 """Samples judged at once: enough to be quick, few enough to take little memory."""
-
-
-class Rules(NamedTuple):
-    """By what an archive is judged.
-
-    Attributes
-    ----------
-    table : DamageTable
-        Limits, with the plasterboard allowance if that is wanted.
-    settings : Damage
-        The other rules; its ``table`` and ``plasterboard`` are not read.
-    """
-
-    table: DamageTable
-    settings: Damage
 
 
 @checked
@@ -139,8 +122,8 @@ def judge_again(
     given: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
     if measure not in (None, *MEASURES):
         raise InputError(f"measure = {measure!r}: must be {' or '.join(MEASURES)}.")
-    settings = replace(own.settings, **given)
-    rules = Rules(_table(own, table, plasterboard), settings)
+    validated = Damage(**given)
+    rules = own._replace(table=_table(own, table, plasterboard), **{name: getattr(validated, name) for name in given})
     judged = ds.copy()
     if "contact_opening" in ds:
         notes = _judge_wall(judged, rules)
@@ -148,8 +131,8 @@ def judge_again(
         notes = _judge_numbers(judged, own, rules)
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
-    judged.attrs["damage_measure"] = rules.settings.measure
-    judged.attrs["count_footing_gap"] = int(rules.settings.count_footing_gap)
+    judged.attrs["damage_measure"] = rules.measure
+    judged.attrs["count_footing_gap"] = int(rules.count_footing_gap)
     judged.attrs["judgement"] = "; ".join([f"judged again by {rules.table.name}", *notes])
     return judged
 
@@ -162,16 +145,14 @@ def archived_rules(ds: xr.Dataset) -> Rules:
     ds : xarray.Dataset
         Of a wall or a study.
     """
-    settings = Damage(**_scene(ds).get("damage", {}))
+    rules = Rules.from_settings(**asdict(Damage(**_scene(ds).get("damage", {}))))
     if "damage_measure" in ds.attrs:  # judged again
         counted = bool(int(ds.attrs["count_footing_gap"]))
-        again: dict[str, Any] = {"measure": str(ds.attrs["damage_measure"]), "count_footing_gap": counted}
-        settings = replace(settings, **again)
-    table = damage_table(settings)
-    name = ds.attrs.get("damage_table", table.name)
+        rules = rules._replace(measure=str(ds.attrs["damage_measure"]), count_footing_gap=counted)
+    name = ds.attrs.get("damage_table", rules.table.name)
     plain = [load_table(name) for name in TABLES]
-    known = [table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
-    return Rules(next((one for one in known if one.name == name), table), settings)
+    known = [rules.table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
+    return rules._replace(table=next((one for one in known if one.name == name), rules.table))
 
 
 def _scene(ds: xr.Dataset) -> dict[str, Any]:
@@ -201,7 +182,7 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
     shape = joints.contact_x.shape
     opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
     verdicts = [
-        judge(joints, o.reshape(shape), s.reshape(shape), c.reshape(shape), rules.settings, rules.table)
+        judge(joints, o.reshape(shape), s.reshape(shape), c.reshape(shape), rules)
         for o, s, c in zip(opening, slip, state == ContactState.CRACKED)
     ]
     values = {name: np.array([getattr(v, name) for v in verdicts]) for name in Verdict._fields}
@@ -214,7 +195,7 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
         variable = VARIABLES[name]
         if name in ds or variable.dims == ("increment",):  # archives of older versions lack some, contacts hold them
             ds[name] = (variable.dims, value, ds[name].attrs if name in ds else variable.attributes())
-    for name, more in kept_rules(rules.settings).items():
+    for name, more in rules.attributes().items():
         if name in ds:
             ds[name].attrs.update(more)
     for name in CATEGORY_VARIABLES:
@@ -232,7 +213,7 @@ def _name(ds: xr.Dataset, name: str, table: DamageTable) -> None:
 
 
 def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
-    _refuse_what_is_not_kept(ds, own.settings, rules)
+    _refuse_what_is_not_kept(ds, own, rules)
     notes: list[str] = []
     before = ds.copy()
     for prefix in ("", "end_"):
@@ -253,34 +234,34 @@ def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
     return notes
 
 
-def _refuse_what_is_not_kept(ds: xr.Dataset, own: Damage, rules: Rules) -> None:
+def _refuse_what_is_not_kept(ds: xr.Dataset, own: Rules, rules: Rules) -> None:
     for name in ("group_distance", "dpc_threshold", "band_gauge", "band_threshold", "footing_threshold"):
-        if (asked := getattr(rules.settings, name)) != (had := getattr(own, name)):
+        if (wanted := getattr(rules, name)) != (archived := getattr(own, name)):
             raise InputError(
-                f"{name} = {asked:g}: this archive was judged with {had:g} m and does not hold what another takes; a "
-                "wall with its contacts does (solve -o, replay -o)."
+                f"{name} = {wanted:g}: this archive was judged with {archived:g} m and does not hold what another "
+                "takes; a wall with its contacts does (solve -o, replay -o)."
             )
-    for asked_for, name, what in (
-        (rules.settings.measure == "band", "crack_band_width_max", "measure = 'band'"),
-        (rules.settings.count_footing_gap, "footing_opening_max", "count_footing_gap = true"),
+    for wanted, name, what in (
+        (rules.measure == "band", "crack_band_width_max", "measure = 'band'"),
+        (rules.count_footing_gap, "footing_opening_max", "count_footing_gap = true"),
     ):
-        if asked_for and not {name, f"end_{name}"} & {str(n) for n in ds.variables}:
+        if wanted and not {name, f"end_{name}"} & {str(n) for n in ds.variables}:
             raise InputError(
                 f"{what}: this archive, of an older version, does not hold {name}; run the study again, or judge walls "
                 "of it with their contacts (replay -o)."
             )
     counts = ds["group_count"].values.tolist() if "group_count" in ds.variables else []
-    asked = rules.settings.group_count
-    if rules.settings.count_rule and counts and asked not in counts:
-        raise InputError(f"group_count = {asked}: this archive holds groups of {', '.join(map(str, counts))} cracks.")
+    count = rules.group_count
+    if rules.count_rule and counts and count not in counts:
+        raise InputError(f"group_count = {count}: this archive holds groups of {', '.join(map(str, counts))} cracks.")
 
 
 def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, own: Rules, rules: Rules) -> list[str]:
     """Judge a study's paths, or the ends of its movements, anew: one of the two categories."""
-    by_band = name == "damage_category_band" or rules.settings.measure == "band"
+    by_band = name == "damage_category_band" or rules.measure == "band"
     was = before[f"{prefix}{name}"]
-    same = own.table.limits == rules.table.limits and own.settings == rules.settings
-    other = own.table.limits == rules.table.limits and own.settings == replace(rules.settings, measure="joint")
+    same_limits, own = own.table.limits == rules.table.limits, own._replace(table=rules.table)
+    same, other = same_limits and own == rules, same_limits and own == rules._replace(measure="joint")
     if by_band and (same or other):
         # found along the path itself; bands are never narrower than joints, so no path ended before it was known
         kept = before.get(f"{prefix}damage_category_band", was)
@@ -289,15 +270,15 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     many = "sample" in was.dims
     rows = was.sizes["sample"] if many else 1
     old = was.values.reshape(rows, -1)
-    width = _widths(ds, prefix, by_band, rules.settings).reshape(old.shape)
-    group = _group(ds, prefix, rules.settings, old.shape)
+    width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
+    group = _group(ds, prefix, rules, old.shape)
     fell = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
     for part in _parts(rows):
         groups = np.full((1, 1), np.nan) if group is None else group[part]
         lacking = np.isfinite(width[part]) & np.isnan(groups)
-        without_group += int(lacking.any(axis=1).sum()) if rules.settings.count_rule else 0
+        without_group += int(lacking.any(axis=1).sum()) if rules.count_rule else 0
         new[part] = np.where(np.isfinite(width[part]), rules.table.by_width_and_group(width[part], groups), FLAG_FILL)
         reached = _beyond_the_end(new[part], old[part], fell[part], rules.table.highest, same)
         open_end += reached.size
@@ -320,14 +301,14 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     return notes
 
 
-def _widths(ds: xr.Dataset, prefix: str, by_band: bool, settings: Damage) -> FloatArray:
+def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatArray:
     """Return the widths (m) that make the category, of the variable's shape."""
     joint = np.asarray(ds[f"{prefix}crack_width_max"].values)
     band, gap = (
         np.asarray(ds[f"{prefix}{name}"].values) if f"{prefix}{name}" in ds else joint
         for name in ("crack_band_width_max", "footing_opening_max")
     )
-    widths = widest_gap(joint, band, gap, settings, has_dpc=has_dpc(ds))
+    widths = rules.widths(joint, band, gap, has_dpc=has_dpc(ds))
     return np.asarray(widths[by_band], dtype=np.float64)
 
 
@@ -336,14 +317,14 @@ def _parts(rows: int) -> Iterator[slice]:
         yield slice(first, first + AT_ONCE)
 
 
-def _group(ds: xr.Dataset, prefix: str, settings: Damage, shape: tuple[int, ...]) -> FloatArray | None:
+def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
     """Return the width of the widest group that counts, of the shape of the categories; None if it is not kept."""
-    if not settings.count_rule:
+    if not rules.count_rule:
         return np.zeros(shape[:1] + (1,) * (len(shape) - 1))
     name = f"{prefix}crack_group_width"
     if name not in ds:
         return None
-    position = int(np.flatnonzero(ds["group_count"].values == settings.group_count)[0])
+    position = int(np.flatnonzero(ds["group_count"].values == rules.group_count)[0])
     return np.asarray(ds[name].values[..., position]).reshape(shape)
 
 
@@ -459,7 +440,7 @@ def footing_gap_note(ds: xr.Dataset) -> str:
     if "footing_opening_max" not in ds or has_dpc(ds):
         return ""
     rules = archived_rules(ds)
-    if rules.settings.count_footing_gap:
+    if rules.count_footing_gap:
         return ""
     gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values
     by_gap = rules.table.by_width(gap)

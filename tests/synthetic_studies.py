@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Collection
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import study_dims
 from damagepred.archive.schema import VARIABLES, dataset, name_categories
-from damagepred.damage import damage_table, kept_rules
+from damagepred.damage import Rules
 from damagepred.enumerations import SampleStatus
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
@@ -46,7 +47,7 @@ def synthetic_study(
     category[status >= FAILED, 1:] = -1
     category[status == MISSING] = -1
     nothing = np.where(category < 0, np.nan, 0.0)
-    table = damage_table(settings.scene.damage)
+    table = settings.damage_table
     by_band = np.where(category < 0, category, np.maximum(category, table.by_width(1.5 * width))).astype(np.int8)
     values = {
         "status": status,
@@ -75,7 +76,7 @@ def synthetic_study(
     }
     ds = dataset({"sample": np.arange(walls), **values}, {}, {name: study_dims(name) for name in values})
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")
-    for name, more in kept_rules(settings.scene.damage).items():
+    for name, more in Rules.from_settings(**asdict(settings.scene.damage)).attributes().items():
         if name in ds:
             ds[name].attrs.update(more)
     assert set(values) <= set(VARIABLES)

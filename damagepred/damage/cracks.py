@@ -92,20 +92,6 @@ def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int
     return int(count), label
 
 
-def largest_group(cracks: Cracks, width: float, distance: float) -> int:
-    """Return how many cracks of at least ``width`` (m) lie within ``distance`` (m) of one of them, itself included.
-
-    Parameters
-    ----------
-    cracks : Cracks
-        The cracks; where a crack is widest is where it is.
-    width, distance : float
-        What counts (m).
-    """
-    wide = cracks.width >= width * (1 - 1e-12)
-    return int(_near(cracks.x[wide], cracks.y[wide], distance).sum(axis=1).max()) if wide.any() else 0
-
-
 def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:
     """Return for each count the largest width of which so many cracks, or wider ones, make a group (m), 0 if none do.
 

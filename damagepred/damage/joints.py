@@ -234,34 +234,20 @@ class JointMap:
             np.column_stack((ends[:, 0], inside, ends[:, 1])),
         )
 
-    def dpc_open_length(self, opening: FloatArray, threshold: float) -> float:
-        """Return the length (m) over which the dpc is open by more than a threshold.
+    def open_length(self, number: IntArray, opening: FloatArray, threshold: float) -> float:
+        """Return the length (m) over which some interfaces are open by more than a threshold.
 
-        Between contacts the opening goes straight, as it does between rigid blocks, and beyond the outermost it goes
-        on as before.
+        Between contacts the opening is linear, as between rigid blocks; it is extrapolated beyond the outermost.
 
         Parameters
         ----------
+        number : array of int (n,)
+            The interfaces, such as ``dpc`` or ``footing``.
         opening : array (m, q)
             Of all contacts (m).
         threshold : float
             In m.
         """
-        return self._open_length(self.dpc, opening, threshold)
-
-    def footing_open_length(self, opening: FloatArray, threshold: float) -> float:
-        """Return the length (m) over which the footing bed is open by more than a threshold; see ``dpc_open_length``.
-
-        Parameters
-        ----------
-        opening : array (m, q)
-            Of all contacts (m).
-        threshold : float
-            In m.
-        """
-        return self._open_length(self.footing, opening, threshold)
-
-    def _open_length(self, number: IntArray, opening: FloatArray, threshold: float) -> float:
         if not number.size:
             return 0.0
         way, opening = self.along(number, opening)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
-from damagepred.damage.cracks import Cracks, find_cracks, group_widths
+from damagepred.damage.cracks import find_cracks, group_widths
 from damagepred.damage.joints import JointMap
 from damagepred.damage.table import DamageTable, load_table
-from damagepred.scene import Damage
 
 Widths = FloatArray | float
 
@@ -24,7 +23,7 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     damage_category : int
-        From the cracks of the wall proper, above the dpc, by the measure and the rules of the settings.
+        From the cracks of the wall proper, above the dpc, by the measure and the rules of the rules.
     damage_category_band : int
         The same with the width of the widest crack band in place of the widest joint.
     crack_width_max : float
@@ -66,60 +65,79 @@ class Verdict(NamedTuple):
     footing_separation_length: float
 
 
-def kept_rules(settings: Damage) -> dict[str, dict[str, float]]:
-    """Return what of the rules is an attribute of a variable that was found by them."""
-    return {
-        "dpc_separation_length": {"opening_threshold": settings.dpc_threshold},
-        "footing_separation_length": {"opening_threshold": settings.footing_threshold},
-        "crack_group_width": {"group_distance": settings.group_distance},
-        "crack_band_width_max": {
-            "gauge_length": settings.band_gauge,
-            "opening_threshold": settings.band_threshold,
-        },
-    }
+class Rules(NamedTuple):
+    """Rules by which the openings of a wall become a category; ``damagepred.scene.Damage`` explains them.
 
-
-def damage_table(settings: Damage) -> DamageTable:
-    """Return the table that the settings ask for, with the plasterboard allowance if they do."""
-    table = load_table(settings.table)
-    return table.with_plasterboard() if settings.plasterboard else table
-
-
-def widest_gap(
-    crack_width: Widths, band_width: Widths, footing_opening: Widths, settings: Damage, has_dpc: bool
-) -> tuple[Widths, Widths]:
-    """Return the width that makes the category, by the widest joint and by the widest crack band (m).
-
-    Parameters
+    Attributes
     ----------
-    crack_width, band_width, footing_opening : array or float
-        Widest joint, widest crack band, and widest gap along the footing bed (m).
-    settings : Damage
-        Whether the gap counts.
-    has_dpc : bool
-        Whether the wall has a dpc: then the footing bed is no part of the wall proper, and its gap never counts.
-    """
-    if not settings.count_footing_gap or has_dpc:
-        return crack_width, band_width
-    return np.maximum(crack_width, footing_opening), np.maximum(band_width, footing_opening)
-
-
-def category_of(cracks: Cracks, table: DamageTable, settings: Damage) -> int:
-    """Return the category of a wall with these cracks: by the widest, and by groups of wide ones.
-
-    Parameters
-    ----------
-    cracks : Cracks
-        Of the wall proper.
     table : DamageTable
-        Limits.
-    settings : Damage
-        Whether and how groups count.
+        Limits, with the plasterboard allowance where it applies.
+    count_rule : bool
+        Whether groups of cracks count.
+    group_distance : float
+        Distance within which cracks make a group (m).
+    group_count : int
+        Number of cracks that makes a group.
+    dpc_threshold, footing_threshold : float
+        Opening from which the dpc, or the bed on the footing, counts as separated (m).
+    measure : {"joint", "band"}
+        Whether the widest joint or the widest crack band makes the category.
+    band_gauge, band_threshold : float
+        Length of the gauge across a crack band, and the opening from which a joint counts in it (m).
+    count_footing_gap : bool
+        Whether a gap along the bed on the footing counts as a crack of a wall without a dpc.
     """
-    widest, group = cracks.width.max(initial=0.0), 0.0
-    if settings.count_rule:
-        group = group_widths(cracks, settings.group_distance, (settings.group_count,))[0]
-    return int(table.by_width_and_group(widest, group))
+
+    table: DamageTable
+    count_rule: bool
+    group_distance: float
+    group_count: int
+    dpc_threshold: float
+    measure: str
+    band_gauge: float
+    band_threshold: float
+    footing_threshold: float
+    count_footing_gap: bool
+
+    @classmethod
+    def from_settings(cls, table: str, plasterboard: bool, **others: Any) -> Rules:
+        """Make the rules of the plain values of ``damagepred.scene.Damage``.
+
+        Parameters
+        ----------
+        table : str
+            Name of a shipped damage table.
+        plasterboard : bool
+            Whether its limits are raised for plasterboard.
+        **others
+            All other rules.
+        """
+        return cls(load_table(table, plasterboard=plasterboard), **others)
+
+    def attributes(self) -> dict[str, dict[str, float]]:
+        """Return the rules that are archived as attributes of the variables that depend on them."""
+        return {
+            "dpc_separation_length": {"opening_threshold": self.dpc_threshold},
+            "footing_separation_length": {"opening_threshold": self.footing_threshold},
+            "crack_group_width": {"group_distance": self.group_distance},
+            "crack_band_width_max": {"gauge_length": self.band_gauge, "opening_threshold": self.band_threshold},
+        }
+
+    def widths(
+        self, crack_width: Widths, band_width: Widths, footing_opening: Widths, has_dpc: bool
+    ) -> tuple[Widths, Widths]:
+        """Return the width that makes the category, by the widest joint and by the widest crack band (m).
+
+        Parameters
+        ----------
+        crack_width, band_width, footing_opening : array or float
+            Widest joint, widest crack band, and widest gap along the footing bed (m).
+        has_dpc : bool
+            Whether the wall has a dpc: then the footing bed is no part of the wall proper, and its gap never counts.
+        """
+        if not self.count_footing_gap or has_dpc:
+            return crack_width, band_width
+        return np.maximum(crack_width, footing_opening), np.maximum(band_width, footing_opening)
 
 
 def judge(
@@ -127,8 +145,7 @@ def judge(
     opening: FloatArray,
     slip: FloatArray,
     cracked: BoolArray,
-    settings: Damage,
-    table: DamageTable | None = None,
+    rules: Rules,
 ) -> Verdict:
     """Judge one state of a wall.
 
@@ -140,36 +157,33 @@ def judge(
         Opening normal to (positive) and slip along each joint (m).
     cracked : array of bool (m, q)
         Whether the bond is broken.
-    settings : Damage
+    rules : Rules
         Table and rules.
-    table : DamageTable, optional
-        In place of that of the settings.
     """
-    table = damage_table(settings) if table is None else table
     cracks = find_cracks(joints, opening, slip, cracked)
-    groups = group_widths(cracks, settings.group_distance, (*GROUP_COUNTS, settings.group_count))
+    groups = group_widths(cracks, rules.group_distance, (*GROUP_COUNTS, rules.group_count))
     widest = cracks.width[0] if len(cracks.width) else 0.0
     broken = np.flatnonzero(cracked)
     widths = joints.widest(opening)
     gap, interface = widths.ravel()[broken], broken // opening.shape[1]
     joint = float(gap[joints.is_wall[interface]].max(initial=0.0))
-    band = max(joint, joints.band_gauges(settings.band_gauge).width(opening, cracked, settings.band_threshold))
+    band = max(joint, joints.band_gauges(rules.band_gauge).width(opening, cracked, rules.band_threshold))
     footing = float(gap[joints.is_footing[interface]].max(initial=0.0))
     by_joint, by_band = (
-        int(table.by_width_and_group(width, groups[-1] if settings.count_rule else 0.0))
-        for width in widest_gap(widest, band, footing, settings, bool(joints.dpc.size))
+        int(rules.table.by_width_and_group(width, groups[-1] if rules.count_rule else 0.0))
+        for width in rules.widths(widest, band, footing, bool(joints.dpc.size))
     )
     return Verdict(
-        damage_category=by_band if settings.measure == "band" else by_joint,
+        damage_category=by_band if rules.measure == "band" else by_joint,
         damage_category_band=by_band,
         crack_width_max=joint,
         crack_band_width_max=band,
-        crack_count=int((cracks.width >= table.limits[0]).sum()),
+        crack_count=int((cracks.width >= rules.table.limits[0]).sum()),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
         dpc_opening_max=float(widths[joints.dpc].max(initial=0.0)),
-        dpc_separation_length=joints.dpc_open_length(opening, settings.dpc_threshold),
+        dpc_separation_length=joints.open_length(joints.dpc, opening, rules.dpc_threshold),
         dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
         footing_opening_max=footing,
-        footing_separation_length=joints.footing_open_length(opening, settings.footing_threshold),
+        footing_separation_length=joints.open_length(joints.footing, opening, rules.footing_threshold),
     )

@@ -99,25 +99,28 @@ class DamageTable:
 
 @checked
 @lru_cache(maxsize=8)
-def load_table(name: str) -> DamageTable:
+def load_table(name: str, *, plasterboard: bool = False) -> DamageTable:
     """Read a shipped damage table.
 
     Parameters
     ----------
     name : {"as2870", "bre251"}
         Its file in ``data/damage``.
+    plasterboard : bool
+        Whether its limits are raised for plasterboard.
 
     Raises
     ------
     InputError
-        If there is no such table.
+        If there is no such table, or it has no allowance for plasterboard.
     """
     if name not in TABLES:
         raise InputError(
             f"table = {name!r}: take {' or '.join(TABLES)}, or a file (*.toml) written like theirs."
             + nearest(name, TABLES)
         )
-    return read_table(data_file("damage", f"{name}.toml"))
+    table = read_table(data_file("damage", f"{name}.toml"))
+    return table.with_plasterboard() if plasterboard else table
 
 
 @checked

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from damagepred.arrays import FloatArray
-from damagepred.damage import damage_table
+from damagepred.damage import DamageTable, load_table
 from damagepred.errors import InputError, nearest
 from damagepred.input_files import parse_toml, read_toml
 from damagepred.one_thread import one_blas_thread
@@ -227,7 +227,7 @@ class StudySettings:
             If a variable names no number of the scene, a correlation no variable, or the damage table does not know the
             category to stop at.
         """
-        table = damage_table(self.scene.damage)
+        table = self.damage_table
         if isinstance(stop := self.study.stop_at_category, int) and stop > table.highest:
             raise InputError(
                 f"{source}: [study] stop_at_category = {stop}: {table.name} goes up to category {table.highest}; "
@@ -285,7 +285,7 @@ class StudySettings:
                     f'{source}: [study.stop_when]: with movement = "sampled" each wall is known at its own movement '
                     'alone, which tells no probability at one; take quantity = "median", or movement = "both".'
                 )
-            if how.stop_when.category > (highest := damage_table(self.scene.damage).highest):
+            if how.stop_when.category > (highest := self.damage_table.highest):
                 raise InputError(f"{source}: [study.stop_when] category: the damage table goes up to {highest}.")
             if how.stop_when.first % how.replicates:
                 raise InputError(
@@ -361,12 +361,17 @@ class StudySettings:
         return any(place.split(".")[0] in ("wall", "opening", "control_joint") for place in self.variables)
 
     @property
+    def damage_table(self) -> DamageTable:
+        """The scene's damage table, with the plasterboard allowance where the scene asks for it."""
+        return load_table(self.scene.damage.table, plasterboard=self.scene.damage.plasterboard)
+
+    @property
     def last_category(self) -> float:
         """Category at which a path ends; infinite if none does."""
         stop = self.study.stop_at_category
         if stop == "none" or (stop is None and self.study.movement != "path"):
             return math.inf
-        return stop or damage_table(self.scene.damage).highest
+        return stop or self.damage_table.highest
 
     @one_blas_thread()
     def design(self) -> Design:

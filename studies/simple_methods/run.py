@@ -26,10 +26,11 @@ from walls import Case, cases, elastic, read_settings, scene_of
 
 from damagepred import Scene, solve
 from damagepred.archive.files import write_whole
-from damagepred.damage import load_strain_table, load_table, simple_category
+from damagepred.damage import load_strain_table, load_table
 from damagepred.enumerations import ContactKind
 from damagepred.errors import SolverError
 from damagepred.plotting.sheet import DPI
+from damagepred.simple_assessment import simple_category
 
 HERE = Path(__file__).resolve().parent
 

@@ -1,10 +1,10 @@
 """A running bond drawn by hand: no bricks, only the lines between them."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from damagepred.damage import JointMap, Verdict, judge
+from damagepred.damage import Cracks, JointMap, Rules, Verdict, judge
 from damagepred.enumerations import ContactKind
 from damagepred.scene import Damage
 
@@ -95,4 +95,16 @@ class Pattern:
         return self.lines[line, i, r]
 
     def judge(self, settings: Damage | None = None) -> Verdict:
-        return judge(self.map, self.opening, self.slip, self.cracked, settings or Damage())
+        return judge(self.map, self.opening, self.slip, self.cracked, rules_of(settings or Damage()))
+
+
+def rules_of(settings: Damage) -> Rules:
+    return Rules.from_settings(**asdict(settings))
+
+
+def largest_group(cracks: Cracks, width: float, distance: float) -> int:
+    """Return how many cracks of at least a width lie within a distance of one of them, itself included."""
+    wide = cracks.width >= width * (1 - 1e-12)
+    place = np.column_stack((cracks.x, cracks.y))[wide]
+    apart = np.linalg.norm(place[:, None] - place, axis=-1)
+    return int((apart <= distance * (1 + 1e-12)).sum(axis=1).max(initial=0))

@@ -12,7 +12,7 @@ from damagepred.damage import JointMap, judge
 from damagepred.enumerations import ContactKind
 from damagepred.pipeline import gauges, solve
 from damagepred.scene import ControlJoint, Damage, Dpc, Movement, Opening, Scene, Solver, Wall
-from tests.damage.pattern import Pattern
+from tests.damage.pattern import Pattern, rules_of
 
 MM = 1e-3
 BRICK, COURSE = 0.24, 0.075
@@ -33,7 +33,7 @@ def of_model(scene: Scene, opened: dict[tuple[int, float, float], float], **rule
         own = np.flatnonzero(joints.kind == kind)
         nearest = own[np.argmin(np.hypot(*(middle[own] - (x, y)).T))]
         opening[nearest], cracked[nearest] = width * MM, True
-    return judge(joints, opening, np.zeros_like(opening), cracked, Damage(**rules)).crack_band_width_max / MM
+    return judge(joints, opening, np.zeros_like(opening), cracked, rules_of(Damage(**rules))).crack_band_width_max / MM
 
 
 # -- by hand ---------------------------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ def test_any_quadrature_reads_the_same(quadrature: str, contacts: int):
     own &= (joints.start[:, 0] > 0.9) & (joints.start[:, 0] < 1.5)
     assert own.sum() == 3
     opening = np.where(own[:, None], (joints.contact_y - 0.3) / COURSE * MM, 0.0)
-    found = judge(joints, opening, np.zeros_like(opening), opening > 0, Damage())
+    found = judge(joints, opening, np.zeros_like(opening), opening > 0, rules_of(Damage()))
     seen = 0.5 if contacts == 1 else 1.0  # a single contact does not see that bricks turn
     assert found.crack_band_width_max == pytest.approx(3 * MM * seen, rel=1e-9)
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_model
-from damagepred.damage import Cracks, category_of, damage_table, group_widths, judge, largest_group, load_table
+from damagepred.damage import Cracks, group_widths, judge, load_table
 from damagepred.damage.cracks import find_cracks
 from damagepred.damage.table import read_table
 from damagepred.errors import InputError
 from damagepred.pipeline import joint_map
 from damagepred.scene import Damage, Dpc, Scene, Solver, Wall
-from tests.damage.pattern import COURSE, Pattern
+from tests.damage.pattern import COURSE, Pattern, largest_group, rules_of
 
 MM = 1e-3
 
@@ -29,8 +29,9 @@ def some(cracks: list[tuple[float, float, float]]) -> Cracks:
 
 
 def category(cracks: Cracks, **settings) -> int:
-    damage = Damage(**settings)
-    return category_of(cracks, damage_table(damage), damage)
+    rules = rules_of(Damage(**settings))
+    group = group_widths(cracks, rules.group_distance, (rules.group_count,))[0] if rules.count_rule else 0.0
+    return int(rules.table.by_width_and_group(cracks.width.max(initial=0.0), group))
 
 
 # width, category below, category at the limit and above
@@ -303,7 +304,7 @@ def test_judge_is_of_the_contacts_it_is_given():
     wall = Pattern()
     wall.vertical(6, 2 * MM)
     before = wall.opening.copy()
-    judge(wall.map, wall.opening, wall.slip, wall.cracked, Damage())
+    judge(wall.map, wall.opening, wall.slip, wall.cracked, rules_of(Damage()))
     np.testing.assert_array_equal(wall.opening, before)
 
 
@@ -337,10 +338,10 @@ def test_the_opening_is_carried_to_the_ends_of_joints(rule: tuple[Any, int], whe
     for threshold in (0.1 * MM, 1 * MM):
         opening = np.zeros_like(joints.contact_x)
         opening[number] = threshold + tilt * (joints.contact_x[number] - open_from)
-        found = getattr(joints, f"{kind}_open_length")(opening, threshold)
+        found = joints.open_length(number, opening, threshold)
         assert found == pytest.approx(1.2 - open_from, rel=1e-9)
         mirrored = 2 * threshold - opening
-        assert getattr(joints, f"{kind}_open_length")(mirrored, threshold) == pytest.approx(open_from, rel=1e-9)
+        assert joints.open_length(number, mirrored, threshold) == pytest.approx(open_from, rel=1e-9)
 
 
 @pytest.mark.parametrize("count", [3, 5, 7])
@@ -358,7 +359,7 @@ def test_each_end_goes_on_as_the_contacts_beside_it(count: int):
     opening = np.full_like(joints.contact_x, -1.0)
     threshold, closed = 1 * MM, (1 - 0.5 / count) * length  # beyond the outermost contacts
     opening[piece] = 2 * threshold / closed * np.abs(joints.contact_x[piece] - middle)
-    assert joints.dpc_open_length(opening, threshold) == pytest.approx(length - closed, rel=1e-9)
+    assert joints.open_length(joints.dpc, opening, threshold) == pytest.approx(length - closed, rel=1e-9)
 
 
 def test_one_contact_tells_nothing_of_a_tilt():
@@ -372,4 +373,4 @@ def test_one_contact_tells_nothing_of_a_tilt():
     opening = np.full_like(joints.contact_x, -1.0)
     opening[joints.dpc[:3]] = 2 * MM
     length = np.linalg.norm(joints.end - joints.start, axis=1)[joints.dpc[:3]].sum()
-    assert joints.dpc_open_length(opening, 1 * MM) == pytest.approx(length)
+    assert joints.open_length(joints.dpc, opening, 1 * MM) == pytest.approx(length)

@@ -16,6 +16,7 @@ from damagepred.pipeline import joint_map
 from damagepred.plotting.dpc import opening_along
 from damagepred.plotting.geometry import Faces
 from damagepred.scene import Damage, Dpc, Joint, Movement, Scene, Solver, Wall
+from tests.damage.pattern import rules_of
 
 TURN = 5e-3
 DRY = Joint(tensile_strength=0.0, cohesion=0.0)
@@ -59,7 +60,7 @@ def test_a_brick_that_turns_opens_its_bed_by_its_length(rule: dict[str, Any], co
     """Turned by theta about its lower left corner, a bed opens by theta l at the other end, a side by theta h."""
     joints, opening, length, height = turned_brick(course, dpc, rule)
     cracked = np.ones(opening.shape, dtype=bool)
-    found = judge(joints, opening, np.zeros_like(opening), cracked, Damage(band_gauge=0.01))
+    found = judge(joints, opening, np.zeros_like(opening), cracked, rules_of(Damage(band_gauge=0.01)))
     bed, side = pytest.approx(TURN * length, rel=1e-9), pytest.approx(TURN * height, rel=1e-9)
     wall, base, on_dpc, footing = {
         (3, None): (bed, 0.0, 0.0, 0.0),
@@ -78,7 +79,7 @@ def test_the_category_is_that_of_the_joint_s_end():
     """1.2 mm at the end of the bed is category 2; two contacts at the quarters see 0.9 mm, category 1."""
     joints, opening, *_ = turned_brick(3, None, {"quadrature": "midpoint", "contacts_per_interface": 2})
     opening *= 1.2e-3 / (TURN * 0.23)
-    found = judge(joints, opening, np.zeros_like(opening), np.ones(opening.shape, dtype=bool), Damage())
+    found = judge(joints, opening, np.zeros_like(opening), np.ones(opening.shape, dtype=bool), rules_of(Damage()))
     assert found.damage_category == 2
 
 

@@ -8,17 +8,14 @@ import xarray as xr
 
 import damagepred
 from damagepred.damage import (
-    angular_distortion,
     beam_strain,
     construction_limits,
     load_movement_limits,
     load_strain_table,
-    simple_categories,
-    simple_category,
-    simple_methods,
 )
 from damagepred.errors import InputError
 from damagepred.scene import Scene
+from damagepred.simple_assessment import angular_distortion, simple_categories, simple_category, simple_methods
 
 SMALL = {"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2, "central_deflection": 1e-3}}
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.damage import HAIRLINE, Growth, find_cracks, group_widths, judge, largest_group
+from damagepred.damage import HAIRLINE, Growth, find_cracks, group_widths, judge
 from damagepred.damage.growth import WALL
 from damagepred.scene import Damage
-from tests.damage.pattern import Pattern
+from tests.damage.pattern import Pattern, largest_group, rules_of
 
 WIDTHS = st.floats(0.0, 30e-3)
 
@@ -62,7 +62,7 @@ def test_the_order_of_joints_does_not_matter(wall: Pattern, random):
     joints = dataclasses.replace(
         wall.map, **{f.name: getattr(wall.map, f.name)[order] for f in dataclasses.fields(wall.map)}
     )
-    again = judge(joints, wall.opening[order], wall.slip[order], wall.cracked[order], Damage())
+    again = judge(joints, wall.opening[order], wall.slip[order], wall.cracked[order], rules_of(Damage()))
     expected = wall.judge()
     for name, value in expected._asdict().items():
         assert getattr(again, name) == pytest.approx(value, rel=1e-12, abs=1e-9 if name.endswith("length") else 0), name

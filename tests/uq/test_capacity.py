@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.damage import damage_table
 from damagepred.enumerations import SampleStatus
 from damagepred.study.analyses import limit_state
 from damagepred.study.analyses.limit_state import Question, margin
@@ -27,7 +26,7 @@ MARKS = np.arange(9) * 1e-3
 def paths(seed: int, ended: bool) -> tuple[xr.Dataset, np.ndarray]:
     """Crack widths (m) that grow at random, array (walls, increments); some walls fail or collapse on their way."""
     random = np.random.default_rng(seed)
-    limits = damage_table(settings().scene.damage).limits
+    limits = settings().damage_table.limits
     width = np.cumsum(np.append(np.zeros((40, 1)), random.exponential(1e-3, (40, 8)), axis=1), axis=1)
     width[:3] += 6e-3  # damaged before any movement
     ds = study(np.full((40, len(limits)), np.inf), end=8e-3, increments=8, highest_category=len(limits))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.damage import damage_table, widest_gap
+from damagepred.damage import Rules
 from damagepred.errors import InputError, SolverError
 from damagepred.one_thread import one_blas_thread
 from damagepred.pipeline import follow, model_of
@@ -44,7 +44,7 @@ class Question:
         InputError
             If it cannot.
         """
-        highest = damage_table(settings.scene.damage).highest
+        highest = settings.damage_table.highest
         if not 1 <= self.category <= highest:
             raise InputError(f"category = {self.category}: must be from 1 to {highest}.")
         if not self.at > 0:
@@ -142,7 +142,8 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
         What is asked.
     """
     model = model_of(scene, fields)
-    limit = damage_table(scene.damage).limits[question.category - 1]
+    rules = Rules.from_settings(**asdict(scene.damage))
+    limit = rules.table.limits[question.category - 1]
     full = model.central_deflection if model.surface_movement is None else model.surface_movement
     before, width_before = 0.0, 0.0
     try:
@@ -151,14 +152,10 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
             if model.deflection is not None and model.surface_movement is None:
                 moved = max(abs(step.increment.deflection), before)
             found = step.verdict
-            widths = widest_gap(
-                found.crack_width_max,
-                found.crack_band_width_max,
-                found.footing_opening_max,
-                scene.damage,
-                scene.dpc is not None,
+            widths = rules.widths(
+                found.crack_width_max, found.crack_band_width_max, found.footing_opening_max, scene.dpc is not None
             )
-            width = float(widths[scene.damage.measure == "band"])
+            width = float(widths[rules.measure == "band"])
             if found.damage_category >= question.category:
                 reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0
                 return Margin(reached, reached)

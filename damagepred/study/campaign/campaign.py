@@ -23,7 +23,6 @@ from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
-from damagepred.damage import damage_table
 from damagepred.enumerations import UNSOLVED, SampleStatus
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
 from damagepred.one_thread import one_blas_thread
@@ -442,10 +441,10 @@ class Campaign:
                 "crossed": settings.study.crossed or None,
                 "study": settings.to_toml(),
                 "scene": settings.scene.to_toml(),
-                "damage_table": damage_table(settings.scene.damage).name,
+                "damage_table": settings.damage_table.name,
                 "damage_measure": settings.scene.damage.measure,
                 "count_footing_gap": settings.scene.damage.count_footing_gap,
-                "highest_category": damage_table(settings.scene.damage).highest,
+                "highest_category": settings.damage_table.highest,
                 "span": settings.scene.wall.length,
                 "solver_options": SolverOptions.of(settings.scene.solver).to_json(),
                 **provenance(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -25,7 +25,7 @@ from damagepred.archive.schema import (
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
-from damagepred.damage import damage_table, kept_rules
+from damagepred.damage import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_thread import one_blas_thread
@@ -319,14 +319,15 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "implausible": np.array([implausible(shares, settings.scene.solver)], dtype=np.int8),
     }
     columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
-    table = damage_table(settings.scene.damage)
+    rules = Rules.from_settings(**asdict(settings.scene.damage))
+    table = rules.table
     for name, more in (
         ("environment", as_table([environment()])),
         *(
             (n, category_attributes(table.category_names, f"{table.name}; {table.source}", n))
             for n in CATEGORY_VARIABLES
         ),
-        *kept_rules(settings.scene.damage).items(),
+        *rules.attributes().items(),
         *((share, {"tolerance": getattr(settings.scene.solver, option)}) for share, option in TOLERANCES.items()),
         ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
     ):

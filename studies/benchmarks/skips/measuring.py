@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from scenes import Known
 from skips import Skip
 
 from damagepred.assembly import Model
-from damagepred.damage import judge
+from damagepred.damage import Rules, judge
 from damagepred.enumerations import ContactState
 from damagepred.errors import SolverError
 from damagepred.pipeline import dynamic_run, joint_map, model_of
@@ -107,11 +108,12 @@ def differences(on: Ran, off: Ran) -> Row:
     same = on.model.interfaces.contact_area.shape == off.model.interfaces.contact_area.shape
     bricks = min(on.model.n_blocks, off.model.n_blocks)
     moved, gap, cracked = np.zeros(2), 0.0, 0
+    rules = Rules.from_settings(**asdict(on.scene.damage))
     for a, b in zip(on.steps, off.steps, strict=False):
         apart = np.abs(a.displacement[:bricks, :2] - b.displacement[:bricks, :2])
         moved = np.maximum(moved, apart.max(axis=0))
         opened = [
-            judge(joints, s.opening, s.slip, s.state == ContactState.CRACKED, on.scene.damage).dpc_opening_max
+            judge(joints, s.opening, s.slip, s.state == ContactState.CRACKED, rules).dpc_opening_max
             for joints, s in zip(maps, (a, b), strict=True)
         ]
         gap = max(gap, abs(opened[0] - opened[1]))

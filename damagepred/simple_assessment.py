@@ -19,6 +19,8 @@ from damagepred.scene import Scene
 if TYPE_CHECKING:
     import pandas as pd
 
+__all__ = ["SimpleVerdict", "angular_distortion", "simple_categories", "simple_category", "simple_methods"]
+
 
 class SimpleVerdict(NamedTuple):
     """What the limiting tensile strain says of a wall; arrays of the shape of the deflection ratio.
