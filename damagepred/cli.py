@@ -305,7 +305,7 @@ def rare(
 def estimate(
     folder: StudyFolderPath,
     category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
-    at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
+    at: Annotated[str, typer.Option("--at", help='Movement ("8 mm"), site class ("H1") or distribution.')],
     confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
@@ -317,14 +317,15 @@ def estimate(
     """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
     from damagepred.study.analyses.epistemic import alternatives, lines
     from damagepred.study.settings import StudySettings
+    from damagepred.uq.movement_distribution import movement_distribution
 
-    movement = screen.quantity("--at", at, "m")
     if shifts:
         from damagepred.study.analyses.importance_proposal import propose
 
-        for line in propose(folder, category, movement).lines():
+        for line in propose(folder, category, screen.quantity("--at", at, "m")).lines():
             screen.say(line)
         return
+    movement = movement_distribution(at)
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     for line in lines(
         alternatives(folder, category, movement, others=others, confidence=confidence), category, movement

@@ -30,7 +30,8 @@ from damagepred.uq.fragility.models import fit_grouped
 from damagepred.uq.fragility.options import DEFAULT
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
-from damagepred.uq.intensity import chosen_intensity
+from damagepred.uq.intensity import attributes, chosen_intensity
+from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.samplers import Stream, generator
 
 RESAMPLES = 100
@@ -143,7 +144,12 @@ def category_capacities(
 
 @one_blas_thread()
 def exceedance(
-    ds: xr.Dataset, category: int, at: float, *, confidence: float = 0.9, intensity: str | None = None
+    ds: xr.Dataset,
+    category: int,
+    at: float | str | MovementDistribution,
+    *,
+    confidence: float = 0.9,
+    intensity: str | None = None,
 ) -> Exceedance:
     """Estimate the probability that a category or a worse one is reached at a movement.
 
@@ -159,8 +165,9 @@ def exceedance(
         As ``open_study`` returns it.
     category : int
         The category.
-    at : float
-        Movement (m, or 1 for a deflection ratio).
+    at : float, str or MovementDistribution
+        Movement (m, or 1 for a deflection ratio), a site class such as "H1", or a distribution of the movement; see
+        ``damagepred.uq.movement_distribution``.
     confidence : float
         Of the interval.
     intensity : str, optional
@@ -169,25 +176,42 @@ def exceedance(
     Raises
     ------
     InputError
-        If the movement is not positive, or the study has no such category or measure; of walls known at their own
-        movements alone, if it lies beyond those, or there is no curve.
+        If the movement is not positive, or the study has no such category or measure; if a part of a distribution lies
+        beyond the study's movement; of walls known at their own movements alone, if there is no curve.
     """
-    if not at > 0:
-        raise InputError(f"at = {at:g}: must be greater than 0.")
+    measure = chosen_intensity(ds, intensity)
+    asked = as_distribution(at, str(attributes(ds, measure)["units"]))
+    if asked.measure and asked.measure != measure:
+        raise InputError(
+            f"at = {asked.name}: is of the {asked.measure.replace('_', ' ')}, and the study's movement is the "
+            f"{measure.replace('_', ' ')}; ask for a movement, or move the wall by a mound."
+        )
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
-        return _from_curve(ds, category, at, confidence, chosen_intensity(ds, intensity))
-    return estimate_exceedance(category_capacities(ds, category, intensity, keep_failed=True), at, confidence)
+        if len(asked.points) > 1:
+            raise InputError(f"at = {asked.name}: the study knows each wall at its own movement alone; ask for one.")
+        return _from_curve(ds, category, asked.largest, confidence, measure)
+    known = category_capacities(ds, category, measure, keep_failed=True)
+    if len(asked.points) > 1:
+        followed = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
+        if beyond := float(np.mean(np.asarray(asked.points) > followed * (1 + 1e-9))):
+            raise InputError(
+                f"at = {asked.name}: {beyond:.0%} of it lies beyond {followed:g}, the largest movement of the study's "
+                "walls; run the study with a larger movement."
+            )
+    return estimate_exceedance(known, asked, confidence)
 
 
-def estimate_exceedance(known: CategoryCapacities, at: float, confidence: float = 0.9) -> Exceedance:
+def estimate_exceedance(
+    known: CategoryCapacities, at: float | MovementDistribution, confidence: float = 0.9
+) -> Exceedance:
     """Estimate the probability that walls have reached the category by a movement.
 
     Parameters
     ----------
-    known : Walls
+    known : CategoryCapacities
         What is known of them.
-    at : float
-        Movement (m, or 1 for a deflection ratio).
+    at : float or MovementDistribution
+        Movement (m, or 1 for a deflection ratio); of several, the mean of the probabilities.
     confidence : float
         Of the interval.
 
@@ -198,11 +222,15 @@ def estimate_exceedance(known: CategoryCapacities, at: float, confidence: float 
     interval does without that: its lower end is that of none of them having reached it, its upper end that of all.
     Where no wall was followed as far there is no such share, and the estimate is NaN.
     """
-    ended = censored_before(known.lower, known.upper, at)
-    lost, short = ended & known.failing, (ended & ~known.failing)[~(ended & known.failing)]
+    movements = (at,) if isinstance(at, float | int) else at.points
+    lost = censored_before(known.lower, known.upper, movements[-1]) & known.failing
+    lower, upper = known.lower[~lost], known.upper[~lost]
     weight = np.ones(len(lost)) if known.weight is None else known.weight
-    hit = probability_reached(known.lower, known.upper, at)[~lost]
-    expected = _redistributed(hit, known.lower[~lost], weight[~lost], short)
+    hits = [probability_reached(lower, upper, movement) for movement in movements]
+    shorts = [censored_before(lower, upper, movement) for movement in movements]
+    hit, short = np.mean(hits, axis=0), np.any(shorts, axis=0)
+    unknown_share = np.mean(shorts, axis=0)
+    expected = np.mean([_redistributed(h, lower, weight[~lost], s) for h, s in zip(hits, shorts)], axis=0)
 
     def of(hits: FloatArray) -> Estimate:
         found = probability(
@@ -219,9 +247,9 @@ def estimate_exceedance(known: CategoryCapacities, at: float, confidence: float 
         return found._replace(value=value, error=error, lower=min(lower, 1.0), upper=min(upper, 1.0))
 
     estimate = of(expected)
-    none, every = (np.where(np.isnan(expected), unknown, expected) for unknown in (0.0, 1.0))
+    none, every = (np.where(np.isnan(expected), known_share, expected) for known_share in (hit, hit + unknown_share))
     if short.any():
-        ends = of(np.where(short, 0.0, hit)).lower, of(np.where(short, 1.0, hit)).upper
+        ends = of(hit).lower, of(hit + unknown_share).upper
         estimate = estimate._replace(lower=ends[0], upper=ends[1])
     if np.isnan(expected).any():
         estimate = estimate._replace(value=np.nan, error=np.nan, upper=1.0)

@@ -18,6 +18,7 @@ from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.settings import StudySettings
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import Exceedance, exceedance
+from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.reweight import density_ratio
 from damagepred.uq.variable import Variable
 
@@ -45,7 +46,7 @@ class Alternative(NamedTuple):
 def alternatives(
     path: str | Path,
     category: int,
-    at: float,
+    at: float | MovementDistribution,
     *,
     others: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None,
     confidence: float = 0.9,
@@ -56,8 +57,10 @@ def alternatives(
     ----------
     path : str or Path
         Study folder.
-    category, at : int, float
-        Category, or worse, and movement (m).
+    category : int
+        Category, or worse.
+    at : float or MovementDistribution
+        Movement (m), or its distribution.
     others : mapping, optional
         Name -> place -> what differs in that variable, such as ``{"less sure": {"dpc.friction": {"cov": 0.3}}}``; by
         default the study's ``[study.epistemic]``.
@@ -110,25 +113,30 @@ def changed(settings: StudySettings, name: str, changes: Mapping[str, Mapping[st
     return replace(settings, variables=variables, study=replace(settings.study, epistemic={}))
 
 
-def _estimate(name: str, ds: xr.Dataset, category: int, at: float, confidence: float) -> Alternative:
+def _estimate(
+    name: str, ds: xr.Dataset, category: int, at: float | MovementDistribution, confidence: float
+) -> Alternative:
     found = exceedance(ds, category, at, confidence=confidence)
     count = effective_samples(ds["weight"].values) if "weight" in ds else float(found.estimate.samples)
     return Alternative(name, found, count)
 
 
-def lines(found: list[Alternative], category: int, at: float) -> list[str]:
+def lines(found: list[Alternative], category: int, at: float | MovementDistribution) -> list[str]:
     """Say what was found.
 
     Parameters
     ----------
     found : list of Alternative
         The study's own distributions first.
-    category, at : int, float
-        What was asked.
+    category : int
+        Category, or worse.
+    at : float or MovementDistribution
+        Movement (m), or its distribution.
     """
     own, said = found[0].found, []
     e = own.estimate
-    asked = f"P(category >= {category} at {1e3 * at:g} mm)"
+    movement = as_distribution(at)
+    asked = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.name})"
     if np.isnan(e.value):
         return [
             f"{asked} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall that had not "
@@ -139,6 +147,8 @@ def lines(found: list[Alternative], category: int, at: float) -> list[str]:
         f"{asked} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
         f"({e.confidence:.0%}), {e.samples} walls"
     )
+    if movement.assumption:
+        said.append(movement.assumption)
     if own.failed:
         said.append(
             f"{own.failed} failed walls: {own.failed_undamaged:.4g} if none had reached it, {own.failed_damaged:.4g} "

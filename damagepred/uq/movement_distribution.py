@@ -1,0 +1,140 @@
+"""The movement that a probability is asked for: one movement, a site class, or a distribution.
+
+A site class says between which limits the characteristic surface movement y_s lies. Within them it is taken as evenly
+distributed, which is an assumption. By the theorem of total probability, the probability of damage is then the mean of
+that at ``POINTS`` movements, the medians of as many parts of equal probability (midpoint rule on the quantiles).
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from damagepred.errors import InputError
+from damagepred.scene.quantity import to_si
+from damagepred.scene.site import SiteClass, site_classes
+from damagepred.uq.variable import Distribution
+
+MOUND = "surface_movement"
+
+POINTS = 64
+"""Parts of equal probability; a step of a capacity within one of them is an error of less than 1/128."""
+
+
+@dataclass(frozen=True)
+class MovementDistribution:
+    """Movements of equal probability.
+
+    Attributes
+    ----------
+    name : str
+        In words, such as "class H1".
+    points : tuple of float
+        In ascending order, in SI units.
+    assumption : str
+        What is assumed, in a sentence; empty for one movement.
+    measure : str
+        Measure of the movement that they are values of; empty where the text does not say.
+    """
+
+    name: str
+    points: tuple[float, ...]
+    assumption: str = ""
+    measure: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse movements that are not positive."""
+        if not (self.points and all(math.isfinite(point) and point > 0 for point in self.points)):
+            raise InputError(f"at = {self.name}: must be greater than 0.")
+
+    @property
+    def largest(self) -> float:
+        """The largest of the movements."""
+        return self.points[-1]
+
+
+def movement_distribution(text: str, unit: str = "m") -> MovementDistribution:
+    """Read a movement, a site class or a distribution.
+
+    Parameters
+    ----------
+    text : str
+        "60 mm"; "H1"; or a distribution as in a study file, 'distribution = "lognormal", mean = "45 mm", cov = 0.3'.
+    unit : str
+        SI unit of the movement.
+
+    Raises
+    ------
+    InputError
+        If the text is none of these, or the class has no upper limit.
+    """
+    if "=" in text:
+        return _distributed(text, unit)
+    classes = {entry.name: entry for entry in site_classes()}
+    if text.strip().upper() in classes:
+        return _of_class(classes[text.strip().upper()])
+    try:
+        movement = to_si(text, unit)
+        if unit != "1" and movement == _number(text):
+            raise ValueError("the number needs a unit")
+    except ValueError as error:
+        raise InputError(
+            f'at = "{text}": must be a movement such as "60 mm", a site class ({", ".join(classes)}), or a '
+            f'distribution such as \'distribution = "lognormal", mean = "45 mm", cov = 0.3\'; {error}.'
+        ) from None
+    return MovementDistribution(text.strip(), (movement,))
+
+
+def _number(text: str) -> float | None:
+    """Return the number that a text is, None if it is more than a number."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def as_distribution(at: float | str | MovementDistribution, unit: str = "m") -> MovementDistribution:
+    """Return a movement, its text or a distribution as a distribution.
+
+    Parameters
+    ----------
+    at : float, str or MovementDistribution
+        A number is one movement in SI units; a text is read by ``movement_distribution``.
+    unit : str
+        SI unit of the movement.
+    """
+    if isinstance(at, MovementDistribution):
+        return at
+    return movement_distribution(at, unit) if isinstance(at, str) else MovementDistribution(f"{at:g}", (float(at),))
+
+
+def _of_class(site: SiteClass) -> MovementDistribution:
+    if not (math.isfinite(site.above) and math.isfinite(site.up_to)):
+        raise InputError(f"at = {site.name}: class {site.name} has no two limits of y_s; give a distribution.")
+    share = (np.arange(POINTS) + 0.5) / POINTS
+    points = site.above + share * (site.up_to - site.above)
+    limits = f"{1e3 * site.above:g} to {1e3 * site.up_to:g} mm"
+    return MovementDistribution(
+        f"class {site.name}", tuple(points.tolist()), f"y_s is taken as evenly distributed from {limits}", MOUND
+    )
+
+
+def _distributed(text: str, unit: str) -> MovementDistribution:
+    try:
+        table: dict[str, Any] = tomllib.loads(f"at = {{ {text.strip().strip('{}')} }}")["at"]
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"at = '{text}': is no table of a distribution: {error}.") from None
+    from damagepred.scene.reading import build
+
+    marginal = build(Distribution, table, "at").frozen("at", unit)
+    points = np.asarray(marginal.ppf((np.arange(POINTS) + 0.5) / POINTS), dtype=np.float64)
+    words = ", ".join(f"{key} {value}" for key, value in table.items() if key != "distribution")
+    return MovementDistribution(
+        f"a {table['distribution']} movement",
+        tuple(points.tolist()),
+        f"the movement is distributed: {table['distribution']}, {words}",
+    )
