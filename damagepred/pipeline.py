@@ -432,11 +432,11 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
         return 0
     from damagepred.solvers.quasi_static.linear_system import block_levels
     from damagepred.solvers.symmetry import reduce_by_symmetry
-    from damagepred.solvers.system.elastic_stiffness import held_dofs
+    from damagepred.solvers.system.discrete_system import DiscreteSystem
 
     half = reduce_by_symmetry(model) if solver.symmetric_half else None
     solved = model if half is None else half.model
-    levels = block_levels(solved, held_dofs(solved))[: solved.n_blocks]
+    levels = block_levels(DiscreteSystem.of(solved))[: solved.n_blocks]
     return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())
 
 

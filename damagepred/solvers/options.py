@@ -27,6 +27,7 @@ from damagepred.solvers.quasi_static.options import (
     NewtonOptions,
     ReturnMappingOptions,
 )
+from damagepred.solvers.system.options import ElasticSolutionOptions
 from damagepred.solvers.time_stepping.options import JackServoOptions, MechanismOptions, TimeSteppingOptions
 
 
@@ -63,7 +64,7 @@ class SolverOptions:
     Attributes
     ----------
     newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, linear_system, \
-    symmetry, zone_selection, time_stepping, jack_servo, mechanism, explicit, dynamics
+    elastic_solution, symmetry, zone_selection, time_stepping, jack_servo, mechanism, explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
@@ -76,6 +77,7 @@ class SolverOptions:
     dynamic_relaxation: DynamicRelaxationOptions = Field(default_factory=DynamicRelaxationOptions)
     return_mapping: ReturnMappingOptions = Field(default_factory=ReturnMappingOptions)
     linear_system: LinearSystemOptions = Field(default_factory=LinearSystemOptions)
+    elastic_solution: ElasticSolutionOptions = Field(default_factory=ElasticSolutionOptions)
     symmetry: SymmetryOptions = Field(default_factory=SymmetryOptions)
     zone_selection: ZoneSelectionOptions = Field(default_factory=ZoneSelectionOptions)
     time_stepping: TimeSteppingOptions = Field(default_factory=TimeSteppingOptions)

@@ -24,8 +24,8 @@ from damagepred.solvers.system.deformable_blocks import (
     block_moduli,
     can_yield,
     cell_gridpoints,
+    distribute_load,
     rigid_motion,
-    spread,
     strain_rows,
     zone_stiffness,
 )
@@ -145,7 +145,7 @@ class BlockLoads:
         sigma, tau = area * increment.normal_stress, area * increment.shear_stress
         n_x, n_y = face.normal_x[:, None], face.normal_y[:, None]
         force = np.stack((sigma * n_x + tau * n_y, sigma * n_y - tau * n_x), axis=-1)
-        load = spread(self.cut, whole.supports.load + increment.load_factor * whole.supports.live_load)
+        load = distribute_load(self.cut, whole.supports.load + increment.load_factor * whole.supports.live_load)
         for (points, shares), sign in zip(self._sides, (1.0, -1.0)):
             known = points[..., 0] >= 0
             for end in range(2):

@@ -67,7 +67,7 @@ def normal_factor(confidence: float) -> float:
 
 
 def student_factor(confidence: float, freedom: float) -> float:
-    """Return the same for an error known from so many degrees of freedom.
+    """Return the same for an error that is itself estimated, with a number of degrees of freedom.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ from damagepred.pipeline import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
-from damagepred.solvers.system.elastic_stiffness import held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.study import Study
 from damagepred.study.campaign.sample import run_batch
 from damagepred.study.settings import StudySettings
@@ -107,7 +107,9 @@ def factorisation(folder: Path) -> Ready:
     area, at = face.contact_area, face.contact_offset
     normal, shear, none = joint.normal_stiffness[:, None] * area, joint.shear_stiffness[:, None] * area, 0.0 * area
     terms = (normal, none, normal * at, none, shear, none, normal * at, none, normal * at**2)
-    equations = BlockTridiagonalSystem(model, held_dofs(model), np.stack([term.sum(axis=1) for term in terms], axis=-1))
+    equations = BlockTridiagonalSystem(
+        DiscreteSystem.of(model), np.stack([term.sum(axis=1) for term in terms], axis=-1)
+    )
     force = np.ones(3 * (model.n_blocks + 1))
 
     def work() -> None:

@@ -19,7 +19,7 @@ from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.contact_search import neighbour_list, world_coordinates
 from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.dynamics.time_step import time_step
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, deepest, dry, on_plate, run, stack, started
 
@@ -72,7 +72,7 @@ def test_forces_are_those_of_small_displacements() -> None:
 
     model = cells().build(STIFF)
     course = started(model, 1e-4, start="unstressed", new_contacts=False)
-    exact = elastic_stiffness(model).toarray()
+    exact = DiscreteSystem.of(model).elastic_stiffness.toarray()
     random = np.random.default_rng(2)
     small = 1e-9 * random.standard_normal((model.n_blocks + 1, 3))
     small[-1, 2] = 0.0  # the ground does not turn

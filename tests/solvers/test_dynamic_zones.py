@@ -21,7 +21,7 @@ from damagepred.solvers.dynamics.gridpoints import update_facet_poses, zone_ener
 from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.state.increment import Increment, ZonePicture
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, run, started, turned
 
@@ -70,7 +70,7 @@ def test_forces_are_those_of_small_displacements(new_contacts: bool) -> None:
     assert mesh is not None
     assert max(np.abs(gap).max() for gap in course._bonded_kinematics()) < 1e-12
     small = 1e-9 * np.random.default_rng(2).standard_normal(model.size)
-    small[held_dofs(model)] = 0.0
+    small[DiscreteSystem.of(model).constrained_dofs] = 0.0
     course.motion.displacement[:] = small[: course.motion.displacement.size].reshape(-1, 3)
     grid.displacement[:] = np.column_stack((small[mesh.dof_x], small[mesh.dof_y]))
     act(course)
@@ -78,8 +78,8 @@ def test_forces_are_those_of_small_displacements(new_contacts: bool) -> None:
     found[: course.motion.load.size] += course.motion.load.ravel()
     found[mesh.dof_x] += grid.load[:, 0]
     found[mesh.dof_y] += grid.load[:, 1]
-    expected = elastic_stiffness(model) @ small
-    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    expected = DiscreteSystem.of(model).elastic_stiffness @ small
+    free = DiscreteSystem.of(model).free_dofs
     np.testing.assert_allclose(found[free], expected[free], atol=1e-6 * np.abs(expected).max())
 
 

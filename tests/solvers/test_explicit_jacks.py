@@ -17,7 +17,7 @@ from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.load_path import ExplicitPath
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
 from damagepred.solvers.system.loading_stages import unilateral_supports
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
@@ -154,9 +154,11 @@ def test_masses_bound_the_swings_of_wall_and_line() -> None:
     model = wall_model(on_jacks())
     pump, damping, safety = Pump(model, DEFAULTS.jack_servo), 0.8, 0.9
     mass = scaled_mass(model, damping, safety, pump)
-    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    free = DiscreteSystem.of(model).free_dofs
     push = model.jacks.push[free] if model.jacks else np.empty(0)
-    stiffness = elastic_stiffness(model)[free][:, free].toarray() + pump.stiffness * np.outer(push, push)
+    stiffness = DiscreteSystem.of(model).elastic_stiffness[free][:, free].toarray() + pump.stiffness * np.outer(
+        push, push
+    )
     root = 1.0 / np.sqrt(mass[free])
     highest = float(eigsh(root[:, None] * stiffness * root, k=1, which="LA", return_eigenvectors=False)[0])
     assert highest <= 4.0 / (1.0 + damping) * safety**2

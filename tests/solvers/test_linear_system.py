@@ -21,7 +21,7 @@ from damagepred.solvers.quasi_static.linear_system import (
     factorisation_cost,
 )
 from damagepred.solvers.symmetry import reduce_by_symmetry
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 QUASI_STATIC = Solver(method="quasi_static")
 WELL = 1e6
@@ -98,7 +98,7 @@ class Reference:
 
     def __init__(self, equations: BlockTridiagonalSystem, stiffness: FloatArray, regularised: bool = True) -> None:
         model = equations.model
-        self.free = np.setdiff1d(np.arange(3 * (model.n_blocks + 1)), held_dofs(model))
+        self.free = DiscreteSystem.of(model).free_dofs
         matrix = assembled(model, stiffness)
         if regularised:
             hold = np.zeros(matrix.shape[0])
@@ -193,7 +193,7 @@ WALLS = {
 
 def equations_of(model: Model, **options: Any) -> BlockTridiagonalSystem:
     elastic = of_contacts(model, elastic_slopes(model))
-    return BlockTridiagonalSystem(model, held_dofs(model), elastic, options=replace(DEFAULTS, **options))
+    return BlockTridiagonalSystem(DiscreteSystem.of(model), elastic, options=replace(DEFAULTS, **options))
 
 
 def random_force(model: Model, rng: np.random.Generator) -> FloatArray:
@@ -210,7 +210,7 @@ def assert_same(one: FloatArray, other: FloatArray, share: float = 1e-8) -> None
 @pytest.mark.parametrize("name", WALLS)
 def test_the_reference_is_the_elastic_stiffness_assembled_elsewhere(name: str) -> None:
     model = WALLS[name]()
-    own, other = assembled(model, of_contacts(model, elastic_slopes(model))), elastic_stiffness(model)
+    own, other = assembled(model, of_contacts(model, elastic_slopes(model))), DiscreteSystem.of(model).elastic_stiffness
     assert abs(own - other).max() < 1e-12 * abs(other).max()
 
 
@@ -223,7 +223,7 @@ def test_elastic(name: str) -> None:
     equations, force = equations_of(model), random_force(model, np.random.default_rng(1))
     found = equations.solve(force)
     assert_same(found, Reference(equations, equations.elastic).solve(force))
-    assert (found[held_dofs(model)] == 0.0).all()
+    assert (found[DiscreteSystem.of(model).constrained_dofs] == 0.0).all()
     # what holds loose blocks is hardly felt
     assert_same(found, Reference(equations, equations.elastic, regularised=False).solve(force), 1e-4)
     assert (equations.factorisations, equations.corrections) == (1, 0)
@@ -462,7 +462,7 @@ def test_the_force_at_the_edge_is_that_of_the_levels_beyond(name: str) -> None:
     beyond = equations.elastic.copy()
     beyond[equations.active] = 0.0
     pull = share * load - assembled(model, beyond) @ moved
-    free = np.setdiff1d(np.arange(len(load)), held_dofs(model))
+    free = DiscreteSystem.of(model).free_dofs
     out = np.setdiff1d(free, equations.active_dofs)
     scale = float(np.abs(force).max())
     assert np.abs(pull[out]).max() < 1e-8 * scale
@@ -522,7 +522,7 @@ def test_what_the_levels_in_play_do_not_hold_is_not_condensed() -> None:
 @pytest.mark.parametrize("name", [*WALLS, "loose"])
 def test_joints_lie_within_a_level_or_between_neighbours(name: str) -> None:
     model = with_a_loose_block() if name == "loose" else WALLS[name]()
-    level, face = block_levels(model, held_dofs(model)), model.interfaces
+    level, face = block_levels(DiscreteSystem.of(model)), model.interfaces
     assert len(level) == model.n_blocks + 1
     inner = (face.block_a < model.n_blocks) & (face.block_b < model.n_blocks)
     assert (np.abs(level[face.block_a] - level[face.block_b])[inner] <= 1).all()

@@ -27,7 +27,7 @@ from damagepred.solvers.quasi_static.step_control import EnergyControl
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import picture
 from damagepred.solvers.system.detached_blocks import largest_elastic_displacement
-from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
 from damagepred.solvers.time_stepping.jack_servo import Pump
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
@@ -84,7 +84,9 @@ def test_pump_and_line_by_static_solutions() -> None:
     pump = Pump(model, DEFAULTS.jack_servo)
     assert model.jacks is not None
     push, weights = model.jacks.push, model.deflection
-    solved = elastic_solutions(model, dead_load(model) + pump.level_load * push, push, weights)
+    solved = DiscreteSystem.of(model).elastic_solutions(
+        DiscreteSystem.of(model).dead_load + pump.level_load * push, push, weights
+    )
     assert solved is not None
     level, by_push, by_weight = solved
     np.testing.assert_allclose(pump.level, level, rtol=1e-6, atol=1e-9 * np.abs(level).max())

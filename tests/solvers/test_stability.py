@@ -10,7 +10,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.explicit.load_path import ExplicitPath, explicit_path
-from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping import scheme
 from damagepred.solvers.time_stepping.scheme import scaled_mass
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
@@ -28,7 +28,7 @@ def test_masses_keep_the_highest_frequency_below_the_limit(wall, damping):
     mass = scaled_mass(model, damping, 1.0)
     free = np.isfinite(mass)
     scale = sparse.diags_array(1.0 / np.sqrt(mass[free]))
-    stiffness = scale @ elastic_stiffness(model)[free][:, free] @ scale
+    stiffness = scale @ DiscreteSystem.of(model).elastic_stiffness[free][:, free] @ scale
     largest = eigsh(stiffness, k=1, which="LA", return_eigenvectors=False)[0]
     limit = 4.0 / (1.0 + damping)
     assert largest <= limit * (1 + 1e-9)
@@ -48,7 +48,7 @@ def vibrating(safety: float, cycles: int, damping: float = 0.8) -> np.ndarray:
     run.motion.load[:] = 0.0
     rng = np.random.default_rng(0)
     run.motion.velocity[run.free] = 1e-6 * rng.normal(size=run.free.size) / run.arm[run.free]
-    stiffness = elastic_stiffness(model)
+    stiffness = DiscreteSystem.of(model).elastic_stiffness
     energy = [run.kinetic_energy()]
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(cycles // 100):
@@ -132,7 +132,7 @@ def test_a_block_of_many_zones_is_in_balance_as_a_whole():
     settings = Solver(method="explicit")
     model = column.build(settings)
     first = next(iter(explicit_path(model, settings, 1, elastic_start=False)))
-    exact = elastic_displacement(model)
+    exact = DiscreteSystem.of(model).elastic_displacement()
     assert exact is not None
     assert first.displacement[0, 1] == pytest.approx(exact[1], rel=2e-3)
 

@@ -16,14 +16,14 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.load_path import ExplicitPath
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.deformable_blocks import (
+    distribute_load,
     facets_of,
     gridpoint_mass,
     kinematics,
     rigid_motion,
-    spread,
     zone_stiffness,
 )
-from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.assembly import reference
 
@@ -139,7 +139,7 @@ def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:
     assert model.mesh is not None
     rng, mesh = np.random.default_rng(5), model.mesh
     load = rng.normal(size=3 * model.n_blocks)
-    out = spread(model, load)
+    out = distribute_load(model, load)
     block, x, y = mesh.gridpoint_block, out[mesh.dof_x], out[mesh.dof_y]
     turning = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
     for axis, values in enumerate((x, y, turning)):
@@ -187,13 +187,13 @@ def test_cycling_arrives_where_the_elastic_equations_do() -> None:
     run = path.scheme
     path.apply(0.0)
     path.equilibrate(0)
-    expected = elastic_displacement(model)
+    expected = DiscreteSystem.of(model).elastic_displacement()
     assert expected is not None
     scale = np.abs(expected).max()
     np.testing.assert_allclose(run.motion.displacement, expected, atol=1e-6 * scale)
-    held = held_dofs(model)
+    held = DiscreteSystem.of(model).constrained_dofs
     free = np.setdiff1d(np.arange(model.size), held)
-    residual = run.motion.load - elastic_stiffness(model) @ run.motion.displacement
+    residual = run.motion.load - DiscreteSystem.of(model).elastic_stiffness @ run.motion.displacement
     assert np.abs(residual[free]).max() < 1e-8 * model.mean_block_weight
 
 
@@ -248,6 +248,6 @@ def test_a_block_of_zones_that_nothing_holds_falls() -> None:
     made.rest_on_ground([first])
     settings = Solver(method="explicit")
     model = made.build(settings)
-    assert elastic_displacement(model) is None
+    assert DiscreteSystem.of(model).elastic_displacement() is None
     (last,) = solve_path(model, settings, 1)
     assert last.collapsed

@@ -15,13 +15,7 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.zone_history import exceeds_yield_limit
-from damagepred.solvers.system.elastic_stiffness import (
-    dead_load,
-    elastic_displacement,
-    elastic_stiffness,
-    held_dofs,
-    live_load,
-)
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly import reference
 from tests.validation.test_quasi_static_balance import unbalanced
 
@@ -60,7 +54,7 @@ def test_condensed_blocks_answer_as_all_their_gridpoints_do() -> None:
     assembly.rest_on_ground([i for i in low if (assembly._polygons[i][:, 1] < 1e-9).sum() > 1])
     settings = Solver()
     model = assembly.build(settings)
-    expected = elastic_displacement(model)
+    expected = DiscreteSystem.of(model).elastic_displacement()
     assert expected is not None
     found = next(iter(solve_path(model, settings, 1)))
     assert found.zones is not None
@@ -80,7 +74,7 @@ def test_forces_on_whole_bricks_balance_as_those_on_their_gridpoints_do() -> Non
 
 def test_bricks_of_one_shape_share_one_condensation() -> None:
     model = panel(BlockMaterial(), courses=8).build(QUASI)
-    superelements = Superelements(model, dead_load(model), live_load(model))
+    superelements = Superelements(DiscreteSystem.of(model))
     assert len(superelements.shapes) == 1
     assert superelements.shapes[0].boundary.shape[0] == 24
     assert all(stiffness is superelements.elastic[0] for stiffness in superelements.elastic)
@@ -90,8 +84,8 @@ def test_stiffness_of_levels_is_that_of_all_gridpoints_condensed() -> None:
     model = panel(BlockMaterial()).build(QUASI)
     equilibrium = Equilibrium(model, 1e-6)
     rng = np.random.default_rng(7)
-    whole = elastic_stiffness(model)
-    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    whole = DiscreteSystem.of(model).elastic_stiffness
+    free = DiscreteSystem.of(model).free_dofs
     force = np.zeros(model.size)
     kept = equilibrium.equations.dofs
     force[kept] = rng.normal(size=len(kept))
@@ -133,7 +127,7 @@ def test_both_solvers_agree(material: BlockMaterial, plane: str) -> None:
 def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield() -> None:
     model = panel(WEAK).build(QUASI)
     assert model.mesh is not None
-    superelements = Superelements(model, dead_load(model), live_load(model))
+    superelements = Superelements(DiscreteSystem.of(model))
     rng = np.random.default_rng(11)
     u = np.zeros(model.size)
     d = 4

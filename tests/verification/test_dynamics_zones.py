@@ -14,7 +14,7 @@ from damagepred.scene import BaseMotion, BlockMaterial
 from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, dry, grid_momentum, started, turned
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_dynamics_rigid import upright_after
@@ -369,11 +369,11 @@ def test_a_cantilever_swings_at_its_frequency(verify: Verify) -> None:
         path = list(started(model, 0.35, 140, start="unstressed", new_contacts=False))
         time = np.array([i.time for i in path])
         sag = np.array([i.zones.displacement[tip, 1] for i in path if i.zones is not None])
-        free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+        free = DiscreteSystem.of(model).free_dofs
         mass = np.zeros(model.size)
         mass[mesh.dof_x] = mass[mesh.dof_y] = gridpoint_mass(model)
         root = sparse.diags_array(mass[free] ** -0.5)
-        matrix = (root @ elastic_stiffness(model)[free][:, free] @ root).tocsc()
+        matrix = (root @ DiscreteSystem.of(model).elastic_stiffness[free][:, free] @ root).tocsc()
         exact = float(np.sqrt(eigsh(matrix, k=1, sigma=0, return_eigenvectors=False)[0]))
         fit, _ = optimize.curve_fit(
             lambda t, a, omega: a * (np.cos(omega * t) - 1.0), time, sag, p0=(np.ptp(sag) / 2, exact)

@@ -13,7 +13,7 @@ from scipy import linalg
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
-from damagepred.solvers.system.elastic_stiffness import elastic_displacement, elastic_stiffness
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
@@ -75,7 +75,7 @@ SLIDE = ClosedForm(
 
 def vertical(model: Model) -> FloatArray:
     """Return the stiffness of the vertical displacements (N/m)."""
-    return elastic_stiffness(model)[1:-3:3][:, 1:-3:3].toarray()
+    return DiscreteSystem.of(model).elastic_stiffness[1:-3:3][:, 1:-3:3].toarray()
 
 
 def glued(unit: Unit, count: int, **material: float) -> Model:
@@ -275,7 +275,7 @@ def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: fl
     dt, steps = period / 40, 40_000
     run = physical(model, dt)
     run.motion.load[:3] = model.supports.load[:3]
-    rest = elastic_displacement(model)
+    rest = DiscreteSystem.of(model).elastic_displacement()
     assert rest is not None
     run.motion.displacement[:] = rest
     run._cycle(steps, 1.0, 0.0, 0.0)

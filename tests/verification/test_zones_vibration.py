@@ -12,7 +12,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Solver
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order, zones_of
@@ -82,9 +82,9 @@ def masses(model: Model) -> FloatArray:
 def modes(model: Model, near: float | None = None) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return frequencies (rad/s), shapes and their degrees of freedom: all, or the twelve nearest to one."""
     mass = masses(model)
-    free = np.setdiff1d(np.flatnonzero(mass), held_dofs(model))
+    free = np.setdiff1d(np.flatnonzero(mass), DiscreteSystem.of(model).constrained_dofs)
     root = sparse.diags_array(1.0 / np.sqrt(mass[free]))
-    stiffness = root @ elastic_stiffness(model)[free][:, free] @ root
+    stiffness = root @ DiscreteSystem.of(model).elastic_stiffness[free][:, free] @ root
     stiffness = 0.5 * (stiffness + stiffness.T)
     if near is None:
         square, shape = linalg.eigh(stiffness.toarray())
@@ -194,8 +194,8 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     mesh = model.mesh
     assert mesh is not None
     speed = float(np.sqrt(material.elastic_modulus / material.density))
-    mass, free = masses(model), np.setdiff1d(np.flatnonzero(masses(model)), held_dofs(model))
-    stiffness = elastic_stiffness(model)
+    mass, free = masses(model), np.setdiff1d(np.flatnonzero(masses(model)), DiscreteSystem.of(model).constrained_dofs)
+    stiffness = DiscreteSystem.of(model).elastic_stiffness
     highest = float((abs(stiffness)[free].sum(axis=1).ravel() / mass[free]).max()) ** 0.5
     travelled = 4.0
     steps = int(np.ceil(travelled / speed / (1.0 / highest)))

@@ -43,7 +43,7 @@ def assemble_level(listed, kinematics, stiffness, place, level, k, matrix):
     listed : array of int
         The interfaces; their degrees of freedom in other levels are left out.
     kinematics : NamedTuple of arrays
-        Strain-displacement matrices; see ``damagepred.solvers.quasi_static.interface_kinematics``.
+        Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
     stiffness : array (m, 9)
         Of each interface.
     place : array of int (size,)

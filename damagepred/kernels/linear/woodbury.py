@@ -15,7 +15,7 @@ def unit_loads(listed, kinematics, order, force):
     listed : array of int
         The interfaces, three columns each.
     kinematics : NamedTuple of arrays
-        Strain-displacement matrices; see ``damagepred.solvers.quasi_static.interface_kinematics``.
+        Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
     order : array of int (size,)
         Place of each degree of freedom in the order of the levels, -1 where prescribed or condensed.
     force : array (active degrees of freedom, 3 * listed)

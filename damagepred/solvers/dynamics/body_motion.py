@@ -10,6 +10,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.solvers.dynamics.facets import facet_bodies
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class Motion(NamedTuple):
@@ -76,12 +77,12 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     inverse.ravel()[held] = 0.0
     free = np.ones((n, 3), dtype=np.bool_)
     free.ravel()[held] = False
-    load, live = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
-    load[:-1], live[:-1] = model.supports.load.reshape(-1, 3), model.supports.live_load.reshape(-1, 3)
+    system = DiscreteSystem.of(model)
+    load, live = (values[: 3 * (n + 1)].reshape(-1, 3).copy() for values in (system.dead_load, system.live_load))
     bodies = n + 1
     if model.mesh is not None:
         deformable = model.mesh.block
-        free[deformable], inverse[deformable], load[deformable], live[deformable] = False, 0.0, 0.0, 0.0
+        free[deformable], inverse[deformable] = False, 0.0
         bodies += len(facet_bodies(model).start)
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:

@@ -16,7 +16,7 @@ from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.state.increment import ZonePicture
 from damagepred.solvers.system.deformable_blocks import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
-from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class Grid(NamedTuple):
@@ -118,7 +118,7 @@ def gridpoint_arrays(model: Model, origin: FloatArray, damped: bool) -> Grid | N
             f"{model.describe_block(int(mesh.gridpoint_block[bare[0] // 2]))} has no mass, so it cannot move in "
             f"time: give its material a density greater than 0, or hold it."
         )
-    nothing = np.zeros((count, 2))
+    nothing, system = np.zeros((count, 2)), DiscreteSystem.of(model)
     memory = np.cumsum(can_yield(model)[mesh.zone_block])
     yields = int(memory[-1])
     return Grid(
@@ -126,8 +126,8 @@ def gridpoint_arrays(model: Model, origin: FloatArray, damped: bool) -> Grid | N
         displacement=nothing,
         velocity=nothing.copy(),
         force=nothing.copy(),
-        load=at_gridpoints(model, dead_load(model)),
-        live_load=at_gridpoints(model, live_load(model)),
+        load=at_gridpoints(model, system.dead_load),
+        live_load=at_gridpoints(model, system.live_load),
         inverse_mass=inverse,
         held=held,
         held_start=np.zeros(len(held)),

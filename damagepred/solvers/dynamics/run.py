@@ -42,13 +42,7 @@ from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import detached_blocks
-from damagepred.solvers.system.elastic_stiffness import (
-    base_reaction,
-    held_dofs,
-    live_load,
-    residual_scale,
-    support_force,
-)
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.tiles import needs_full_law, needs_softening
 from damagepred.time_limit import check_time
 
@@ -99,7 +93,7 @@ class DynamicRun:
         options: DynamicsOptions = DEFAULTS,
     ) -> None:
         self.options = options
-        self.model, self.dynamics = model, dynamics
+        self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
         self.motion = motion_of(model, self.origin)
         self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
@@ -119,7 +113,7 @@ class DynamicRun:
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
         # two laws are enough, the plain one and the whole: each takes a while to compile
         self.special = self.softening = True if needs_full_law(model) or needs_softening(model) else None
-        self.imposed, self.has_live_load = _imposed(model), bool(live_load(model).any())
+        self.imposed, self.has_live_load = _imposed(model), bool(self.system.live_load.any())
         self.base = base_displacement(dynamics.base)
         self.skin = options.skin * float(np.sqrt(model.blocks.area.min()))
         self.search_distance = options.search_distance * self.skin if dynamics.new_contacts else 0.0
@@ -370,9 +364,9 @@ class DynamicRun:
             shear_stress=np.where(bonded, points["tau"], 0.0).mean(axis=1),
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
             unbalanced_force_ratio=self._unbalanced(),
-            base_reaction=base_reaction(model, acting),
+            base_reaction=self.system.base_reaction(acting),
             cycles=steps,
-            support_force=support_force(model, acting),
+            support_force=self.system.support_force(acting),
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.searches,
@@ -404,9 +398,8 @@ class DynamicRun:
 
     def _unbalanced(self) -> float:
         """Return the largest force on what is free, moments over radii of gyration, over the mean block weight."""
-        ratio = np.abs(self._acting() / residual_scale(self.model))
-        ratio[held_dofs(self.model)] = 0.0
-        return float(ratio.max(initial=0.0))
+        ratio = np.abs(self._acting() / self.system.residual_scale)
+        return float(ratio[self.system.free_dofs].max(initial=0.0))
 
 
 def impacts(dynamics: Dynamics) -> str:

@@ -16,7 +16,7 @@ from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.dynamics.options import DynamicsOptions
 from damagepred.solvers.system.deformable_blocks import zone_stiffness
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class HighestFrequency(NamedTuple):
@@ -59,17 +59,14 @@ def highest_frequency(
     grid : Grid, optional
         Gridpoints of the deformable blocks.
     """
-    inverse = np.zeros(model.size)
+    inverse, stiffness = np.zeros(model.size), DiscreteSystem.of(model).elastic_stiffness
     inverse[: inverse_mass.size] = inverse_mass.ravel()
     if grid is None or model.mesh is None:
-        intact = _highest(elastic_stiffness(model), inverse, options)
-        return HighestFrequency(intact, _touched(model, scene, inverse_mass))
+        return HighestFrequency(_highest(stiffness, inverse, options), _touched(model, scene, inverse_mass))
     inverse[model.mesh.dof_x], inverse[model.mesh.dof_y] = grid.inverse_mass.T
     zones = zone_stiffness(model)
     met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse, options)
-    return HighestFrequency(
-        _highest(elastic_stiffness(model), inverse, options), max(met, _touched(model, scene, inverse_mass))
-    )
+    return HighestFrequency(_highest(stiffness, inverse, options), max(met, _touched(model, scene, inverse_mass)))
 
 
 def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: DynamicsOptions) -> float:

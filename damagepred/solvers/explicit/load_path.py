@@ -16,7 +16,6 @@ from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
 from damagepred.solvers.system.detached_blocks import detached_blocks
-from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
@@ -116,7 +115,7 @@ class ExplicitPath:
 
     def _not_converged(self, increment: int, spent: int, ratio: FloatArray, missing: float) -> ConvergenceError:
         largest, dof = float(ratio.max()), int(ratio.argmax())
-        block = block_of_dof(self.scheme.model, dof)
+        block = int(self.scheme.system.block_of_dof[dof])
         suspect = self.settings.time_step_safety > self.options.trusted_time_step and largest > 1.0
         short = "" if missing < self.deflection_tolerance else f", the deflection is {missing:.2g} m short"
         return ConvergenceError(
@@ -200,10 +199,10 @@ class ExplicitPath:
             shear_stress=fields.shear_stress,
             state=contact_states(model, fields.history),
             unbalanced_force_ratio=ratio,
-            base_reaction=base_reaction(model, scheme.motion.force),
+            base_reaction=scheme.system.base_reaction(scheme.motion.force),
             cycles=cycles,
             collapsed=collapsed,
-            support_force=support_force(model, scheme.motion.force),
+            support_force=scheme.system.support_force(scheme.motion.force),
             zones=None if scheme.zones is None else scheme.zones.picture(displacement),
             deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),
             jack_load=np.nan if scheme.pump is None else scheme.pump.load,

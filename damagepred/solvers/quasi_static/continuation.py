@@ -41,7 +41,6 @@ from damagepred.solvers.quasi_static.step_control import (
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import detached_blocks
-from damagepred.solvers.system.elastic_stiffness import base_reaction, block_of_dof, support_force
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import (
     level,
@@ -612,7 +611,7 @@ class Continuation:
             shear_stress=tau,
             state=contact_states(model, state.history._replace(cracked=state.history.cracked & ~self.never_opened)),
             unbalanced_force_ratio=worst,
-            base_reaction=base_reaction(model, force),
+            base_reaction=self.equilibrium.system.base_reaction(force),
             newton_iterations=now.newton - before.newton,
             events=now.events - before.events,
             factorisations=now.factorisations - before.factorisations,
@@ -628,7 +627,7 @@ class Continuation:
             energy_error=balance.energy_error,
             joint_law_violation=law_violation(model, state, sigma, tau),
             last_stable_load_factor=self.last_stable_load_factor if collapsed else np.nan,
-            support_force=support_force(model, force),
+            support_force=self.equilibrium.system.support_force(force),
             zones=None if superelements is None else superelements.picture(state.displacement, state.plastic),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
             jack_load=np.nan if model.jacks is None else state.jack,
@@ -765,7 +764,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
             path.last_stable_load_factor = (number - 1) / increments  # it balances again where it has come loose
         if worst >= path.tolerance and not collapsed:
             force, _ = path.equilibrium.residual(state, state.displacement)
-            block = block_of_dof(path.model, int(np.abs(force * path.equilibrium.per_weight).argmax()))
+            block = int(path.equilibrium.system.block_of_dof[np.abs(force * path.equilibrium.per_weight).argmax()])
             raise ConvergenceError(
                 f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
                 f"{model.describe_block(block)}, allowed is {path.tolerance:g}." + path.last_equilibrium_message(),

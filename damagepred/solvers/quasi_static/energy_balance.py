@@ -15,7 +15,7 @@ from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.system.elastic_stiffness import dead_load, live_load
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
 
 
@@ -96,7 +96,8 @@ class WorkBalance:
 
     def go_on(self, model: Model) -> None:
         """Go on with a model of the same wall that is held otherwise."""
-        self._model, self._loads = model, (dead_load(model), live_load(model))
+        system = DiscreteSystem.of(model)
+        self._model, self._loads = model, (system.dead_load, system.live_load)
 
     def softened(self, work: float) -> None:
         """Count the work (J) that softening took of bonds whose rest slip has broken; the rest is set free."""

@@ -26,14 +26,7 @@ from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
-from damagepred.solvers.system.elastic_stiffness import (
-    block_of_dof,
-    dead_load,
-    dof_arms,
-    held_dofs,
-    live_load,
-    residual_scale,
-)
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.time_limit import check_time
 
 
@@ -129,14 +122,15 @@ class Equilibrium:
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
         self.return_mapping = options.return_mapping.for_kernels()
-        self.held = held_dofs(model)
-        self.dead_load, self.live_load = dead_load(model), live_load(model)
-        self.jacks = JackControl.of(model)
-        # what acts inside deformable blocks is moved to their rims
-        self.superelements = None if model.mesh is None else Superelements(model, self.dead_load, self.live_load)
+        self.system = DiscreteSystem.of(model, options.elastic_solution)
+        self.dead_load, self.live_load = self.system.dead_load, self.system.live_load
+        self.jacks, self.superelements = JackControl.of(model), None
+        if model.mesh is not None:
+            self.superelements = Superelements(self.system)
+            self.dead_load, self.live_load = self.superelements.condensed_loads
         self.weight = model.mean_block_weight
-        self.arms = dof_arms(model)
-        self.per_weight = 1.0 / residual_scale(model)
+        self.arms = self.system.arms
+        self.per_weight = 1.0 / self.system.residual_scale
         self.newton = 0
         self.condensed = False
         shape = model.interfaces.contact_area.shape
@@ -152,7 +146,7 @@ class Equilibrium:
         self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
         self.tangent = self.stiffness.copy()
         self.equations = BlockTridiagonalSystem(
-            model, self.held, self.stiffness.copy(), self.superelements, options.linear_system
+            self.system, self.stiffness.copy(), self.superelements, options.linear_system
         )
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
@@ -167,10 +161,8 @@ class Equilibrium:
             beside = self._interfaces_of(displaced, ground=False)
             self._nearest = int(self.equations.interface_level[beside].max(initial=0))
         self._store_tangent(rest, rest.displacement)
-        self.free = np.ones(self.dead_load.size, dtype=np.bool_)
-        self.free[self.held] = False
-        if self.superelements is not None:
-            self.free[self.superelements.interior] = False
+        self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
+        self.free[self.equations.dofs] = True
         self._failures = self._searches_to_skip = 0
         self.detachment_limit, self._begun_at = (
             DetachmentLimit.of(model),
@@ -179,8 +171,7 @@ class Equilibrium:
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
         """Return the blocks of some prescribed degrees of freedom."""
-        dofs = self.model.supports.prescribed[prescribed]
-        return np.array([block_of_dof(self.model, int(dof)) for dof in dofs], dtype=np.int64)
+        return self.system.block_of_dof[self.model.supports.prescribed[prescribed]]
 
     def _interfaces_of(self, blocks: IntArray, ground: bool = True) -> IntArray:
         """Return the interfaces of some blocks, with those to the ground if asked for."""

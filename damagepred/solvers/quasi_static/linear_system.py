@@ -14,7 +14,6 @@ import numpy as np
 from scipy.linalg import lapack
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly import Model
 from damagepred.errors import InputError
 from damagepred.kernels.linear.assembly import assemble_couplings, assemble_level, copy_rows, farthest_unsymmetric
 from damagepred.kernels.linear.block_tridiagonal import (
@@ -36,11 +35,10 @@ from damagepred.kernels.linear.woodbury import (
     unit_loads,
 )
 from damagepred.solvers.quasi_static.dense_inverse import invert
-from damagepred.solvers.quasi_static.interface_kinematics import interface_kinematics
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.system.deformable_blocks import idle_dofs
-from damagepred.solvers.system.elastic_stiffness import block_of_dof
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+from damagepred.solvers.system.interface_kinematics import interface_kinematics
 
 GUIDE_STIFFNESS_RATIO = 1e-12
 """Shear stiffness over normal stiffness up to which a joint is the guide of an axis of symmetry."""
@@ -52,10 +50,8 @@ class BlockTridiagonalSystem:
 
     Parameters
     ----------
-    model : Model
-        n blocks, m interfaces.
-    held : array of int
-        Prescribed degrees of freedom.
+    system : DiscreteSystem
+        Of n blocks and m interfaces.
     elastic : array (m, 9)
         Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
     superelements : Superelements, optional
@@ -66,23 +62,19 @@ class BlockTridiagonalSystem:
 
     def __init__(
         self,
-        model: Model,
-        held: IntArray,
+        system: DiscreteSystem,
         elastic: FloatArray,
         superelements: Superelements | None = None,
         options: LinearSystemOptions = DEFAULTS,
     ) -> None:
-        self.model, self.elastic, self.superelements, self.options = model, elastic, superelements, options
+        model = self.model = system.model
+        self.elastic, self.superelements, self.options = elastic, superelements, options
         self.kinematics = interface_kinematics(model)
-        self.level = block_levels(model, held)
-        free = np.ones(model.size, dtype=np.bool_)
-        free[held] = False
-        level_of = np.repeat(self.level, 3)
+        self.level = block_levels(system)
+        self.level_of = level_of = self.level[system.block_of_dof]
+        dofs = system.free_dofs
         if superelements is not None:
-            free[superelements.interior] = False
-            level_of = self.level[superelements.block_of_dof]
-        self.level_of = level_of
-        dofs = np.flatnonzero(free)
+            dofs = np.setdiff1d(dofs, superelements.interior)
         self.dofs = dofs[np.lexsort((dofs, level_of[dofs]))]
         self.levels = int(self.level.max()) + 1
         self.size = np.bincount(level_of[self.dofs], minlength=self.levels).astype(np.int64)
@@ -544,19 +536,12 @@ def correction_cost(
     return solution + options.vector_weight * (5.0 * forces**2 + 2.0 * forces * size) + responses
 
 
-def block_levels(model: Model, held: IntArray) -> IntArray:
-    """Return the level of each block (n,): its distance from ground and supports, in joints.
+def block_levels(system: DiscreteSystem) -> IntArray:
+    """Return the level of each block and of the ground (n + 1,): its distance from ground and supports, in joints.
 
     Blocks without a connection to them are in the farthest level.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    held : array of int
-        Prescribed degrees of freedom.
     """
-    n = model.n_blocks
+    model, n = system.model, system.model.n_blocks
     a, b = model.interfaces.block_a, model.interfaces.block_b
     # distance from fully supported blocks; a guide, as on an axis of symmetry, is no support
     holds = model.properties.shear_stiffness > GUIDE_STIFFNESS_RATIO * model.properties.normal_stiffness
@@ -564,8 +549,8 @@ def block_levels(model: Model, held: IntArray) -> IntArray:
     footing = np.empty(0, dtype=np.int64) if model.footing is None else model.footing
     start, end = np.append(a[holds], np.full(len(footing), n)), np.append(b[holds], footing)
     # dependent degrees of freedom are not prescribed
-    own = np.setdiff1d(held, idle_dofs(model))
-    blocks, ways = np.unique([block_of_dof(model, int(dof)) for dof in own], return_counts=True)
+    constrained = np.setdiff1d(system.constrained_dofs, system.dependent_dofs)
+    blocks, ways = np.unique(system.block_of_dof[constrained], return_counts=True)
     roots = blocks[ways >= 3]
     if len(roots) == 1 and not len(footing) and not ((a == n) | (b == n)).any():
         roots = blocks

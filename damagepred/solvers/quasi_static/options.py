@@ -320,7 +320,7 @@ class LinearSystemOptions:
     max_memory : float
         Of the two dense matrices of each level (GB).
     max_changed_interfaces : int
-        Interfaces that a Woodbury correction may have; there is memory for so many unit-load responses.
+        Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory.
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     call_overhead : float

@@ -14,7 +14,7 @@ from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.detached_blocks import detached_blocks
-from damagepred.solvers.system.elastic_stiffness import dead_load, follow_up
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.loading_stages import supported_during_load
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
@@ -31,7 +31,7 @@ def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
         Settings of the quasi-static solver, which is called where a joint or a zone yields.
     """
     supported = len(model.interfaces.kind) > 0 or (model.supports.prescribed >= 3 * (model.n_blocks + 1)).any()
-    if not supported or not dead_load(model).any():
+    if not supported or not DiscreteSystem.of(model).dead_load.any():
         return None
     model = supported_during_load(model)
     scheme = DampedTimeStepping(model, settings)
@@ -52,4 +52,4 @@ def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
     kappa = np.where(softens, np.minimum(history.kappa, 1e9), 0.0)
     history = history._replace(cracked=history.cracked & ~path.never_opened, kappa=kappa)
     plastic = None if model.mesh is None else state.plastic
-    return InitialState(follow_up(model, state.displacement), history, plastic)
+    return InitialState(path.equilibrium.system.complete(state.displacement), history, plastic)

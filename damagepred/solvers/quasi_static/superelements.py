@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly import Model
 from damagepred.kernels.interface.residual import largest_block_resultant
 from damagepred.kernels.zone.forces import find_yielding_zones, place_facets, scatter_facet_forces
 from damagepred.kernels.zone.superelement import commit_plastic_strain, condensed_response
@@ -29,6 +28,7 @@ from damagepred.solvers.system.deformable_blocks import (
     gridpoint_arms,
     zone_slopes,
 )
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 INNER = 1e-10
 """Unbalanced force inside a block that yields, over the largest force of its zones."""
@@ -68,13 +68,17 @@ class Superelements:
 
     Parameters
     ----------
-    model : Model
-        With a mesh.
-    dead_load, live_load : array (size,)
-        On all degrees of freedom (N); what acts inside the blocks is moved to their rims.
+    system : DiscreteSystem
+        Of a model with a mesh.
+
+    Attributes
+    ----------
+    condensed_loads : array (2, size)
+        Dead and live load (N, N m); that on interior degrees of freedom is condensed to the boundaries.
     """
 
-    def __init__(self, model: Model, dead_load: FloatArray, live_load: FloatArray) -> None:
+    def __init__(self, system: DiscreteSystem) -> None:
+        model = system.model
         assert model.mesh is not None
         self.model, self.mesh = model, model.mesh
         self.block = self.mesh.block
@@ -83,30 +87,23 @@ class Superelements:
         self.facet_dofs = slice(self.facets.first_dof, self.facets.first_dof + 3 * len(self.facets.turn_x))
         self.state = np.zeros(len(self.mesh.zones), dtype=np.int8)
         self.yields = can_yield(model)[self.block]
-        self.block_of_dof = self._blocks_of_dofs()
         self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
         self.boundary: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
         self.elastic: list[FloatArray] = [np.empty((0, 0))] * len(self.block)
         self.tangent: dict[int, FloatArray] = {}
         self._inelastic: dict[int, FloatArray] = {}
-        self.interior_load = np.stack((dead_load, live_load))
+        self._loads = np.stack((system.dead_load, system.live_load))
         self.shapes = [self._condense(members) for members in self._group_by_shape()]
         self.interior = np.concatenate([k.interior.ravel() for k in self.shapes])
+        self.condensed_loads = self._loads.copy()
         for shape in self.shapes:
-            for load in (dead_load, live_load):
+            for load in self.condensed_loads:
                 load[shape.boundary] -= load[shape.interior] @ shape.recovery
                 load[shape.interior] = 0.0
         self._shape_of = {int(d): (shape, at) for shape in self.shapes for at, d in enumerate(shape.member)}
         self._slopes, self._bending = zone_slopes(self.mesh).reshape(-1, 4), bending(model)
         self._volume = self.mesh.zone_area * model.block_law.thickness[self.mesh.zone_block]
         self._elasticity, self._strength = block_moduli(model)
-
-    def _blocks_of_dofs(self) -> IntArray:
-        """Return the block of each degree of freedom (size,); the ground's number where it is none's."""
-        n, block = self.model.n_blocks, np.full(self.model.size, self.model.n_blocks, dtype=np.int64)
-        block[: 3 * n] = np.repeat(np.arange(n), 3)
-        block[self.mesh.dof_x] = block[self.mesh.dof_y] = self.mesh.gridpoint_block
-        return block
 
     def _group_by_shape(self) -> list[IntArray]:
         """Return which deformable blocks share a condensation: same shape, material and supports."""
@@ -157,7 +154,7 @@ class Superelements:
         dofs = np.array([self._dofs(int(m)) for m in members])
         for m, own in zip(members, dofs):
             self.boundary[m], self.elastic[m] = own[boundary], condensed
-        particular = self.interior_load[:, dofs[:, interior]] @ flexibility
+        particular = self._loads[:, dofs[:, interior]] @ flexibility
         return BlockShape(members, dofs[:, boundary], dofs[:, interior], condensed, recovery, flexibility, particular)
 
     # -- forces ---------------------------------------------------------------------------------------------------
@@ -268,9 +265,8 @@ class Superelements:
     def _interior_load(self, d: int, load: float, load_factor: float) -> FloatArray:
         """Return the load inside a block (N)."""
         shape, at = self._shape_of[d]
-        return np.asarray(
-            load * self.interior_load[0][shape.interior[at]] + load_factor * self.interior_load[1][shape.interior[at]]
-        )
+        dead, live = self._loads[:, shape.interior[at]]
+        return np.asarray(load * dead + load_factor * live)
 
     def activate_yielding(
         self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray

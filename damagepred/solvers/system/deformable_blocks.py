@@ -260,8 +260,8 @@ def share_of_mass(model: Model) -> FloatArray:
     return area / model.blocks.area[mesh.gridpoint_block]
 
 
-def spread(model: Model, load: FloatArray) -> FloatArray:
-    """Return loads on blocks as loads on all degrees of freedom.
+def distribute_load(model: Model, load: FloatArray) -> FloatArray:
+    """Distribute loads on blocks over all degrees of freedom.
 
     What acts on a deformable block goes to its gridpoints as if it were accelerated as a rigid one: forces by their
     mass, a moment by mass and arm.
@@ -480,17 +480,6 @@ def cell_matrices(model: Model, which: slice = slice(None)) -> FloatArray:
     rows = strain_rows(model)[which]
     found = np.einsum("zki,zkl,zlj->zij", rows, moduli, rows, optimize=True)
     return np.asarray(found.reshape(-1, 4, 10, 10).sum(axis=1))
-
-
-def idle_dofs(model: Model) -> IntArray:
-    """Return the degrees of freedom that follow from others, or belong to nothing: they are not solved for."""
-    if model.mesh is None:
-        return np.empty(0, dtype=np.int64)
-    idle = np.ones(model.size, dtype=np.bool_)
-    idle[: 3 * (model.n_blocks + 1)] = False
-    idle[3 * model.mesh.block[:, None] + np.arange(3)] = True
-    idle[model.mesh.dof_x] = idle[model.mesh.dof_y] = False
-    return np.flatnonzero(idle)
 
 
 def _mesh(model: Model) -> Mesh:

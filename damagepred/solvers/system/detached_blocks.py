@@ -7,16 +7,12 @@ brick), and buckling of slender stacks is not modelled.
 from __future__ import annotations
 
 from typing import NamedTuple
-from weakref import finalize
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
-from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions, live_load
-
-_known: dict[int, tuple[float, float]] = {}
-"""By model: each takes a factorisation, and is asked for again while a wall collapses."""
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) -> BoolArray:
@@ -86,22 +82,5 @@ def largest_elastic_displacement(model: Model, load_factor: float) -> float:
     load_factor : float
         Share of the live load.
     """
-    key = id(model)
-    if key not in _known:
-        _known[key] = _largest(model)
-        finalize(model, _known.pop, key, None)
-    dead, live = _known[key]
+    dead, live = DiscreteSystem.of(model).largest_elastic_displacements
     return dead + load_factor * live
-
-
-def _largest(model: Model) -> tuple[float, float]:
-    if model.jacks is not None or model.sections is not None or model.footing is not None:
-        return 0.0, 0.0  # what bears on a footing goes with it, and that is allowed for
-    found = elastic_solutions(model, dead_load(model), live_load(model))
-    if found is None:
-        return 0.0, 0.0
-    blocks = [u[: 3 * model.n_blocks].reshape(-1, 3)[:, :2] for u in found]
-    dead, live = (float(np.hypot(*u.T).max(initial=0.0)) for u in blocks)
-    # farther than it is large: hardly anything holds it
-    size = float(np.ptp(model.blocks.vertices, axis=0).max())
-    return (dead, live) if max(dead, live) < size else (0.0, 0.0)

@@ -16,7 +16,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.explicit.jacks import LOAD, VOLUME
-from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_solutions
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.options import JackServoOptions
 
 
@@ -79,7 +79,8 @@ class Pump:
         assert model.deflection is not None
         self.jacks, self.weights = model.jacks, model.deflection
         push = self.jacks.push
-        solved = elastic_solutions(model, dead_load(model), push, self.weights)
+        system = DiscreteSystem.of(model)
+        solved = system.elastic_solutions(system.dead_load, push, self.weights)
         if solved is None:
             raise ConvergenceError("nothing holds the footing on its supports", increment=0)
         alone, by_push, by_weight = solved

@@ -19,15 +19,7 @@ from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.joint_history import JointHistory, fields_of, without_bond
 from damagepred.solvers.state.zone_history import ZoneField
-from damagepred.solvers.system.elastic_stiffness import (
-    dead_load,
-    dof_arms,
-    elastic_displacement,
-    elastic_stiffness,
-    held_dofs,
-    live_load,
-    residual_scale,
-)
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.jack_servo import Pump, PumpState
 from damagepred.solvers.time_stepping.tiles import (
     history_of,
@@ -107,14 +99,14 @@ def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None =
     array (size,)
         Mass of each degree of freedom (kg, kg m2); infinite where it is prescribed, and where nothing joins it.
     """
-    scale = dof_arms(model)
-    stiffness = abs(elastic_stiffness(model))
+    system = DiscreteSystem.of(model)
+    scale, stiffness = system.arms, abs(system.elastic_stiffness)
     # columns of prescribed degrees of freedom count, too, though these do not move: a margin beside them
     row_sum = (stiffness @ (1.0 / scale)) / scale
     if pump is not None:
         row_sum += pump.row_sum(scale)
     mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
-    mass[held_dofs(model)] = np.inf
+    mass[system.constrained_dofs] = np.inf
     # a block without any joint: its weight moves it as if on the mean joint
     loose = mass == 0.0
     if loose.any():
@@ -148,14 +140,14 @@ class DampedTimeStepping:
         self.softening = True if needs_softening(model) else None
         self.zones = None if model.mesh is None else ZoneField(model)
         size = model.size
-        held = held_dofs(model)
+        self.system = DiscreteSystem.of(model, self.options.elastic_solution)
         self.pump = None if model.jacks is None else Pump(model, self.options.jack_servo)
         mass = scaled_mass(model, settings.damping, settings.time_step_safety, self.pump)
         if self.pump is not None:
             self.pump.set_gain(mass, settings.damping)
         self.motion = Motion(
-            load=dead_load(model),
-            live_load=live_load(model),
+            load=self.system.dead_load.copy(),
+            live_load=self.system.live_load.copy(),
             inverse_mass=1.0 / mass,
             velocity=np.zeros(size),
             displacement=np.zeros(size),
@@ -164,8 +156,7 @@ class DampedTimeStepping:
             prescribed_displacement=model.supports.prescribed_displacement,
             start=model.supports.start,
         )
-        self.free = np.setdiff1d(np.arange(size), held)
-        self.arm, self._residual_scale = dof_arms(model), residual_scale(model)
+        self.free, self.arm = self.system.free_dofs, self.system.arms
         self.load_share = self.load_factor = 0.0
         self.cycles, self.damping = 0, settings.damping
         self.broken_at = np.full(model.interfaces.contact_area.shape, np.nan)
@@ -175,7 +166,7 @@ class DampedTimeStepping:
         """Put the wall in its linear elastic equilibrium under dead load; False if a joint or zone yields there."""
         if self.sections is not None:  # whose stiffness, even uncracked, is not that of their interfaces
             return False
-        displacement = elastic_displacement(self.model) if self.pump is None else self.pump.level
+        displacement = self.system.elastic_displacement() if self.pump is None else self.pump.level
         if displacement is None:
             return False
         law = self.model.properties
@@ -294,7 +285,7 @@ class DampedTimeStepping:
         The resultants of a deformable block count, too, its moment included: small forces on many gridpoints add up.
         """
         force = np.zeros_like(self.motion.force)
-        force[self.free] = (self.motion.force / self._residual_scale)[self.free]
+        force[self.free] = (self.motion.force / self.system.residual_scale)[self.free]
         if self.zones is not None:
             self.zones.add_resultants(force)
         return np.abs(force)

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from damagepred.assembly import Model
 from damagepred.one_thread import one_blas_thread
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 ENOUGH, REPEATS = 3.0, 25
 """It is timed 25 times (the median counts), but not again once it took 3 s in all."""
@@ -26,8 +26,8 @@ PRECISE = 1e-6
 @one_blas_thread()
 def factorise(model: Model) -> dict[str, Any]:
     """Return the time (s) of one factorisation, the unknowns in the narrower of two orders: courses, Cuthill-McKee."""
-    free = np.setdiff1d(np.arange(3 * (model.n_blocks + 1)), held_dofs(model))
-    stiffness = elastic_stiffness(model)[free][:, free].tocsr()
+    free = DiscreteSystem.of(model).free_dofs
+    stiffness = DiscreteSystem.of(model).elastic_stiffness[free][:, free].tocsr()
     by_course = np.repeat(np.lexsort((model.blocks.x, model.blocks.course)), 3) * 3 + np.tile(
         np.arange(3), model.n_blocks
     )

@@ -16,7 +16,7 @@ from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.explicit.load_path import explicit_path
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
-from damagepred.solvers.system.elastic_stiffness import elastic_stiffness, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", "explicit, deformable")
 IN_TIME = ("in time, rigid", "in time, deformable")
@@ -152,13 +152,13 @@ def to_rest(model: Model) -> Dynamics:
 
 def slowest(model: Model) -> float:
     """Return the longest period of vibration (s)."""
-    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
+    free = DiscreteSystem.of(model).free_dofs
     inertia = np.zeros(model.size)
     whole = np.column_stack((model.mass, model.mass, model.mass * model.blocks.polar / model.blocks.area))
     inertia[: whole.size] = whole.ravel()
     if model.mesh is not None:
         inertia[model.mesh.dof_x] = inertia[model.mesh.dof_y] = gridpoint_mass(model)
     root = 1.0 / np.sqrt(inertia[free])
-    dynamic = elastic_stiffness(model)[free][:, free].toarray() * root[:, None] * root
+    dynamic = DiscreteSystem.of(model).elastic_stiffness[free][:, free].toarray() * root[:, None] * root
     # the lowest is lost in rounding: the inverse has it first
     return float(2 * np.pi * np.sqrt(linalg.eigvalsh(linalg.inv(0.5 * (dynamic + dynamic.T)))[-1]))

@@ -10,7 +10,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
 from damagepred.solvers.system.deformable_blocks import kinematics
-from damagepred.solvers.system.elastic_stiffness import elastic_solutions, follow_up
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from stressed.case import RIGID, WAYS, Case, Check, Found
 from stressed.joints import FOOT, moved
 
@@ -49,9 +49,9 @@ def for_full_movement(model: Model) -> FloatArray:
         np.add.at(force, body[here], sign * np.column_stack((pull * x + drag * y, pull * y - drag * x, moment)))
     on_all = np.zeros(model.size)
     on_all[: force.size] = force.ravel()
-    found = elastic_solutions(model, on_all if model.mesh is None else kinematics(model).T @ on_all)
+    found = DiscreteSystem.of(model).elastic_solutions(on_all if model.mesh is None else kinematics(model).T @ on_all)
     assert found is not None
-    return follow_up(model, found[0])[: 3 * model.n_blocks].reshape(-1, 3)
+    return DiscreteSystem.of(model).complete(found[0])[: 3 * model.n_blocks].reshape(-1, 3)
 
 
 def sizes() -> list[Case]:

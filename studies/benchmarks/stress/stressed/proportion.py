@@ -18,7 +18,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint
-from damagepred.solvers.system.elastic_stiffness import dead_load, elastic_stiffness, follow_up, held_dofs
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from stressed.case import Case, Check, Found
 
 Pair = tuple[float, float]
@@ -161,11 +161,11 @@ def against_reference(found: Found) -> Check:
 
 def reference(model: Model) -> FloatArray:
     """Return the displacement (n, 3) of the blocks under dead load: direct solution, residuals in longer numbers."""
-    free = np.setdiff1d(np.arange(model.size), held_dofs(model))
-    stiffness = elastic_stiffness(model)[free][:, free].tocsc()
+    free = DiscreteSystem.of(model).free_dofs
+    stiffness = DiscreteSystem.of(model).elastic_stiffness[free][:, free].tocsc()
     scale = 1.0 / np.sqrt(stiffness.diagonal())
     stiffness.data *= scale[stiffness.indices] * np.repeat(scale, np.diff(stiffness.indptr))
-    load = scale * dead_load(model)[free]
+    load = scale * DiscreteSystem.of(model).dead_load[free]
     factors = splu(stiffness)
     rows = stiffness.tocsr()
     entries = rows.data.astype(np.longdouble)
@@ -177,4 +177,4 @@ def reference(model: Model) -> FloatArray:
         found += factors.solve(residual.astype(np.float64))
     displacement = np.zeros(model.size)
     displacement[free] = scale * found.astype(np.float64)
-    return follow_up(model, displacement)[: 3 * model.n_blocks].reshape(-1, 3)
+    return DiscreteSystem.of(model).complete(displacement)[: 3 * model.n_blocks].reshape(-1, 3)

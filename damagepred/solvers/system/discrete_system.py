@@ -1,0 +1,248 @@
+"""The discrete system of a wall: degrees of freedom, loads, lever arms and elastic stiffness, each computed once."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import ClassVar
+from weakref import WeakValueDictionary
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.assembly import Model
+from damagepred.solvers.system.deformable_blocks import distribute_load, kinematics, rigid_motion, zone_stiffness
+from damagepred.solvers.system.interface_kinematics import body_kinematics
+from damagepred.solvers.system.options import DEFAULTS, ElasticSolutionOptions
+
+
+class DiscreteSystem:
+    """Discrete system of a wall.
+
+    Degrees of freedom are three of each block, those of the ground, and those of deformable blocks
+    (``damagepred.assembly.mesh.Mesh``). All solvers of a model share its arrays: copy them before a change.
+
+    Parameters
+    ----------
+    model : Model
+        n blocks.
+    options : ElasticSolutionOptions, optional
+        Tolerance of elastic solutions.
+    """
+
+    _in_use: ClassVar[WeakValueDictionary[int, DiscreteSystem]] = WeakValueDictionary()
+
+    def __init__(self, model: Model, options: ElasticSolutionOptions = DEFAULTS) -> None:
+        self.model, self.options = model, options
+
+    @classmethod
+    def of(cls, model: Model, options: ElasticSolutionOptions = DEFAULTS) -> DiscreteSystem:
+        """Return the system of a model; the same one as long as a solver holds it.
+
+        Parameters
+        ----------
+        model, options
+            As for the class; options count when the system is new.
+        """
+        system = cls._in_use.get(id(model))
+        if system is None:
+            system = cls._in_use[id(model)] = cls(model, options)
+        return system
+
+    # -- degrees of freedom ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def dependent_dofs(self) -> IntArray:
+        """Degrees of freedom that follow from others, or belong to nothing: they are not solved for."""
+        mesh = self.model.mesh
+        if mesh is None:
+            return np.empty(0, dtype=np.int64)
+        dependent = np.ones(self.model.size, dtype=np.bool_)
+        dependent[: 3 * (self.model.n_blocks + 1)] = False
+        dependent[3 * mesh.block[:, None] + np.arange(3)] = True
+        dependent[mesh.dof_x] = dependent[mesh.dof_y] = False
+        return np.flatnonzero(dependent)
+
+    @cached_property
+    def constrained_dofs(self) -> IntArray:
+        """Degrees of freedom that are not free: prescribed ones, the ground's, and dependent ones."""
+        ground = 3 * self.model.n_blocks + np.arange(3)
+        return np.concatenate((self.model.supports.prescribed, ground, self.dependent_dofs))
+
+    @cached_property
+    def free_dofs(self) -> IntArray:
+        """Degrees of freedom that the equations of motion or equilibrium are solved for."""
+        return np.setdiff1d(np.arange(self.model.size), self.constrained_dofs)
+
+    @cached_property
+    def block_of_dof(self) -> IntArray:
+        """Block of each degree of freedom (size,); n, the ground's number, for those of the ground and of facets."""
+        n, mesh = self.model.n_blocks, self.model.mesh
+        block = np.full(self.model.size, n, dtype=np.int64)
+        block[: 3 * n] = np.repeat(np.arange(n), 3)
+        if mesh is not None:
+            block[mesh.dof_x] = block[mesh.dof_y] = mesh.gridpoint_block
+        return block
+
+    @cached_property
+    def arms(self) -> FloatArray:
+        """Arm (size,) that makes each degree of freedom a displacement: radii of gyration (m) of rotations, else 1."""
+        arms = np.ones(self.model.size)
+        blocks = self.model.blocks
+        arms[2 : 3 * self.model.n_blocks : 3] = np.sqrt(blocks.polar / blocks.area)
+        return arms
+
+    @cached_property
+    def residual_scale(self) -> FloatArray:
+        """Residual force (size,) (N, N m) that counts as one mean block weight, or its share on an axis of symmetry."""
+        scale = self.model.mean_block_weight * self.arms
+        scale[: 3 * self.model.n_blocks] *= np.repeat(self.model.block_share, 3)
+        return scale
+
+    # -- loads ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def dead_load(self) -> FloatArray:
+        """Dead load (size,) (N, N m)."""
+        return self._load(self.model.supports.load, self.model.edge_load)
+
+    @cached_property
+    def live_load(self) -> FloatArray:
+        """Load at full movement that grows with it (size,) (N, N m)."""
+        return self._load(self.model.supports.live_load, self.model.live_edge_load)
+
+    def _load(self, on_blocks: FloatArray, on_gridpoints: FloatArray | None) -> FloatArray:
+        load = distribute_load(self.model, on_blocks)
+        return load if on_gridpoints is None else load + on_gridpoints
+
+    # -- elastic stiffness ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def elastic_stiffness(self) -> sparse.csc_array:
+        """Stiffness (size, size) of the intact wall (N/m, N, N m); gaps count as closed, dependent rows are zero."""
+        return self._assemble_stiffness(self.model.interfaces.contact_area)
+
+    def _assemble_stiffness(self, area: FloatArray) -> sparse.csc_array:
+        joints = _joint_stiffness(self.model, area)
+        if self.model.mesh is None:
+            return joints
+        follow = kinematics(self.model)[: joints.shape[0]]
+        return (follow.T @ joints @ follow + zone_stiffness(self.model)).tocsc()
+
+    @cached_property
+    def _factorised(self) -> tuple[sparse.csc_array, SuperLU] | None:
+        """Stiffness of the free degrees of freedom with open gaps, and its factors; None if it is singular."""
+        gap, free = self.model.properties.gap, self.free_dofs
+        closed = self.model.interfaces.contact_area * (gap == 0.0)[:, None]
+        whole = self._assemble_stiffness(closed) if gap.any() else self.elastic_stiffness
+        stiffness = whole[free][:, free].tocsc()
+        try:  # symmetric ordering and pivoting: a fifteenth of the time of the default
+            factors = splu(
+                stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
+        except RuntimeError:  # singular
+            return None
+        return stiffness, factors
+
+    def elastic_solutions(self, *loads: FloatArray) -> list[FloatArray] | None:
+        """Solve for the displacements (size,) of the intact wall under each of some loads, nothing moved.
+
+        Parameters
+        ----------
+        *loads : array (size,)
+            On all degrees of freedom (N, N m); those on constrained ones take no part.
+
+        Returns
+        -------
+        list of array (size,) or None
+            0 where constrained, see ``complete``; None if the joints do not hold the wall in place.
+        """
+        if self._factorised is None:
+            return None
+        (stiffness, factors), free, found = self._factorised, self.free_dofs, []
+        for load in loads:
+            displacement = np.zeros(self.model.size)
+            displacement[free] = moved = factors.solve(load[free])
+            # a mechanism may be singular but for rounding: its displacements are then so large that nothing balances
+            residual = np.abs(stiffness @ moved - load[free]).max(initial=0.0)
+            if not residual <= self.options.residual_tolerance * np.abs(load[free]).max(initial=0.0):
+                return None
+            found.append(displacement)
+        return found
+
+    def elastic_displacement(self) -> FloatArray | None:
+        """Return the displacements (size,) of the intact wall under dead load; None if its joints do not hold it."""
+        found = self.elastic_solutions(self.dead_load)
+        return None if found is None else self.complete(found[0])
+
+    def complete(self, displacement: FloatArray) -> FloatArray:
+        """Return displacements (size,) in which facets and deformable blocks as a whole follow from gridpoints."""
+        mesh = self.model.mesh
+        if mesh is None:
+            return displacement
+        completed = kinematics(self.model) @ displacement
+        whole = 3 * mesh.block[:, None] + np.arange(3)
+        completed[whole] = (rigid_motion(self.model) @ displacement)[whole]
+        return np.asarray(completed)
+
+    @cached_property
+    def largest_elastic_displacements(self) -> tuple[float, float]:
+        """Largest displacements (m) of a block of the intact wall under dead and under live load; 0 if not known."""
+        model = self.model
+        if model.jacks is not None or model.sections is not None or model.footing is not None:
+            return 0.0, 0.0  # blocks on a footing move with it, which the limit of detachment allows for
+        found = self.elastic_solutions(self.dead_load, self.live_load)
+        if found is None:
+            return 0.0, 0.0
+        blocks = [u[: 3 * model.n_blocks].reshape(-1, 3)[:, :2] for u in found]
+        dead, live = (float(np.hypot(*u.T).max(initial=0.0)) for u in blocks)
+        # farther than the wall is large: hardly anything holds it
+        size = float(np.ptp(model.blocks.vertices, axis=0).max())
+        return (dead, live) if max(dead, live) < size else (0.0, 0.0)
+
+    # -- reactions ------------------------------------------------------------------------------------------------
+
+    def base_reaction(self, force: FloatArray) -> float:
+        """Return the vertical force of ground and supports on the wall (N, upwards), as ``support_force``."""
+        ground = -float(force[3 * self.model.n_blocks + 1])
+        return ground + float(self.support_force(force)[:, 1].sum())
+
+    def support_force(self, force: FloatArray) -> FloatArray:
+        """Return the force of the supports on each block, array (n, 3): x, y (N) and moment (N m), 0 where it is free.
+
+        Parameters
+        ----------
+        force : array (size,)
+            Of joints, zones and loads on all degrees of freedom, prescribed ones included.
+        """
+        model = self.model
+        found = np.zeros(3 * model.n_blocks)
+        prescribed = model.supports.prescribed
+        of_blocks = prescribed[prescribed < found.size]
+        found[of_blocks] = -force[of_blocks]
+        by_block = found.reshape(-1, 3)
+        if model.mesh is not None and of_blocks.size < prescribed.size:
+            mesh, block = model.mesh, model.mesh.gridpoint_block
+            reaction = np.zeros(model.size)
+            of_gridpoints = prescribed[prescribed >= found.size]
+            reaction[of_gridpoints] = -force[of_gridpoints]
+            x, y = reaction[mesh.dof_x], reaction[mesh.dof_y]
+            moment = x * (model.blocks.y[block] - mesh.y) + y * (mesh.x - model.blocks.x[block])
+            for axis, values in enumerate((x, y, moment)):
+                by_block[:, axis] += np.bincount(block, values, model.n_blocks)
+        return by_block
+
+
+def _joint_stiffness(model: Model, area: FloatArray) -> sparse.csc_array:
+    """Return the stiffness (3 bodies, 3 bodies) of the intact joints, whose contacts have areas (m, q) (m2)."""
+    face, law = model.interfaces, model.properties
+    rows = body_kinematics(face)
+    opening = rows[:, None, 0] + face.contact_offset[:, :, None] * rows[:, None, 2]
+    shear = np.repeat(rows[:, None, 1], opening.shape[1], axis=1)
+    k_n, k_s = law.normal_stiffness[:, None] * area, law.shear_stiffness[:, None] * area
+    blocks = np.einsum("mq,mqi,mqj->mij", k_n, opening, opening) + np.einsum("mq,mqi,mqj->mij", k_s, shear, shear)
+    dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
+    rows_of, columns_of = np.broadcast_to(dof[:, :, None], blocks.shape), np.broadcast_to(dof[:, None, :], blocks.shape)
+    size = 3 * model.n_bodies
+    return sparse.coo_array((blocks.ravel(), (rows_of.ravel(), columns_of.ravel())), shape=(size, size)).tocsc()

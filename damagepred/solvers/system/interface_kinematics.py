@@ -1,0 +1,61 @@
+"""Kinematics of the joints: how opening, shear and rotation of an interface follow from what its sides are made of."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.assembly import Model
+from damagepred.assembly.model import Interfaces
+from damagepred.solvers.system.deformable_blocks import facets_of
+
+
+class InterfaceKinematics(NamedTuple):
+    """For m interfaces, w degrees of freedom each: 6 in a wall of rigid blocks, 8 where any is deformable.
+
+    Attributes
+    ----------
+    dof : array of int (m, w)
+        Degrees of freedom of side a, then of side b: three of a rigid block, x and y of the two gridpoints at the ends
+        of a facet; -1 where there are fewer.
+    rows : array (m, 3, w)
+        Opening and shear at the middle, and relative rotation, for unit displacements of each.
+    """
+
+    dof: IntArray
+    rows: FloatArray
+
+
+def body_kinematics(face: Interfaces) -> FloatArray:
+    """Return opening and shear at the middle, and relative rotation, for unit displacements of two bodies (m, 3, 6)."""
+    rows = np.zeros((len(face.kind), 3, 2, 3))
+    arms = ((face.arm_normal_a, face.arm_shear_a), (face.arm_normal_b, face.arm_shear_b))
+    for side, sign, (arm_normal, arm_shear) in zip((0, 1), (-1.0, 1.0), arms):
+        rows[:, 0, side] = np.stack((sign * face.normal_x, sign * face.normal_y, sign * arm_normal), axis=-1)
+        rows[:, 1, side] = np.stack((sign * face.normal_y, -sign * face.normal_x, sign * arm_shear), axis=-1)
+        rows[:, 2, side, 2] = sign
+    return rows.reshape(-1, 3, 6)
+
+
+def interface_kinematics(model: Model) -> InterfaceKinematics:
+    """Return the kinematics of a model's joints, with facets expressed by their gridpoints."""
+    face = model.interfaces
+    body = np.stack((face.body_a, face.body_b), axis=1)  # (m, 2)
+    rows, dof = body_kinematics(face).reshape(-1, 3, 2, 3), 3 * body[:, :, None] + np.arange(3)
+    if model.mesh is not None:
+        of_bodies, whole = rows, body <= model.n_blocks
+        rows, dof = np.pad(rows, ((0, 0), (0, 0), (0, 0), (0, 1))), np.full((*body.shape, 4), -1, dtype=np.int64)
+        dof[..., :3][whole] = 3 * body[whole][:, None] + np.arange(3)
+        facets = facets_of(model)
+        piece = body[~whole] - model.n_blocks - 1
+        dof[~whole] = np.stack([dofs[piece] for dofs in facets[:4]], axis=-1)
+        follow = np.zeros((len(piece), 3, 4))  # the piece for its gridpoints
+        follow[:, 0, 0] = follow[:, 1, 1] = facets.start_share[piece]
+        follow[:, 0, 2] = follow[:, 1, 3] = facets.end_share[piece]
+        turn_x, turn_y = facets.turn_x[piece], facets.turn_y[piece]
+        follow[:, 2] = np.stack((-turn_x, -turn_y, turn_x, turn_y), axis=-1)
+        rows.swapaxes(1, 2)[~whole] = of_bodies.swapaxes(1, 2)[~whole] @ follow
+    count = len(face.kind)
+    return InterfaceKinematics(dof.reshape(count, -1), np.ascontiguousarray(rows.reshape(count, 3, -1)))
