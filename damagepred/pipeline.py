@@ -434,8 +434,8 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     from damagepred.solvers.symmetry import reduce_by_symmetry
     from damagepred.solvers.system.discrete_system import DiscreteSystem
 
-    half = reduce_by_symmetry(model) if solver.symmetric_half else None
-    solved = model if half is None else half.model
+    half = reduce_by_symmetry(model, SolverOptions.of(solver).symmetry) if solver.symmetric_half else None
+    solved = model if half is None else half
     levels = block_levels(DiscreteSystem.of(solved))[: solved.n_blocks]
     return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())
 

@@ -457,6 +457,11 @@ class Model:
         return np.ones(self.n_blocks)
 
     @property
+    def guides(self) -> BoolArray:
+        """Whether each interface (m,) is a guide without shear on the axis of a half wall, which supports no block."""
+        return np.zeros(len(self.interfaces.kind), dtype=np.bool_)
+
+    @property
     def block_stress(self) -> float:
         """Mean block weight over the largest contact area (Pa); the yardstick for joint stresses."""
         return self.mean_block_weight / (float(self.interfaces.contact_area.max(initial=0.0)) or 1.0)

@@ -8,7 +8,7 @@ from damagepred.assembly import Model
 from damagepred.errors import SolverError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
-from damagepred.solvers.options import SolverOptions
+from damagepred.solvers.options import SolverOptions, SymmetryOptions
 from damagepred.solvers.state.increment import Increment
 
 __all__ = ["Increment", "solve_path"]
@@ -32,27 +32,27 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     Increment
         First the state under dead load, then one each step; whoever takes them may stop at any.
     """
-    half = None
-    if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model, settings)):
+    half, options = None, SolverOptions.of(settings).symmetry
+    if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model, options)):
         from damagepred.solvers.symmetry import reduce_by_symmetry
 
-        half = reduce_by_symmetry(model)
+        half = reduce_by_symmetry(model, options)
     if half is None:
         yield from _path(model, settings, increments)
         return
     try:
-        for increment in _path(half.model, settings, increments):
+        for increment in _path(half, settings, increments):
             yield half.expand(increment)
     except SolverError as error:
         raise half.renumber(error) from None
 
 
-def _cheaper_as_a_whole(model: Model, settings: Solver) -> bool:
+def _cheaper_as_a_whole(model: Model, options: SymmetryOptions) -> bool:
     """Return whether a small wall under dead load alone is solved faster than checked for symmetry."""
     supports = model.supports
     still = model.jacks is None and not model.ground.moves
     still = still and not (supports.prescribed_displacement.any() or supports.live_load.any())
-    return still and model.live_edge_load is None and model.n_blocks <= SolverOptions.of(settings).symmetry.small_wall
+    return still and model.live_edge_load is None and model.n_blocks <= options.small_wall
 
 
 def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from damagepred.scene import Solver
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Count, Pure
+from damagepred.scene.quantity import Count, Pressure, Pure
 from damagepred.scene.reading import build, plain
 from damagepred.solvers.dynamics.options import DynamicsOptions
 from damagepred.solvers.explicit.options import ExplicitOptions
@@ -33,15 +33,26 @@ from damagepred.solvers.time_stepping.options import JackServoOptions, Mechanism
 
 @described
 class SymmetryOptions:
-    """Detection of walls that are their own mirror image.
+    """Symmetry reduction of walls that are their own mirror image: detection, and guides on the axis.
 
     Attributes
     ----------
     small_wall : int
         Blocks up to which the quasi-static solver applies dead load to the whole wall: faster than the detection.
+    rounding : float
+        Difference up to which a place (over the size of the wall), stiffness, load or movement (over the largest) is
+        that of its mirror image (1).
+    guide_shear_ratio : float
+        Shear stiffness of a joint on the axis over its normal stiffness: next to none, but the joint laws divide by it
+        (1).
+    guide_cohesion : float
+        Cohesion of a joint on the axis: its shear stress, with that stiffness, never reaches it.
     """
 
     small_wall: Count = Field(default=200, ge=0)
+    rounding: Pure = Field(default=1e-9, gt=0, lt=1)
+    guide_shear_ratio: Pure = Field(default=1e-15, gt=0)
+    guide_cohesion: Pressure = Field(default=1e6, gt=0)
 
 
 @described

@@ -168,7 +168,7 @@ def on_supports() -> Model:
 def half() -> Model:
     found = reduce_by_symmetry(wall_model(Scene(wall=Wall(length=2.4, height=0.6), solver=QUASI_STATIC)))
     assert found is not None
-    return found.model
+    return found
 
 
 def with_a_loose_block() -> Model:

@@ -40,8 +40,6 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.interface_kinematics import interface_kinematics
 
-GUIDE_STIFFNESS_RATIO = 1e-12
-"""Shear stiffness over normal stiffness up to which a joint is the guide of an axis of symmetry."""
 DEFAULTS = LinearSystemOptions()
 
 
@@ -543,8 +541,7 @@ def block_levels(system: DiscreteSystem) -> IntArray:
     """
     model, n = system.model, system.model.n_blocks
     a, b = model.interfaces.block_a, model.interfaces.block_b
-    # distance from fully supported blocks; a guide, as on an axis of symmetry, is no support
-    holds = model.properties.shear_stiffness > GUIDE_STIFFNESS_RATIO * model.properties.normal_stiffness
+    holds = ~model.guides  # distance from fully supported blocks
     # a footing is one level, wherever it is supported
     footing = np.empty(0, dtype=np.int64) if model.footing is None else model.footing
     start, end = np.append(a[holds], np.full(len(footing), n)), np.append(b[holds], footing)

@@ -58,4 +58,5 @@ def interface_kinematics(model: Model) -> InterfaceKinematics:
         follow[:, 2] = np.stack((-turn_x, -turn_y, turn_x, turn_y), axis=-1)
         rows.swapaxes(1, 2)[~whole] = of_bodies.swapaxes(1, 2)[~whole] @ follow
     count = len(face.kind)
-    return InterfaceKinematics(dof.reshape(count, -1), np.ascontiguousarray(rows.reshape(count, 3, -1)))
+    width = 2 * dof.shape[2]
+    return InterfaceKinematics(dof.reshape(count, width), np.ascontiguousarray(rows.reshape(count, 3, width)))

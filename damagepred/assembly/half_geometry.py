@@ -1,0 +1,190 @@
+"""Half of a geometry that is its own mirror image about the upright line through the middle of its extent."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.assembly.model import Blocks, Interfaces
+
+MIRRORED = np.array([-1.0, 1.0, -1.0])
+"""Signs of x, y and rotation in a mirror."""
+
+
+class MirrorImage(NamedTuple):
+    """Mirror images of n blocks and m interfaces.
+
+    Attributes
+    ----------
+    axis : float
+        Place of the mirror (m).
+    block, interface : array of int (n,), (m,)
+        Image of each; blocks that the axis cuts, and interfaces along or across it, are their own.
+    reverses : array of bool (m,)
+        Whether the contacts of the image are in reverse order: those of a bed joint are, as its tangent points to the
+        right wherever it lies; those of a perpend are not.
+    """
+
+    axis: float
+    block: IntArray
+    interface: IntArray
+    reverses: BoolArray
+
+    def of_contacts(self, values: FloatArray) -> FloatArray:
+        """Return values at the contacts of some of the last interfaces, arrays (g, q), as they are in the mirror."""
+        first = len(self.interface) - len(values)
+        image = values[self.interface[first:] - first]
+        return np.where(self.reverses[first:, None], image[:, ::-1], image)
+
+
+class HalfGeometry(NamedTuple):
+    """Reduction of n blocks and m interfaces with q contacts to h blocks and k interfaces.
+
+    Attributes
+    ----------
+    mirror : MirrorImage
+        Of the whole.
+    kept, faces : array of int (h,), (k,)
+        Blocks and interfaces of the half, the latter in this order: between blocks, on the axis, with the ground.
+    cut, on_axis : array of bool (h,), (k,)
+        Which of the blocks the axis cuts; which of the interfaces lie along it, between a block and its image.
+    blocks, interfaces
+        Of the half.
+    block_source, block_sign : array of int (n,), array (n, 3)
+        Block of the half whose motion each block of the whole has, and the signs of its x, y and rotation.
+    contact_source, shear_sign : array of int (m, q), array (m, 1)
+        Contact (of all in the half) whose values each of the whole has, and the sign of its shear: 0 on the axis.
+    """
+
+    mirror: MirrorImage
+    kept: IntArray
+    faces: IntArray
+    cut: BoolArray
+    on_axis: BoolArray
+    blocks: Blocks
+    interfaces: Interfaces
+    block_source: IntArray
+    block_sign: FloatArray
+    contact_source: IntArray
+    shear_sign: FloatArray
+
+
+_recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(maxlen=8)
+"""Geometries reduced before, by identity: all samples of a wall share one."""
+
+
+def half_geometry(blocks: Blocks, interfaces: Interfaces, rounding: float) -> HalfGeometry | None:
+    """Return the half of a geometry; None if it is not its own mirror image, or cannot be halved.
+
+    The shape of a block counts by centroid, area, second moment of area and interfaces.
+
+    Parameters
+    ----------
+    blocks, interfaces
+        Of the wall.
+    rounding : float
+        Relative difference up to which lengths (over the size of the wall) and areas agree (1).
+    """
+    for known_blocks, known_interfaces, known_rounding, geometry in _recent:
+        if known_blocks is blocks and known_interfaces is interfaces and known_rounding == rounding:
+            return geometry
+    mirror = _mirror_image(blocks, interfaces, rounding)
+    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, rounding)
+    _recent.append((blocks, interfaces, rounding, geometry))
+    return geometry
+
+
+def _mirror_image(blocks: Blocks, interfaces: Interfaces, rounding: float) -> MirrorImage | None:
+    """Return the mirror images of blocks and interfaces; None if the geometry is not its own mirror image."""
+    low, high = blocks.vertices[:, 0].min(), blocks.vertices[:, 0].max()
+    axis, near = float(low + high) / 2, rounding * float(np.ptp(blocks.vertices, axis=0).max())
+    image = _images(blocks.x, blocks.y, axis, near)
+    face_image = _images(interfaces.x, interfaces.y, axis, near)
+    if image is None or face_image is None:
+        return None
+    there = Interfaces(*(values[face_image] for values in interfaces))  # type: ignore[arg-type]
+    # the image's normal is the mirror image of the normal; or its opposite, and then the image of block a is b
+    normal = np.stack((interfaces.normal_x, interfaces.normal_y))
+    same, opposite = (np.abs(normal[:, face_image] + sign * normal) < rounding for sign in (-1.0, 1.0))
+    reverses, swaps = opposite[0] & same[1], same[0] & opposite[1]
+    mirror = MirrorImage(axis, image, face_image, reverses)
+    image_a, image_b = (np.append(image, len(image))[side] for side in (interfaces.block_a, interfaces.block_b))
+    area, offset = mirror.of_contacts(interfaces.contact_area), mirror.of_contacts(interfaces.contact_offset)
+    alike = (
+        all(np.allclose(size[image], size, rtol=rounding, atol=0.0) for size in (blocks.area, blocks.polar))
+        and (reverses | swaps).all()
+        and np.array_equal(there.block_a, np.where(reverses, image_a, image_b))
+        and np.array_equal(there.block_b, np.where(reverses, image_b, image_a))
+        and np.array_equal(there.kind, interfaces.kind)
+        and (np.abs(there.length - interfaces.length) < near).all()
+        and np.allclose(area, interfaces.contact_area, rtol=rounding, atol=0.0)
+        and (np.abs(np.where(reverses[:, None], -offset, offset) - interfaces.contact_offset) < near).all()
+    )
+    return mirror if alike else None
+
+
+def _images(x: FloatArray, y: FloatArray, axis: float, near: float) -> IntArray | None:
+    """Return which point is the mirror image of each; None if one has none."""
+    tree = cKDTree(np.column_stack((x, y)))
+    image = tree.query(np.column_stack((2 * axis - x, y)), distance_upper_bound=near)[1].astype(np.int64)
+    if (image == len(x)).any() or not np.array_equal(image[image], np.arange(len(x))):
+        return None
+    return image
+
+
+def _halve(mirror: MirrorImage, blocks: Blocks, interfaces: Interfaces, rounding: float) -> HalfGeometry | None:
+    """Return how a geometry is halved; None if all of it is on the axis, or an interface reaches across it."""
+    n, m, q = len(blocks.x), *interfaces.contact_area.shape
+    own_block, own_face = mirror.block == np.arange(n), mirror.interface == np.arange(m)
+    away, reach = np.abs(interfaces.x - mirror.axis), interfaces.length / 2 * np.abs(interfaces.normal_y)
+    near = rounding * float(away.max(initial=0.0))
+    if own_block.all() or not (own_face | ((away > near) & (away > reach - near))).all():
+        return None
+    kept = np.flatnonzero(own_block | (blocks.x > mirror.axis))
+    number = np.full(n + 1, -1)
+    number[kept], number[n] = np.arange(len(kept)), len(kept)
+    # the right half is kept because there a joint on the axis has the axis as block a, and the ground is always a
+    axis_face, halved = own_face & ~mirror.reverses, own_face & mirror.reverses
+    faces = np.flatnonzero(own_face | (interfaces.x > mirror.axis))
+    faces = faces[np.argsort(np.where(axis_face, 1, 2 * (interfaces.block_a == n))[faces], kind="stable")]
+    on_axis = axis_face[faces]
+    a, b = number[interfaces.block_a[faces]], number[interfaces.block_b[faces]]
+    if (b < 0).any() or ((a < 0) != on_axis).any():
+        return None
+    a[on_axis] = len(kept)
+    part = Interfaces(*(values[faces] for values in interfaces))  # type: ignore[arg-type]
+    sizes = np.diff(blocks.first_vertex)
+    place = np.full(m, -1)
+    place[faces] = np.arange(len(faces))
+    left_block, left_face = number[:n] < 0, place < 0
+    place[left_face] = place[mirror.interface[left_face]]
+    contacts = np.where((left_face & mirror.reverses)[:, None], np.arange(q)[::-1], np.arange(q))
+    return HalfGeometry(
+        mirror,
+        kept,
+        faces,
+        own_block[kept],
+        on_axis,
+        blocks=blocks._replace(
+            vertices=blocks.vertices[np.isin(np.repeat(np.arange(n), sizes), kept)],
+            first_vertex=np.concatenate(([0], np.cumsum(sizes[kept]))),
+            **{name: getattr(blocks, name)[kept] for name in ("x", "y", "area", "polar", "course")},
+        ),
+        interfaces=part._replace(
+            block_a=a,
+            block_b=b,
+            body_a=a,
+            body_b=b,
+            arm_normal_a=np.where(on_axis, 0.0, part.arm_normal_a),  # the axis does not turn
+            arm_shear_a=np.where(on_axis, 0.0, part.arm_shear_a),
+            contact_area=part.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
+        ),
+        block_source=number[np.where(left_block, mirror.block, np.arange(n))],
+        block_sign=np.where(left_block[:, None], MIRRORED, 1.0),
+        contact_source=place[:, None] * q + contacts,
+        shear_sign=np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None],
+    )
