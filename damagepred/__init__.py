@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from damagepred.simple_assessment import simple_categories, simple_methods
     from damagepred.study import Study, StudyFunction, open_study
     from damagepred.study.analyses.variance_shares import study_sensitivity
+    from damagepred.uq.comparison import compare
     from damagepred.uq.exceedance import exceedance
     from damagepred.uq.fragility import fit_fragility, fit_surface
     from damagepred.uq.subset import subset_simulation
@@ -70,6 +71,7 @@ _HOMES = {
         "simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
         "study.analyses.variance_shares": "study_sensitivity",
+        "uq.comparison": "compare",
         "uq.exceedance": "exceedance",
         "uq.fragility": "fit_fragility fit_surface",
         "uq.subset": "subset_simulation",
