@@ -15,7 +15,7 @@ from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Assembly, Limits, Model, wall_model, wall_size
+from damagepred.assembly import Assembly, Limits, Model, wall_cost, wall_model
 from damagepred.damage import (
     GROUP_COUNTS,
     Frames,
@@ -233,7 +233,7 @@ def solve(
         Whether to return stress, state and gridpoints of the zones of deformable blocks; False saves their memory and
         still counts the zones that yield.
     limits : Limits
-        Price above which a scene is refused, and the time after which its path fails; ``NO_LIMITS`` lifts them.
+        Estimated cost above which a scene is refused, and time limit of its path; ``NO_LIMITS`` lifts them.
 
     Returns
     -------
@@ -279,7 +279,7 @@ def _solve(
         settings = settings if dynamics is None else _whole_interfaces(settings)
         described = _with(scene, settings, judged, dynamics)
         count = increments or scene.movement.increments
-        wall_size(described, count).require(limits)
+        wall_cost(described, count).require(limits)
         model = model_of(described, fields, count)
         attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
     else:

@@ -13,7 +13,7 @@ import xarray as xr
 
 import damagepred
 from damagepred import damage, exports, plotting, report, scene, simple_assessment, study
-from damagepred.assembly import Assembly, footing_alone, wall_geometry, wall_model, wall_size
+from damagepred.assembly import Assembly, footing_alone, wall_cost, wall_geometry, wall_model
 from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError
 from damagepred.scene import Joint, Scene
 from damagepred.study.settings import StudySettings
@@ -188,7 +188,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "footing_alone": (lambda k: footing_alone, {"scene": "scene", "line_load": 0.0}),
     "wall_model": (lambda k: wall_model, {"scene": "scene", "fields": {}, "deformable": None}),
     "wall_geometry": (lambda k: wall_geometry, {"scene": "scene"}),
-    "wall_size": (lambda k: wall_size, {"scene": "scene", "increments": 3}),
+    "wall_cost": (lambda k: wall_cost, {"scene": "scene", "increments": 3}),
     "Study.sample": (lambda k: k["study"].sample, {"number": 0, "samples": 4}),
     "Study.function": (lambda k: k["study"].function, {"outputs": ["damage_category"], "movement": "path"}),
     "Study.design_dataset": (lambda k: k["study"].design_dataset, {"samples": 4}),

@@ -29,7 +29,7 @@ import numpy as np
 import tomli_w
 
 from damagepred import Limits, Scene, Study, solve
-from damagepred.assembly import wall_size
+from damagepred.assembly import wall_cost
 from damagepred.damage import read_table
 from damagepred.data_files import data_file
 from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError, SolverError
@@ -480,7 +480,7 @@ def attempt(kind: str, folder: Path, solved: bool, options: Options) -> tuple[st
     else:
         scene, fields = Scene.from_toml(file), {}
     if not solved:
-        wall_size(scene).require(options.limits)
+        wall_cost(scene).require(options.limits)
         model_of(scene, fields)
         return "accepted", ""
     ds = solve(scene, fields=fields, limits=options.limits, on_failure="return")

@@ -23,10 +23,9 @@ from damagepred.study import Study
 from damagepred.study.campaign import dispatch, sample
 from damagepred.study.campaign import preset_accuracy as accuracy
 from damagepred.study.campaign import stopping as running
-from damagepred.study.campaign.budget import require_affordable, sample_timeout
 from damagepred.study.campaign.campaign import RunSummary, _Stop
-from damagepred.study.campaign.cost_estimate import Estimate, zone_bytes
-from damagepred.study.campaign.dispatch import GivenExecutor
+from damagepred.study.campaign.cost_estimate import CostEstimate, _zone_bytes, require_affordable
+from damagepred.study.campaign.dispatch import GivenExecutor, sample_timeout
 from damagepred.study.campaign.sample import kept_of_movement
 from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.stopping import Ending, InterimAnalysis
@@ -122,8 +121,8 @@ def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
     assert found.rows[1][2] == f"{estimate.probability(worst[good] == 1, weight=weight[good]).value:.3f}"
 
 
-def test_a_price_in_words() -> None:
-    price = Estimate(
+def test_a_cost_estimate_in_words() -> None:
+    cost = CostEstimate(
         "house",
         714,
         6183,
@@ -156,15 +155,15 @@ def test_a_price_in_words() -> None:
         "  caution: steps too long",
         "accuracy",
     ]
-    assert price.lines() == lines
-    one = Estimate(**{**vars(price), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
+    assert cost.lines() == lines
+    one = CostEstimate(**{**vars(cost), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
     assert one.lines()[3:5] == [
         "  solver: quasi_static",
         "  11 deformable blocks: 128 zones, 90 gridpoints, 5.6 MB of results (none with --no-zones)",
     ]
     mesh = SimpleNamespace(zones=np.zeros((7, 3)), x=np.zeros(5))
-    assert zone_bytes(SimpleNamespace(mesh=mesh), 3) == 4 * (7 * 33 + 5 * 16)  # type: ignore[arg-type]
-    assert zone_bytes(SimpleNamespace(mesh=None), 3) == 0  # type: ignore[arg-type]
+    assert _zone_bytes(SimpleNamespace(mesh=mesh), 3) == 4 * (7 * 33 + 5 * 16)  # type: ignore[arg-type]
+    assert _zone_bytes(SimpleNamespace(mesh=None), 3) == 0  # type: ignore[arg-type]
 
 
 def test_looks_and_endings_in_words(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.study.campaign.budget import require_affordable
+from damagepred.study.campaign.cost_estimate import require_affordable
 from damagepred.study.campaign.sample import Solved, solve_sample
 from damagepred.study.settings import StudySettings
 from damagepred.uq.marginals import from_normal

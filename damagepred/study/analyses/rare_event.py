@@ -26,7 +26,8 @@ from damagepred.assembly import Limits
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.study.analyses.limit_state import Question, asked_of
 from damagepred.study.analyses.rare_event_samples import Walls, WorkerPool, question_file
-from damagepred.study.campaign.budget import require_affordable, sample_timeout
+from damagepred.study.campaign.cost_estimate import require_affordable
+from damagepred.study.campaign.dispatch import sample_timeout
 from damagepred.study.campaign.sample import joint_places
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.subset import Level, SubsetEstimate, check_sizes, subset_simulation

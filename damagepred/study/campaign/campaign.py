@@ -28,9 +28,9 @@ from damagepred.errors import ArchiveWarning, InputError, StudyError, require_co
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.solvers.options import SolverOptions
-from damagepred.study.campaign.budget import require_affordable, sample_timeout
-from damagepred.study.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all
-from damagepred.study.campaign.sample import joint_places, sampled_wall
+from damagepred.study.campaign.cost_estimate import require_affordable
+from damagepred.study.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all, sample_timeout
+from damagepred.study.campaign.sample import joint_places, sample_of
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.campaign.workers import LocalPool
 from damagepred.study.settings import StudySettings, differing_keys, read_frozen
@@ -88,7 +88,8 @@ class Campaign:
     settings : StudySettings
         Scene, variables and sampling.
     limits : Limits
-        Price of one wall above which the study is refused, and the time that a wall may take; ``NO_LIMITS`` lifts them.
+        Estimated cost of one wall above which the study is refused, and the time that a wall may take; ``NO_LIMITS``
+        lifts them.
 
     Raises
     ------
@@ -162,8 +163,7 @@ class Campaign:
             require_count("samples", samples, number + 1)
         count = max(self.settings.study.samples, number + 1) if samples is None else samples
         require_affordable(self.settings, self.limits, count)
-        values = self.design.wall_values(count)
-        return sampled_wall(self.settings, self.design, number, {k: float(v[number]) for k, v in values.items()})
+        return sample_of(self.settings, self.design, number, count)
 
     def run(
         self,

@@ -1,4 +1,4 @@
-"""What a run will cost, told before it starts by timing one wall."""
+"""Cost estimate of a run before it starts: memory and time counted from its description, then one wall timed."""
 
 from __future__ import annotations
 
@@ -11,24 +11,56 @@ from pathlib import Path
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Limits, Model, wall_size
+from damagepred.assembly import CostOptions, Limits, Model, wall_cost
+from damagepred.errors import InputError, require_number
 from damagepred.formatting import duration
 from damagepred.input_files import read_toml
 from damagepred.pipeline import Step, matrix_bytes, model_of, solve
 from damagepred.scene import Scene
 from damagepred.scene.assumed import ground_line
-from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.campaign.preset_accuracy import accuracy_lines
+from damagepred.study.campaign.sample import sample_of
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
 
-LONG_ENOUGH = 60.0
-"""Seconds after which no further increment is timed."""
+MOST_SAMPLES = 10**9
+"""Samples of a study: as many as a scrambled Sobol sequence has points."""
+
+
+def require_affordable(settings: StudySettings, limits: Limits, samples: int | None = None) -> None:
+    """Check that the estimated cost of one wall of a study, of its fields and of its design is within limits.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        The study.
+    limits : Limits
+        What is accepted.
+    samples : int, optional
+        Number of samples; by default the study's.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    fields = [v.field for v in settings.variables.values() if v.field is not None]
+    dense = 0 if all(f.by_course for f in fields) else len(fields)
+    for scene in {settings.scene, settings.study.fields_from or settings.scene}:
+        wall_cost(scene).require(limits, dense)
+    count = settings.study.samples if samples is None else samples
+    require_number("samples", count, 1, MOST_SAMPLES)
+    needed = 8.0 * CostOptions().design_copies * count * (len(settings.variables) + 1)
+    if needed > limits.memory:
+        raise InputError(
+            f"samples = {count}: the design alone would take about {needed / 1e9:.2g} GB of memory, more than "
+            f"{limits.memory / 1e9:.2g} GB; --yes, or limits=NO_LIMITS in Python, draws it all the same."
+        )
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """Size and price of a run.
+class CostEstimate:
+    """Size and cost of a run.
 
     Attributes
     ----------
@@ -39,23 +71,25 @@ class Estimate:
     samples, variables : int
         Size of the study; 1 and 0 for a scene.
     compile_seconds, wall_seconds : float
-        Time to make the kernels ready, and to solve one wall after that.
+        Time to compile the kernels or load them, and to solve one wall after that.
     method : str
         Solver.
     matrix_bytes : int
-        What the matrices of the quasi-static solver take while a wall is solved; 0 for the explicit one.
+        Memory of the quasi-static solver's matrices while a wall is solved; 0 for the explicit one.
     status : str
         How that wall ended.
     deformable_blocks, zones, gridpoints : int
         Of one wall; 0 where all blocks are rigid.
     zone_bytes : int
-        What is kept of zones and gridpoints, increment by increment; studies keep nothing of it.
+        Memory of the results of zones and gridpoints at all increments; studies keep none of them.
     peak_bytes : int
-        Most memory that this process has held, libraries and compiled kernels included; 0 where it cannot be told.
+        Peak memory of this process, libraries and compiled kernels included; 0 where it cannot be told.
     cautions : tuple of str
-        What a reader must know of how that wall was solved.
+        Cautions on the solution of that wall.
     accuracy : tuple of str
-        What the presets of accuracy set, and the errors measured with them, in words; none for runs in time.
+        Keys that the presets of accuracy set, and errors measured with them, in words; none for runs in time.
+    ground : str or None
+        Assumed properties of the ground, in words.
     """
 
     title: str
@@ -107,29 +141,19 @@ class Estimate:
         return [*found, *(f"  caution: {said}" for said in self.cautions), *self.accuracy]
 
 
-class _LongEnough(Exception):
-    """Enough increments have been timed."""
+class _TimingLimit(Exception):
+    """Increments have been timed for long enough."""
 
 
-def zone_bytes(model: Model, increments: int) -> int:
-    """Return the memory that the results of zones and gridpoints take (bytes).
-
-    Four stresses and a state of each zone, and the displacement of each gridpoint, at every increment.
-
-    Parameters
-    ----------
-    model : Model
-        With or without a mesh.
-    increments : int
-        Of the movement.
-    """
+def _zone_bytes(model: Model, increments: int) -> int:
+    """Return the memory (bytes) of zones' four stresses and state and of gridpoints' displacements, all increments."""
     if model.mesh is None:
         return 0
     return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
 
 
-def peak_bytes() -> int:
-    """Return the most memory this process has held (bytes), 0 where that cannot be told."""
+def _peak_bytes() -> int:
+    """Return the peak memory of this process (bytes), 0 where the system does not tell it."""
     if not sys.platform.startswith("linux"):
         return 0
     import resource
@@ -142,8 +166,9 @@ def estimate_cost(
     path: str | Path,
     on_step: Callable[[Step], None] | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
-) -> Estimate:
-    """Validate a scene or study file and time one wall of it, or what can be timed of it in a minute.
+    timing_limit: float = 60.0,
+) -> CostEstimate:
+    """Validate a scene or study file and time one wall of it, or its first increments.
 
     Parameters
     ----------
@@ -152,7 +177,9 @@ def estimate_cost(
     on_step : callable, optional
         Called with each increment.
     limits : Limits
-        Price above which a wall is not built, and the time that it may take.
+        Estimated cost above which a wall is not built, and the time that it may take.
+    timing_limit : float
+        Time (s) after which no further increment is timed.
 
     Raises
     ------
@@ -160,44 +187,45 @@ def estimate_cost(
         If the file is not acceptable, or a wall costs more than the limits.
     """
     tables = read_toml(path)
-    samples = variables = 0
+    samples, variables = 1, 0
     if any(key in tables for key in ("scene", "study", "variables", "correlation")):
         settings = StudySettings.from_toml(path)
+        require_affordable(settings, limits)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
-        scene, fields = Campaign(settings, limits).sample(0)
+        scene, fields = sample_of(settings, settings.design(), 0, samples)
         ground = ground_line(settings.scene, settings.variables)
     else:
         scene, fields = Scene.from_toml(path), {}
         title, ground = scene.title, ground_line(scene)
-    wall_size(scene).require(limits)
+    wall_cost(scene).require(limits)
     began = time.perf_counter()
     warm_up(scene)
-    ready = time.perf_counter()
+    compile_seconds = time.perf_counter() - began
     model = model_of(scene, fields)
-    count = scene.movement.increments if scene.dynamics is None else scene.dynamics.outputs
-    seconds, status, cautions = _timed(scene, fields, count, on_step, limits)
-    mesh = model.mesh
-    return Estimate(
-        title,
-        model.n_blocks,
-        model.n_contacts,
-        len(model.joints.kind),
-        count,
-        samples or 1,
-        variables,
-        ready - began,
-        seconds,
-        scene.solver.method if scene.dynamics is None else "dynamic",
-        matrix_bytes(model, scene.solver),
-        status,
-        0 if mesh is None else len(mesh.block),
-        0 if mesh is None else len(mesh.zones),
-        0 if mesh is None else mesh.x.size,
-        zone_bytes(model, count),
-        peak_bytes(),
-        cautions,
-        () if scene.dynamics is not None else tuple(accuracy_lines(scene)),
-        ground,
+    dynamics, mesh = scene.dynamics, model.mesh
+    count = scene.movement.increments if dynamics is None else dynamics.outputs
+    seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
+    return CostEstimate(
+        title=title,
+        blocks=model.n_blocks,
+        contacts=model.n_contacts,
+        joints=len(model.joints.kind),
+        increments=count,
+        samples=samples,
+        variables=variables,
+        compile_seconds=compile_seconds,
+        wall_seconds=seconds,
+        method=scene.solver.method if dynamics is None else "dynamic",
+        matrix_bytes=matrix_bytes(model, scene.solver),
+        status=status,
+        deformable_blocks=0 if mesh is None else len(mesh.block),
+        zones=0 if mesh is None else len(mesh.zones),
+        gridpoints=0 if mesh is None else mesh.x.size,
+        zone_bytes=_zone_bytes(model, count),
+        peak_bytes=_peak_bytes(),
+        cautions=cautions,
+        accuracy=() if dynamics is not None else tuple(accuracy_lines(scene)),
+        ground=ground,
     )
 
 
@@ -207,22 +235,20 @@ def _timed(
     count: int,
     on_step: Callable[[Step], None] | None,
     limits: Limits,
+    timing_limit: float,
 ) -> tuple[float, str, tuple[str, ...]]:
-    """Return how long a wall takes (s), how it ended, and what must be known of how it was solved.
-
-    After a minute the rest is reckoned from what was timed.
-    """
+    """Return the time of a wall (s), extrapolated beyond the timing limit, how it ended, and cautions on it."""
     began = time.perf_counter()
 
     def watch(step: Step) -> None:
         if on_step is not None:
             on_step(step)
-        if 0 < step.increment.number < count and time.perf_counter() - began > LONG_ENOUGH:
-            raise _LongEnough(step.increment.number)
+        if 0 < step.increment.number < count and time.perf_counter() - began > timing_limit:
+            raise _TimingLimit(step.increment.number)
 
     try:
         ds = solve(scene, fields=fields, on_failure="return", on_step=watch, store_zones=False, limits=limits)
-    except _LongEnough as stop:
+    except _TimingLimit as stop:
         done = int(stop.args[0])
         return (time.perf_counter() - began) * count / done, f"from the first {done} of {count} increments", ()
     return time.perf_counter() - began, str(ds.attrs["status"]), tuple(wall_cautions(ds))

@@ -6,6 +6,7 @@ in it: each is run again, alone. Only one that gets lost alone as well has faile
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
@@ -15,8 +16,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from damagepred.archive.folder import StudyFolder
+from damagepred.assembly import Limits
 from damagepred.enumerations import FailureKind
-from damagepred.errors import InputError, StudyError
+from damagepred.errors import InputError, StudyError, require_number
 from damagepred.study.campaign.sample import HANDED_BACK, Batch, Outcome, already_done, run_batch
 from damagepred.study.campaign.workers import WorkerDied
 
@@ -251,3 +253,34 @@ def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Ou
         if isinstance(error, WorkerDied | BrokenExecutor) or type(error).__name__ == "KilledWorker":
             return LostSample(sample, FailureKind.WORKER_DIED, str(error) or "its worker process died")
         return LostSample(sample, "error", f"{type(error).__name__}: {error}")
+
+
+def sample_timeout(timeout: float | None, limits: Limits, executor: Executor | None) -> float | None:
+    """Return the time that a sample may take (s), None for no limit.
+
+    Parameters
+    ----------
+    timeout : float or None
+        Time asked for; None takes that of the limits, infinite is no limit.
+    limits : Limits
+        Of the study.
+    executor : Executor or None
+        That of the caller, which has limits of its own.
+
+    Raises
+    ------
+    InputError
+        If the time is no positive number, or goes with an executor.
+    """
+    if timeout is not None and timeout != math.inf:
+        require_number("timeout", timeout, 0.0, unit="s", open_low=True)
+    if executor is not None:
+        if not any(callable(getattr(executor, name, None)) for name in ("submit", "get_executor")):
+            raise InputError(
+                f"executor: is of type {type(executor).__name__}; give a concurrent.futures executor or a Dask client."
+            )
+        if timeout is not None:
+            raise InputError("timeout: is for the local workers; with an executor of your own, let it set the limit.")
+        return None
+    seconds = limits.time if timeout is None else timeout
+    return None if seconds == math.inf else float(seconds)

@@ -95,6 +95,22 @@ def sampled_wall(
     return scene, _on_nearest(design.joint_values(sample, joint_places(drawn_on)), drawn_on, scene)
 
 
+def sample_of(
+    settings: StudySettings, design: Design, sample: int, samples: int
+) -> tuple[Scene, dict[str, FloatArray]]:
+    """Draw the design of a study and return the scene of one sample, and its values that vary from joint to joint.
+
+    Parameters
+    ----------
+    settings, design, sample
+        See ``sampled_wall``.
+    samples : int
+        Number of samples of the design; only a Latin hypercube depends on it.
+    """
+    values = design.wall_values(samples)
+    return sampled_wall(settings, design, sample, {place: float(v[sample]) for place, v in values.items()})
+
+
 def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) -> dict[str, FloatArray]:
     """Return for each joint of a scene the values of the nearest joint of another, of its own kind if there are any."""
     from scipy.spatial import KDTree

@@ -1,4 +1,4 @@
-"""Size and price of a wall from its description alone, before anything is built."""
+"""Cost estimate of a wall from its description alone, before anything is built."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from damagepred.scene import Scene
 
 @dataclass(frozen=True)
 class Limits:
-    """Price of a wall above which it is refused, and the time after which a wall ends.
+    """Estimated cost above which a wall is refused, and time limit of a path.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Limits:
         Parameters
         ----------
         yes : bool
-            Whether a wall is solved whatever its price.
+            Whether a wall is solved whatever its estimated cost.
         timeout : float, optional
             Time that one wall may take (s).
         """
@@ -57,34 +57,50 @@ NO_LIMITS = Limits(math.inf, math.inf, math.inf)
 
 
 @dataclass(frozen=True)
-class Costs:
-    """Costs that prices are estimated with, measured on one core; they tell an order of magnitude.
+class CostOptions:
+    """Unit costs of one core; ``studies/benchmarks/cost_estimate.py`` measures them. They tell an order of magnitude.
 
     Attributes
     ----------
-    block_time, contact_time : float
-        To build a block and its results, and to look once at a contact (s).
+    block_time : float
+        To build a block and its results (s).
+    contact_time : float
+        Of the law of one contact or zone in one cycle or iteration (s).
     flop_time : float
-        Of linear algebra with dense matrices (s).
+        Of a floating-point operation of dense linear algebra (s).
     iterations : float
-        Newton iterations of an increment, of which one in twenty factorises all courses.
+        Newton iterations of an increment.
+    factorisation_share : float
+        Share of the iterations that factorise the stiffness of all courses.
+    line_search_evaluations : float
+        Evaluations of all contacts in a Newton iteration.
+    dynamic_contact_evaluations : float
+        Evaluations of all contacts in a step of a run in time, contact detection included.
     settling_cycles : float
         Cycles of the explicit solver until an increment reaches equilibrium after its ramp.
-    block_memory : float
-        Of a block with its contacts while a wall is solved (bytes).
+    block_memory, contact_memory, zone_memory : float
+        Of a block, contact and zone while a wall is solved (bytes).
+    design_copies : int
+        Copies of each input of each sample (8 bytes) while a design is drawn and written.
     """
 
     block_time: float = 2e-4
     contact_time: float = 1e-8
     flop_time: float = 2e-10
     iterations: float = 25.0
+    factorisation_share: float = 0.05
+    line_search_evaluations: float = 10.0
+    dynamic_contact_evaluations: float = 4.0
     settling_cycles: float = 3000.0
     block_memory: float = 2e4
+    contact_memory: float = 200.0
+    zone_memory: float = 500.0
+    design_copies: int = 8
 
 
 @dataclass(frozen=True)
-class WallSize:
-    """Size and price of one wall, counted from wall, bricks, openings and zones.
+class WallCost:
+    """Size and estimated cost of one wall, counted from wall, bricks, openings and zones.
 
     Attributes
     ----------
@@ -107,7 +123,7 @@ class WallSize:
     time: float
 
     def require(self, limits: Limits, fields: int = 0) -> None:
-        """Check that the price is within limits.
+        """Check that the cost is within limits.
 
         Parameters
         ----------
@@ -124,18 +140,18 @@ class WallSize:
         matrix = 8.0 * self.joints**2 * (3 * fields)
         if self.memory + matrix <= limits.memory and self.time <= limits.estimated_time:
             return
-        beyond = f" and {_memory(matrix)} for the correlation of its joints" if fields and matrix > self.memory else ""
+        beyond = f" and {_gigabytes(matrix)} for the correlation of its joints" if matrix > self.memory else ""
         raise InputError(
             f"the wall has about {self.blocks:.3g} blocks, {self.contacts:.3g} contacts and {self.unknowns:.3g} "
-            f"unknowns: one wall would take about {_memory(self.memory)} of memory{beyond}, and {_time(self.time)}, "
-            f"which is more than {_memory(limits.memory)} or {_time(limits.estimated_time)}. Check lengths and their "
-            "units; --yes, or limits=NO_LIMITS in Python, solves it all the same."
+            f"unknowns: one wall would take about {_gigabytes(self.memory)} of memory{beyond}, and {_time(self.time)}, "
+            f"which is more than {_gigabytes(limits.memory)} or {_time(limits.estimated_time)}. Check lengths and "
+            "their units; --yes, or limits=NO_LIMITS in Python, solves it all the same."
         )
 
 
 @checked
-def wall_size(scene: Scene, increments: int | None = None) -> WallSize:
-    """Return the size of a scene's wall and the estimated cost of solving it.
+def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
+    """Return the size of a scene's wall and the estimated cost of solving it, before anything is built.
 
     Parameters
     ----------
@@ -144,20 +160,20 @@ def wall_size(scene: Scene, increments: int | None = None) -> WallSize:
     increments : int, optional
         Of the movement; by default the scene's.
     """
-    cost, settings, wall = Costs(), scene.solver, scene.wall
-    steps = 1.0 + (increments or scene.movement.increments)
+    options, solver, wall = CostOptions(), scene.solver, scene.wall
+    increments = increments or scene.movement.increments
     courses, halves, holes = courses_and_halves(scene)
     bricks = max(courses * (halves / 2 + 1) - holes / 2, 1.0)
-    segments, footing_zones = _footing(scene)
+    segments, footing_zones = _footing_blocks_and_zones(scene)
     cells, facets = _cells(scene)
-    zoned = 0.0 if not cells else bricks
+    zoned = bricks if cells else 0.0
     blocks = bricks + segments
     beds = bricks * (2.0 if wall.bond == "running" else 1.0)
-    parts = settings.no_tension_parts if no_tension_joint(scene.joint) else 1
+    parts = solver.no_tension_parts if no_tension_joint(scene.joint) else 1
     interfaces = (beds * parts + bricks) * max(facets, 1.0) + 2 * segments
     if scene.dpc is not None:
-        interfaces += halves * settings.no_tension_parts * max(facets, 1.0)
-    contacts = interfaces * settings.contacts_per_interface
+        interfaces += halves * solver.no_tension_parts * max(facets, 1.0)
+    contacts = interfaces * solver.contacts_per_interface
     zones = 4 * cells * zoned + footing_zones
     gridpoints = 0.5 * zones + 2 * facets * zoned
     unknowns = 3 * blocks + 2 * gridpoints
@@ -165,24 +181,26 @@ def wall_size(scene: Scene, increments: int | None = None) -> WallSize:
     width = (3 + 4 * facets) * bricks / courses
     levels = courses + (segments > 0)
     matrices = 16 * levels * width**2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
-    memory = matrices + cost.block_memory * blocks + 200 * contacts + 500 * zones
-    increment_memory = 8 * (9 * blocks + 6 * contacts + (5 * zones + 2 * gridpoints))
-    look = cost.contact_time * (contacts + zones)
+    evaluation_time = options.contact_time * (contacts + zones)
     if scene.dynamics is not None:
-        steps = 1.0 + scene.dynamics.outputs
-        time = look * 4 * (scene.dynamics.duration / _time_step(scene) + steps)
-    elif settings.method == "explicit":
-        cycles = settings.ramp_cycles + min(cost.settling_cycles, settings.maximum_cycles)
-        time = look * steps * cycles
+        increments = scene.dynamics.outputs
+        steps = scene.dynamics.duration / _stable_time_step(scene) + 1.0 + increments
+        time = options.dynamic_contact_evaluations * evaluation_time * steps
+    elif solver.method == "explicit":
+        cycles = solver.ramp_cycles + min(options.settling_cycles, solver.maximum_cycles)
+        time = (1.0 + increments) * cycles * evaluation_time
     else:
         flops = 4 * levels * (3 * bricks / courses + 2 * facets) ** 3
-        time = steps * cost.iterations * (10 * look + 0.05 * flops * cost.flop_time)
-    time += cost.block_time * blocks
-    return WallSize(blocks, contacts, zones, unknowns, beds, memory + steps * increment_memory, time)
+        iteration_time = options.line_search_evaluations * evaluation_time
+        iteration_time += options.factorisation_share * flops * options.flop_time
+        time = (1.0 + increments) * options.iterations * iteration_time
+    memory = matrices + options.block_memory * blocks + options.contact_memory * contacts + options.zone_memory * zones
+    memory += (1.0 + increments) * 8 * (9 * blocks + 6 * contacts + 5 * zones + 2 * gridpoints)
+    return WallCost(blocks, contacts, zones, unknowns, beds, memory, time + options.block_time * blocks)
 
 
-def _footing(scene: Scene) -> tuple[float, float]:
-    """Return the number of blocks of the footing, and of its zones."""
+def _footing_blocks_and_zones(scene: Scene) -> tuple[float, float]:
+    """Return the numbers of blocks and of zones of the footing."""
     found = foundation(scene)
     if found is None:
         return 0.0, 0.0
@@ -193,28 +211,28 @@ def _footing(scene: Scene) -> tuple[float, float]:
 
 
 def _cells(scene: Scene) -> tuple[float, float]:
-    """Return the cells of four zones that a brick is cut into, and those along its length; none of rigid bricks."""
-    settings, wall = scene.solver, scene.wall
-    parts = (settings.above_dpc or settings.blocks, settings.below_dpc or settings.blocks)
+    """Return the numbers of cells (four zones each) in a brick and along its length; 0 for rigid bricks."""
+    solver, wall = scene.solver, scene.wall
+    parts = (solver.above_dpc or solver.blocks, solver.below_dpc or solver.blocks)
     if all(part == "rigid" for part in parts):
         return 0.0, 0.0
     longest, short = max(wall.block_length, wall.block_height), min(wall.block_length, wall.block_height)
-    usual = min(short, 0.5 * longest) if settings.method == "quasi_static" else 0.5 * short
-    given = (settings.zone_size, settings.zone_size_above_dpc, settings.zone_size_below_dpc)
+    usual = min(short, 0.5 * longest) if solver.method == "quasi_static" else 0.5 * short
+    given = (solver.zone_size, solver.zone_size_above_dpc, solver.zone_size_below_dpc)
     size = min((s for s in given if s), default=usual)
     along, up = (math.ceil(side / size) for side in (wall.block_length, wall.block_height))
     return float(along * up), float(along)
 
 
-def _time_step(scene: Scene) -> float:
-    """Return about the stable time step of a run in time (s): of a brick between its joints."""
+def _stable_time_step(scene: Scene) -> float:
+    """Return the stable time step of one brick between its joints (s), about that of a run in time."""
     wall, joint = scene.wall, scene.joint
     mass = max(scene.block.density, 1e-9) * wall.block_length * wall.block_height * wall.thickness
     stiffness = 2 * max(joint.normal_stiffness, joint.shear_stiffness) * (wall.block_length + wall.block_height)
     return 0.25 * math.sqrt(mass / (stiffness * wall.thickness))
 
 
-def _memory(size: float) -> str:
+def _gigabytes(size: float) -> str:
     return f"{size / 1e9:.2g} GB"
 
 

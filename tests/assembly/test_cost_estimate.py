@@ -1,4 +1,4 @@
-"""Prices: counted from the description alone, and near what is built."""
+"""Cost estimates: counted from the description alone, and near what is built."""
 
 import math
 import time
@@ -7,7 +7,7 @@ import tracemalloc
 import pytest
 
 from damagepred import NO_LIMITS, Limits, Scene, solve
-from damagepred.assembly import wall_model, wall_size
+from damagepred.assembly import wall_cost, wall_model
 from damagepred.errors import InputError, TimeLimitError
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
@@ -27,14 +27,14 @@ WALLS = {
 @pytest.mark.parametrize("name", WALLS)
 def test_counts(name: str) -> None:
     scene = Scene.from_dict(WALLS[name])
-    model, size = wall_model(scene), wall_size(scene)
-    assert size.blocks == pytest.approx(model.n_blocks, rel=0.15)
-    assert size.contacts == pytest.approx(model.n_contacts, rel=0.5 if model.mesh is None else 2.0)
+    model, cost = wall_model(scene), wall_cost(scene)
+    assert cost.blocks == pytest.approx(model.n_blocks, rel=0.15)
+    assert cost.contacts == pytest.approx(model.n_contacts, rel=0.5 if model.mesh is None else 2.0)
     zones = 0 if model.mesh is None else len(model.mesh.zones)
-    assert size.zones == pytest.approx(zones, rel=0.6)
+    assert cost.zones == pytest.approx(zones, rel=0.6)
 
 
-DEAR = {
+COSTLY = {
     "long": {"wall": {"length": 1000.0}},
     "brick of a millimetre": {"wall": {"block_length": 1e-3, "block_height": 1e-3}},
     "increments": {"movement": {"increments": 10**9}},
@@ -51,10 +51,10 @@ DEAR = {
 }
 
 
-@pytest.mark.parametrize("name", DEAR)
+@pytest.mark.parametrize("name", COSTLY)
 @pytest.mark.timeout(30)
-def test_what_is_dear_is_refused_before_it_is_built(name: str) -> None:
-    scene = Scene.from_dict(DEAR[name])
+def test_costly_walls_are_refused_before_they_are_built(name: str) -> None:
+    scene = Scene.from_dict(COSTLY[name])
     tracemalloc.start()
     began = time.perf_counter()
     try:
@@ -72,7 +72,7 @@ def test_limits_of_a_long_wall_with_fields() -> None:
     field = {"distribution": "lognormal", "mean": 0.4e6, "cov": 0.3, "field": {"correlation_length": 0.5}}
     tables = {"scene": {"wall": {"length": 60.0}}, "variables": {"joint.tensile_strength": field}}
     settings = StudySettings.from_dict(tables)
-    wall_size(settings.scene).require(Limits())
+    wall_cost(settings.scene).require(Limits())
     with pytest.raises(InputError, match="correlation of its joints"):
         Study(settings)
 
