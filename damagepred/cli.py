@@ -325,7 +325,7 @@ def estimate(
         for line in propose(folder, category, screen.quantity("--at", at, "m")).lines():
             screen.say(line)
         return
-    movement = movement_distribution(at)
+    movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     for line in lines(
         alternatives(folder, category, movement, others=others, confidence=confidence), category, movement

@@ -57,7 +57,7 @@ class MovementDistribution:
         return self.points[-1]
 
 
-def movement_distribution(text: str, unit: str = "m") -> MovementDistribution:
+def movement_distribution(text: str, unit: str = "m", option: str = "at") -> MovementDistribution:
     """Read a movement, a site class or a distribution.
 
     Parameters
@@ -66,6 +66,8 @@ def movement_distribution(text: str, unit: str = "m") -> MovementDistribution:
         "60 mm"; "H1"; or a distribution as in a study file, 'distribution = "lognormal", mean = "45 mm", cov = 0.3'.
     unit : str
         SI unit of the movement.
+    option : str
+        What the text was given for, for messages.
 
     Raises
     ------
@@ -77,24 +79,24 @@ def movement_distribution(text: str, unit: str = "m") -> MovementDistribution:
     classes = {entry.name: entry for entry in site_classes()}
     if text.strip().upper() in classes:
         return _of_class(classes[text.strip().upper()])
+    if unit != "1" and _is_number(text):
+        raise InputError(f"{option} {text}: give the unit with the number, such as '{text} mm' or '{text} {unit}'.")
     try:
         movement = to_si(text, unit)
-        if unit != "1" and movement == _number(text):
-            raise ValueError("the number needs a unit")
     except ValueError as error:
         raise InputError(
-            f'at = "{text}": must be a movement such as "60 mm", a site class ({", ".join(classes)}), or a '
+            f'{option} "{text}": must be a movement such as "60 mm", a site class ({", ".join(classes)}), or a '
             f'distribution such as \'distribution = "lognormal", mean = "45 mm", cov = 0.3\'; {error}.'
         ) from None
     return MovementDistribution(text.strip(), (movement,))
 
 
-def _number(text: str) -> float | None:
-    """Return the number that a text is, None if it is more than a number."""
+def _is_number(text: str) -> bool:
     try:
-        return float(text)
+        float(text)
     except ValueError:
-        return None
+        return False
+    return True
 
 
 def as_distribution(at: float | str | MovementDistribution, unit: str = "m") -> MovementDistribution:

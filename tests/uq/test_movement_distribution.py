@@ -75,7 +75,7 @@ def test_what_the_walls_do_not_tell_is_refused() -> None:
     ("text", "message"),
     [
         ("E", "class E has no two limits"),
-        ("60", "the number needs a unit"),
+        ("60", "give the unit with the number"),
         ("60 kPa", "must be a movement such as"),
         ("H3", "a site class \\(A, S, M, H1, H2, E\\)"),
         ("-3 mm", "must be greater than 0"),
