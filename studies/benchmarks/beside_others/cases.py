@@ -1,13 +1,13 @@
-"""The dry walls that all solvers are given: blocks, ground, friction and what happens, as plain numbers.
+"""The dry walls for all solvers: blocks, ground, friction and loading, as plain numbers.
 
-A case is a dictionary that JSON can hold, for the other solvers read it in environments of their own:
+A case is a dictionary that can be written as JSON, because the other solvers run in separate environments:
 
     name, size            which one
     blocks                corners of each block, counter-clockwise (m)
     ground                corners of each piece of ground; 2 mm apart, so that they do not touch each other
-    drop                  by how much each piece goes down (m), between ``drop_from`` and ``drop_until`` (s)
+    drop                  settlement of each piece (m), between ``drop_from`` and ``drop_until`` (s)
     thickness, density, gravity, friction
-    elastic_modulus, normal_stiffness, shear_stiffness, poisson_ratio   for solvers that know them (Pa, Pa/m)
+    elastic_modulus, normal_stiffness, shear_stiffness, poisson_ratio   for solvers that use them (Pa, Pa/m)
     levels                residuals at which the clock is read
 """
 
@@ -26,9 +26,9 @@ SIZES_OF = {
     "gap": ("5x6", "10x12", "25x28"),
     "tilt": ("5x6", "3x12", "6x28"),
 }
-"""What is asked of which wall: pushed, only slender ones do more than slide."""
+"""Cases of each wall: when pushed, only slender walls do more than slide."""
 DROPPED = {"5x6": 3, "10x12": 4, "25x28": 9}
-"""Bricks of the lowest course under whose middle the ground goes down."""
+"""Bricks of the lowest course under whose middle the ground drops."""
 GAP = 2e-3
 DEPTH = 0.2
 LEVELS = (1e-1, 1e-2, 1e-3, 1e-4)
@@ -81,7 +81,7 @@ def settling(size: str) -> Case:
 
 
 def gap(size: str, drop: float = 8e-3) -> Case:
-    """Return the wall whose ground goes down under its middle, and leaves it to the arch above."""
+    """Return the wall whose ground drops under its middle, so that it has to arch."""
     units, courses = SIZES[size]
     left = (units - DROPPED[size]) // 2
     right = left + DROPPED[size]

@@ -1,8 +1,8 @@
-"""Environments of their own for the other solvers: made once, used by ``run.py``.
+"""Separate environments for the other solvers: made once, used by ``run.py``.
 
     python studies/benchmarks/beside_others/environments.py [--environments FOLDER] [pymunk lmgc90 openseespy exudyn]
 
-Each is a virtual environment with the versions that its file in ``requirements/`` pins. openseespy's wheel wants BLAS,
+Each is a virtual environment with the versions that its file in ``requirements/`` pins. openseespy's wheel needs BLAS,
 LAPACK and the Fortran library of the machine; where these are not installed, and the machine is a Debian, its packages
 are unpacked inside the environment.
 """
@@ -28,7 +28,7 @@ LIBRARIES = ("libblas3", "liblapack3", "libgfortran5", "libquadmath0")
 
 
 def default_folder() -> Path:
-    """Return where the environments are kept unless said otherwise."""
+    """Return the default folder of the environments."""
     cache = os.environ.get("XDG_CACHE_HOME")
     return Path(cache or tempfile.gettempdir()) / "damagepred-beside-others"
 
@@ -38,7 +38,7 @@ def python_of(solver: str, folder: Path) -> Path:
 
 
 def variables(solver: str, folder: Path) -> dict[str, str]:
-    """Return the environment variables a solver runs with: one thread, and where unpacked libraries are."""
+    """Return the environment variables of a solver: one thread, and the folder of unpacked libraries."""
     known = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     known.pop("PYTHONPATH", None)
     places = sorted({str(found.parent) for found in (folder / solver / "libraries").rglob("*.so.*")})
@@ -48,7 +48,7 @@ def variables(solver: str, folder: Path) -> dict[str, str]:
 
 
 def works(solver: str, folder: Path) -> bool:
-    """Tell whether a solver is installed and can be imported."""
+    """Return whether a solver is installed and can be imported."""
     python = python_of(solver, folder)
     if not python.exists():
         return False
@@ -76,7 +76,7 @@ def create(solver: str, folder: Path) -> None:
 
 
 def unpack(place: Path) -> None:
-    """Unpack the libraries that openseespy wants, without installing them."""
+    """Unpack the libraries that openseespy needs, without installing them."""
     place.mkdir(parents=True, exist_ok=True)
     subprocess.run(["apt-get", "download", "--quiet", *LIBRARIES], cwd=place, check=True)
     for package in place.glob("*.deb"):

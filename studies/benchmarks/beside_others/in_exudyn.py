@@ -2,7 +2,7 @@
 
 ``GeneralContact`` knows spheres and triangles: each block has spheres, flush with its faces, at its corners and on
 either side of the middle of its underside, and triangles as faces. Friction is regularised by a velocity, so blocks
-that carry friction creep. Ground plates, one under each of the lowest blocks, hang on stiff springs.
+that carry friction creep. Ground plates, one under each of the lowest blocks, are supported by stiff springs.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from exudyn.itemInterface import (
 from record import FALLEN, Record, Wall, answer, push, read_case, thinned
 
 RADIUS = 2e-3
-"""Of the spheres (m)."""
+"""Radius of the spheres (m)."""
 STIFFNESS, DAMPING = 1e7, 2e3
-"""Of a contact (N/m, N s/m): a hundred times softer than mortar, for the sake of the time step."""
+"""Stiffness and damping of a contact (N/m, N s/m): a hundred times softer than mortar, for a larger time step."""
 CREEP = 1e-2
-"""Velocity below which friction is only a share of what slides (m/s)."""
+"""Velocity below which friction is reduced (m/s)."""
 GROUND = (1e3, 1e9, 4e5)
 """Mass (kg), springs (N/m) and dashpots (N s/m) of the plates of the ground."""
 
@@ -129,7 +129,7 @@ class System:
             )
 
     def advance(self) -> None:
-        """Go on by a slab of time; the ground moves on at its beginning."""
+        """Integrate over an interval of time; the ground moves at its beginning."""
         first, last = self.case["drop_from"], self.case["drop_until"]
         if self.drops:
             self.share = min(1.0, max(0.0, (self.now + self.slab - first) / (last - first)))
@@ -146,7 +146,7 @@ class System:
         self.now += self.slab
 
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return unbalanced forces of the blocks (n, 3) and the ground's on the lowest blocks (N)."""
+        """Return unbalanced forces of the blocks (n, 3) and the forces of the ground on the lowest blocks (N)."""
         count, data = len(self.wall.mass), self.system.systemData
         acceleration = np.array(data.GetODE2Coordinates_tt()).reshape(-1, 3)[:count]
         moved = np.array(data.GetODE2Coordinates()).reshape(-1, 3)[count:, 1]
@@ -183,7 +183,7 @@ def settle(case: dict, settings: dict, limit: float) -> dict:
 
 
 def stands(case: dict, settings: dict, factor: float) -> bool:
-    """Tell whether the wall stands when pushed by a share of its weight: applied over 0.25 s, held for 1.5 s."""
+    """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
     system = System(case, settings)
     while system.now < 1.75:
         share = factor * min(1.0, system.now / 0.25) * case["gravity"]

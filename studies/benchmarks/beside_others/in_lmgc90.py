@@ -13,7 +13,7 @@ from compas_lmgc90 import _lmgc90
 from record import FALLEN, Record, Wall, answer, push, read_case, thinned
 
 ALERT = 1e-3
-"""Distance from which a pair of blocks is looked at (m)."""
+"""Distance below which contact of a pair of blocks is detected (m)."""
 FACES = [
     (0, 1, 2),
     (0, 2, 3),
@@ -72,12 +72,12 @@ class Simulation:
         self.solver.set_one_polyr("s0001", [x, 0.0, z], faces, coordinates, 6 if held else 0, 1 if pushed else 0)
 
     def step(self) -> None:
-        """Go on by a time step."""
+        """Integrate over a time step."""
         self.result = self.solver.compute_one_step()
         self.now += self.dt
 
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return force x, z and moment on each block (n, 3), and the ground's on each of the lowest blocks."""
+        """Return force x, z and moment on each block (n, 3), and the ground's force on each of the lowest blocks."""
         wall, result = self.wall, self.result
         force = np.zeros((self.count + len(self.case["ground"]), 3))
         base = np.zeros(self.count)
@@ -132,7 +132,7 @@ def settle(case: dict, settings: dict, limit: float) -> dict:
 
 
 def stands(case: dict, settings: dict, factor: float) -> bool:
-    """Tell whether the wall stands when pushed by a share of its weight: applied over 0.25 s, held for 1.5 s."""
+    """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
     simulation = Simulation(case, settings, factor)
     while simulation.now < 1.75:
         simulation.step()

@@ -1,9 +1,9 @@
 """A case in OpenSees through openseespy: elastic blocks of two finite elements each, contact springs at their nodes.
 
 Every half brick is a four-node element (plane stress), every joint between two half bricks a pair of
-``zeroLengthContact2D`` elements, springs that press and rub and do not pull, with the stiffness of the mortar. Under
-its own weight, and pushed, the wall is solved statically (Newton). Where the ground leaves it, blocks come loose, and
-no static step converges: then in time (Newmark, or central differences; damped).
+``zeroLengthContact2D`` elements, no-tension springs with friction, with the stiffness of the mortar. Under
+its own weight, and pushed, the wall is solved statically (Newton). Where the ground drops, blocks separate, and no
+static step converges: there it is solved in time (Newmark, or central differences; damped).
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class Model:
                     self._contact(self.nodes[b][place], self.nodes[a][place], area, (1.0, 0.0))
 
     def _on_ground(self) -> None:
-        """Put every node of the underside on a node of the ground, which is held."""
+        """Connect every node of the underside to a fixed node of the ground."""
         self.base: list[list[int]] = []
         for block in self.wall.lowest:
             own = sorted(p for p in self.nodes[block] if abs(p[1]) < 1e-9)
@@ -124,7 +124,7 @@ class Model:
             ops.load(node, factor * weight, 0.0 if factor else -weight)
 
     def unbalanced(self) -> np.ndarray:
-        """Return the sum of what does not balance on each block (n, 3), without inertia."""
+        """Return the residual force on each block (n, 3), without inertia."""
         ops.reactions()
         found = np.zeros((len(self.nodes), 3))
         for block, own in enumerate(self.nodes):
@@ -173,7 +173,9 @@ def own_weight(case: dict, limit: float) -> dict:
         converged = ops.analyze(1) == 0
         seconds = time.process_time() - began
         residual = model.wall.residual(model.unbalanced())
-        for _ in range(20):  # committing a step moves the points where contacts stick: go on until it stays in balance
+        for _ in range(
+            20
+        ):  # committing a step moves the points where contacts stick: iterate until it stays in balance
             if residual <= level or not converged:
                 break
             ops.integrator("LoadControl", 0.0)
@@ -195,7 +197,7 @@ def own_weight(case: dict, limit: float) -> dict:
 
 
 def stepped(dt: float, halvings: int) -> int:
-    """Go on by a time step, in smaller ones where Newton's method does not converge; return how many, 0 if not."""
+    """Integrate over a time step, with substeps where Newton's method diverges; return their number, 0 if none."""
     end, step, count = ops.getTime() + dt, dt, 0
     while ops.getTime() < end - 1e-12:
         if ops.analyze(1, min(step, end - ops.getTime())) == 0:
@@ -209,7 +211,7 @@ def stepped(dt: float, halvings: int) -> int:
 
 
 def in_time(case: dict, settings: dict, limit: float) -> dict:
-    """Solve in time: weight at once, then the ground goes down."""
+    """Solve in time: weight at once, then the ground drops."""
     began = time.process_time()
     model = Model(case)
     first, last = case["drop_from"], case["drop_until"]

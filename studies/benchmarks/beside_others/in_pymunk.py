@@ -10,7 +10,7 @@ import pymunk
 from record import FALLEN, Record, Wall, answer, push, read_case, thinned
 
 SLOP = 1e-5
-"""Overlap that is left alone (m); the default, 0.1, is meant for lengths in pixels."""
+"""Overlap that is not corrected (m); the default, 0.1, is meant for lengths in pixels."""
 
 
 class Space:
@@ -43,12 +43,12 @@ class Space:
         self.space.add(body, shape)
 
     def step(self) -> None:
-        """Go on by a time step."""
+        """Integrate over a time step."""
         self.space.step(self.dt)
         self.now += self.dt
 
     def move_ground(self) -> None:
-        """Give the ground the velocity that it has now."""
+        """Set the velocity of the ground at the present time."""
         first, last = self.case["drop_from"], self.case["drop_until"]
         moving = first <= self.now < last - 1e-9
         for body, drop in zip(self.ground, self.case["drop"]):
@@ -56,7 +56,7 @@ class Space:
                 body.velocity = (0.0, -drop / (last - first) if moving else 0.0)
 
     def velocity(self) -> np.ndarray:
-        """Return that of each block (n, 3)."""
+        """Return the velocity of each block (n, 3)."""
         return np.array([(*b.velocity, b.angular_velocity) for b in self.bodies])
 
     def displacement(self) -> np.ndarray:
@@ -115,7 +115,7 @@ def settle(case: dict, settings: dict, limit: float) -> dict:
 
 
 def stands(case: dict, settings: dict, factor: float) -> bool:
-    """Tell whether the wall stands when pushed by a share of its weight: applied over 0.25 s, held for 1.5 s."""
+    """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
     space = Space(case, settings)
     while space.now < 1.75:
         share = min(1.0, space.now / 0.25)

@@ -16,7 +16,7 @@ from damagepred.solvers import Increment, solve_path
 Case = dict[str, Any]
 
 INCREMENTS = 20
-"""Steps in which the ground goes down, as by default."""
+"""Default number of increments of the ground's settlement."""
 
 
 def assembly(case: Case) -> Assembly:
@@ -55,7 +55,7 @@ def base_forces(model: Model, increment: Increment, blocks: int, lowest: np.ndar
 
 
 def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> dict[str, Any]:
-    """Return what a solver makes of a case: seconds, residual, displacements, base forces."""
+    """Return the results of a solver for a case: seconds, residual, displacements, base forces."""
     wall = Wall(case)
     began = time.process_time()
     model = assembly(case).build(settings)
@@ -79,19 +79,19 @@ def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> dict[st
 
 
 def collapse_factor(case: Case, settings: Solver, top: float) -> tuple[float, float]:
-    """Return the share of its weight that pushes the wall over, looked for up to ``top``, and the seconds it took."""
+    """Return the collapse load as a share of the weight, searched up to ``top``, and the seconds it took."""
     wall = assembly(case)
     wall.push_body(x=top)
     began = time.process_time()
     model = wall.build(settings)
     quasi_static = settings.method == "quasi_static"
-    increments = 1 if quasi_static else 200  # the quasi-static solver brackets the fall by itself
+    increments = 1 if quasi_static else 200  # the quasi-static solver brackets the collapse itself
     last, stood = None, 0
     try:
         for last in solve_path(model, settings, increments):
             if not last.collapsed:
                 stood = last.number
-    except SolverError:  # what the explicit solver does not settle counts as not standing
+    except SolverError:  # without convergence of the explicit solver the wall counts as collapsed
         pass
     seconds = time.process_time() - began
     assert last is not None

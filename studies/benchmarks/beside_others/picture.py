@@ -29,7 +29,7 @@ TITLES = {"settling": "Under its own weight", "gap": "Ground dropped by 8 mm und
 SETTLED = 1e-2
 """Residual up to which a wall is drawn."""
 DRAWN = {"5x6": 8, "10x12": 15, "25x28": 30}
-"""So many times larger displacements are drawn."""
+"""Exaggeration of the displacements."""
 
 
 def draw_times(runs: pd.DataFrame, path: Path) -> None:

@@ -1,6 +1,6 @@
-"""What every solver's script keeps of a run: the residual over time, and where the wall is in the end.
+"""Record of a run of any solver: the residual over time, and the final positions of the blocks.
 
-It needs numpy alone, for it runs in the environments of the other solvers.
+It needs numpy alone, because it runs in the environments of the other solvers.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 HOLD = 20
-"""Looks in a row, all below the smallest level, after which a wall counts as settled."""
+"""Consecutive checks below the smallest level after which a wall counts as converged."""
 FALLEN = 0.02
-"""Displacement from which a wall that is pushed counts as falling (m)."""
+"""Displacement from which a pushed wall counts as collapsed (m)."""
 
 
 class Wall:
@@ -51,7 +51,7 @@ class Wall:
 
 
 class Record:
-    """Looks at a run: processor time, time, residual; tells when it may stop."""
+    """Checks of a run: processor time, time, residual; and its convergence."""
 
     def __init__(self, case: dict[str, Any], limit: float) -> None:
         self.levels = case["levels"]
@@ -67,11 +67,11 @@ class Record:
         self._began = time.process_time()
 
     def stop(self) -> None:
-        """Stop the clock: looking is not part of what a solver does."""
+        """Stop the clock: checks are not part of the solver's work."""
         self.seconds += time.process_time() - self._began
 
     def look(self, at: float, residual: float, reaction: float) -> bool:
-        """Note the residual and the force on the ground (N) at a time (s); tell whether to go on."""
+        """Record the residual and the force on the ground (N) at a time (s); return whether to continue."""
         self.looks.append((self.seconds, at, residual, reaction))
         self.below = self.below + 1 if residual <= min(self.levels) and at > self.after else 0
         return self.below < HOLD and self.seconds < self.limit and np.isfinite(residual)
@@ -83,7 +83,7 @@ class Record:
         for level in self.levels:
             above = np.flatnonzero(~((looks[:, 2] <= level) & (looks[:, 1] > self.after)))
             first = above[-1] + 1 if above.size else 0
-            stays = first <= len(looks) - min(HOLD, len(looks))  # a short dip at the very end is none
+            stays = first <= len(looks) - min(HOLD, len(looks))  # a short dip at the end does not count
             found["seconds"].append(float(looks[first, 0]) if stays else None)
             found["time"].append(float(looks[first, 1]) if stays else None)
         return found
@@ -92,7 +92,7 @@ class Record:
 def push(
     path: Path, case: dict[str, Any], settings: dict[str, Any], limit: float, stands: Callable[..., bool], version: str
 ) -> None:
-    """Write between which shares of its weight, pushing it sideways, a wall falls: a bisection of ``bracket``."""
+    """Write the bracket of the horizontal collapse load, in shares of the weight, by bisection."""
     low, high = settings["bracket"]
     trials = []
     began = time.process_time()
@@ -114,13 +114,13 @@ def read_case() -> tuple[dict[str, Any], dict[str, Any], Path]:
 
 
 def thinned(looks: list[tuple[float, ...]], most: int = 400) -> list[list[float]]:
-    """Return some of the looks, the first and the last among them."""
+    """Return some of the checks, the first and the last among them."""
     chosen = np.unique(np.linspace(0, len(looks) - 1, min(most, len(looks))).astype(int))
     return [[float(f"{value:.5g}") for value in looks[i]] for i in chosen]
 
 
 def answer(path: Path, **known: Any) -> None:
-    """Write what came out."""
+    """Write the results."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):

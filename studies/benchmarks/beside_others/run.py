@@ -1,12 +1,12 @@
-"""The same dry walls in damagepred and in other public solvers: time to a settled equilibrium, and the answers.
+"""The same dry walls in damagepred and in other public solvers: time to equilibrium, and the results.
 
     python studies/benchmarks/beside_others/run.py                  everything, in pieces (about an hour)
     python studies/benchmarks/beside_others/run.py --quick --output FOLDER     our side of the smallest wall, seconds
     python studies/benchmarks/beside_others/run.py --solvers pymunk --cases settling --sizes 5x6
-    python studies/benchmarks/beside_others/run.py --tables-only    page and pictures again from the data
+    python studies/benchmarks/beside_others/run.py --tables-only    only page and pictures, from the data
 
-The other solvers run in environments of their own, which ``environments.py`` makes where they are missing. Runs that
-are in the data already are not repeated, unless ``--again`` is given.
+The other solvers run in separate environments, which ``environments.py`` makes where they are missing. Runs that are in
+the data are not repeated, unless ``--again`` is given.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def other_repeated(repeats: int, *of_one: Any) -> dict[str, Any]:
 
 
 def other(solver: str, case: Case, settings: dict[str, Any], limit: float, folder: Path) -> dict[str, Any]:
-    """Run a case in another solver's environment; return what its script says, or why it says nothing."""
+    """Run a case in another solver's environment; return the answer of its script, or the reason why there is none."""
     with tempfile.TemporaryDirectory() as place:
         case_file, answer = Path(place) / "case.json", Path(place) / "answer.json"
         case_file.write_text(json.dumps(case), encoding="utf-8")
@@ -79,7 +79,7 @@ def other(solver: str, case: Case, settings: dict[str, Any], limit: float, folde
 
 
 def repeated(solve: Callable[[], dict[str, Any]], repeats: int, enough: float = 0.5) -> list[dict[str, Any]]:
-    """Solve as often as asked for, but stop when that took long enough (s): what is short is noisy."""
+    """Solve repeatedly, up to a number of times or a total time (s): short times are noisy."""
     found = [solve()]
     while len(found) < repeats and sum(f.get("seconds", enough) for f in found) < enough:
         found.append(solve())
@@ -88,7 +88,7 @@ def repeated(solve: Callable[[], dict[str, Any]], repeats: int, enough: float = 
 
 def own(solver: Solver, case: Case, repeats: int, increments: int = ours.INCREMENTS) -> dict[str, Any]:
     """Solve a case by one of our solvers; the least of some times."""
-    found = repeated(lambda: ours.solve(case, solver, increments), 5 * repeats)  # others have more settings to be lucky
+    found = repeated(lambda: ours.solve(case, solver, increments), 5 * repeats)  # others are tried with more settings
     least = min(found, key=lambda f: f["seconds"])
     reached = least["residual"]
     times = [least["seconds"] if level >= min(reached, solver.tolerance_used) else None for level in case["levels"]]
@@ -96,7 +96,7 @@ def own(solver: Solver, case: Case, repeats: int, increments: int = ours.INCREME
 
 
 def solved_by_us(solver: str, settings: dict[str, Any], case: Case, repeats: int) -> dict[str, Any]:
-    """Solve a case by one of our solvers with what settings say."""
+    """Solve a case by one of our solvers with given settings."""
     others = {name: value for name, value in settings.items() if name != "increments"}
     chosen = our_solver(solver, others)
     if case["name"] == "tilt":
@@ -137,7 +137,7 @@ def push_ours(solver: Solver, case: Case, top: float) -> dict[str, Any]:
 
 
 def limit_of(case: Case) -> dict[str, Any]:
-    """Return the factor of limit analysis by linear programming, of joints that dilate."""
+    """Return the load factor of limit analysis by linear programming, with dilatant joints."""
     from tests.verification.limit_analysis import collapse_factor
 
     wall = Wall(case)
@@ -164,7 +164,7 @@ def pieces(options: argparse.Namespace) -> list[tuple[str, str, str, dict[str, A
 
 
 def run(options: argparse.Namespace) -> None:
-    """Run what is asked for and not known yet."""
+    """Run the selected cases that are not in the data."""
     left = pieces(options)
     others = sum(solver in environments.SOLVERS for _, _, solver, _ in left)
     print(f"{len(left)} runs, {others} of other solvers, each at most about {options.limit:g} s", file=sys.stderr)
@@ -203,7 +203,7 @@ def main(arguments: list[str] | None = None) -> None:
         default=10,
         help="times a wall is solved that takes below half a second; the least counts (10)",
     )
-    parser.add_argument("--again", action="store_true", help="repeat what is in the data")
+    parser.add_argument("--again", action="store_true", help="repeat runs that are in the data")
     parser.add_argument("--quick", action="store_true", help="only our solvers, the smallest wall, not pushed")
     parser.add_argument("--environments", type=Path, default=environments.default_folder(), help="where they are kept")
     parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and pictures")

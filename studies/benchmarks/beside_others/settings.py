@@ -1,4 +1,4 @@
-"""Which settings each solver is tried with; what counts is the fastest of them at each residual."""
+"""Settings of each solver; the fastest of them counts at each residual."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ OURS: dict[str, list[Settings]] = {
     "quasi_static": [{}, {"symmetric_half": False}],
     "explicit": [{}, {"tolerance": 1e-4}],
 }
-"""Our solvers as they are by default; without the skip of the mirrored half; and asked for a smaller residual."""
+"""Our solvers with their defaults; without the symmetry reduction; and with a smaller tolerance."""
 
 WIDTH = 0.005
-"""Bracket within which the share of its weight is found that pushes a wall over."""
+"""Bracket of the collapse load, in shares of the weight."""
 
 PYMUNK: list[Settings] = [{"dt": dt, "iterations": n} for dt in (0.01, 0.003, 0.001) for n in (10, 30, 100)]
 LMGC90: list[Settings] = [{"dt": dt} for dt in (0.01, 0.003, 0.001)]

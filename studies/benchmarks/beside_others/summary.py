@@ -1,4 +1,4 @@
-"""What this room says in short."""
+"""Summary of this benchmark for RESULTS.md."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ TITLE = "The same dry wall in other public solvers"
 
 
 def text(folder: Path) -> str:
-    """Return how many times longer others take to the same residual, by size."""
+    """Return the time of other solvers to the same residual, over that of the quasi-static solver, by size."""
     runs = pd.read_csv(folder / "runs.csv")
     parts = [
         "How many times as long as the quasi-static solver, to the same largest unbalanced force (mean block "
-        "weights); fastest of the settings tried; `>` what was not reached in the time given."
+        "weights); fastest of the settings tried; `>`: not reached within the time limit."
     ]
     for case, words in RUNS_OF:
         own = fastest(runs, case).query("solver == 'quasi_static'").sort_values("blocks")
@@ -27,6 +27,6 @@ def text(folder: Path) -> str:
 
 
 def minutes(folder: Path) -> float:
-    """Return what the runs took once; short ones are repeated for about half a second."""
+    """Return the minutes of the runs; short ones are repeated for about half a second."""
     runs = pd.read_csv(folder / "runs.csv")
     return float(np.maximum(runs["seconds"].fillna(0.0), 1.0).sum()) / 60

@@ -1,4 +1,4 @@
-"""What the runs are kept in, and the tables made from it."""
+"""Files of the runs, and the tables made from them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NAMES = {
     "exudyn": "Exudyn",
 }
 RUNS_OF = (("settling", "under its own weight"), ("gap", "the ground dropped under the middle"))
-"""Cases that are timed to rest, in words."""
+"""Cases that are timed to equilibrium, in words."""
 COLUMNS = [f"s at {level:g}" for level in LEVELS]
 
 
@@ -40,7 +40,7 @@ def keep(path: Path, rows: pd.DataFrame) -> None:
 
 
 def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dict[str, Any]:
-    """Return what is kept of one run in ``runs.csv``."""
+    """Return the row of one run in ``runs.csv``."""
     row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}
     row |= {"blocks": len(case["blocks"]), "version": found.get("version", ""), "note": found.get("note", "")}
     row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual", "low", "high")}
@@ -62,7 +62,7 @@ def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dic
 
 
 def on_dropped(case: Case, wall: Wall) -> np.ndarray:
-    """Return which of the lowest blocks stand on a piece of ground that goes down."""
+    """Return which of the lowest blocks stand on a piece of ground that drops."""
     x = wall.centre[wall.lowest, 0]
     inside = np.zeros(len(x), dtype=bool)
     for corners, drop in zip(case["ground"], case["drop"], strict=True):
@@ -74,13 +74,13 @@ def on_dropped(case: Case, wall: Wall) -> np.ndarray:
 def fastest(runs: pd.DataFrame, case: str) -> pd.DataFrame:
     """Return, for each size and solver, the least time at each residual, over all settings tried."""
     part = runs[runs["case"] == case]
-    # without a skip that others could have, too; and not in a single increment, which is no path any more
+    # without the symmetry reduction, which others could use, too; and not in a single increment, which is not a path
     part = part[~part["settings"].isin(["symmetric_half False", "increments 1"])]
     return part.groupby(["blocks", "solver"], sort=False)[COLUMNS].min().reset_index()
 
 
 def ratios(runs: pd.DataFrame, case: str, ours: str = "quasi_static") -> pd.DataFrame:
-    """Return how many times longer the others take than ours at each residual."""
+    """Return the times of the others over ours at each residual."""
     best = fastest(runs, case)
     own = best[best["solver"] == ours].set_index("blocks")[COLUMNS]
     rows = best[~best["solver"].isin(["quasi_static", "explicit"])].copy()
@@ -89,13 +89,13 @@ def ratios(runs: pd.DataFrame, case: str, ours: str = "quasi_static") -> pd.Data
 
 
 def spent(runs: pd.DataFrame, case: str) -> pd.Series:
-    """Return how long the longest of the runs of each size and solver took, settled or not."""
+    """Return the time of the longest run of each size and solver, converged or not."""
     part = runs[runs["case"] == case]
     return part.groupby(["blocks", "solver"])["seconds"].max()
 
 
 def at_least(rows: pd.DataFrame, longest: pd.Series) -> pd.DataFrame:
-    """Put into what is empty that it takes longer than was tried."""
+    """Fill empty cells with the longest time that was tried, as a lower bound."""
     filled = rows.astype(dict.fromkeys(rows.columns[2:], object))
     for i, row in rows.iterrows():
         for column in rows.columns[2:]:
@@ -105,7 +105,7 @@ def at_least(rows: pd.DataFrame, longest: pd.Series) -> pd.DataFrame:
 
 
 def building(runs: pd.DataFrame, case: str) -> pd.DataFrame:
-    """Return how long it takes to build the model (s)."""
+    """Return the time to build the model (s)."""
     part = runs[runs["case"] == case].rename(columns={"build": "s to build"})
     return part.groupby(["blocks", "solver"])["s to build"].min().reset_index()
 
@@ -121,7 +121,7 @@ def order(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def answers(runs: pd.DataFrame, case: str) -> pd.DataFrame:
-    """Return what each solver says of a case, run by run."""
+    """Return the results of each solver for a case, run by run."""
     names = ["blocks", "solver", "settings", "residual", "weight on the ground", "largest base force"]
     names += ["top settles mm", "drift mm"]
     names += ["blocks down", "weight on what dropped"] if case == "gap" else []
@@ -129,14 +129,14 @@ def answers(runs: pd.DataFrame, case: str) -> pd.DataFrame:
 
 
 def collapse(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return between which shares of its weight the wall falls."""
+    """Return the bracket of the collapse load, in shares of the weight."""
     part = order(runs[runs["case"] == "tilt"])
     part = part[["blocks", "solver", "settings", "low", "high", "seconds"]]
     return part.assign(solver=[NAMES.get(s, "limit analysis") for s in part["solver"]])
 
 
 def compared(runs: pd.DataFrame, case: str) -> pd.DataFrame:
-    """Return how many times longer the others take, and than what where they did not get there."""
+    """Return the times of the others over ours, as lower bounds where they did not converge."""
     longest = spent(runs, case)
     own = fastest(runs, case).query("solver == 'quasi_static'").set_index("blocks")[COLUMNS[0]]
     own = longest.index.get_level_values("blocks").map(own).to_numpy()
@@ -149,14 +149,14 @@ def text(runs: pd.DataFrame) -> str:
     for case, words in RUNS_OF:
         longest = spent(runs, case)
         parts += [
-            f"**Seconds to a settled equilibrium, {words}** (fastest of the settings tried)",
+            f"**Seconds to equilibrium, {words}** (fastest of the settings tried)",
             markdown(named(order(at_least(fastest(runs, case), longest).merge(building(runs, case))))),
             "**The same over the time of the quasi-static solver**",
             markdown(compared(runs, case)),
-            f"**What each says, {words}**",
+            f"**Results of each solver, {words}**",
             markdown(answers(runs, case)),
         ]
-    parts += ["**Share of its weight that pushes the wall over**", markdown(collapse(runs))]
+    parts += ["**Collapse load under a horizontal push, as a share of the weight**", markdown(collapse(runs))]
     return "\n\n".join(parts)
 
 

@@ -1,4 +1,4 @@
-"""What a wall costs, form by form: all forms of the same walls in turn, so that the machine is the same."""
+"""Time of a wall in each form: all forms of the same walls alternate, under the same machine load."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""True errors, read from the sets of walls: what replicates of each method say against what all walls together say."""
+"""True errors of the sets of walls: replicates of each method compared with the estimate from all walls."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.models import fit_grouped
 
 DRAWS = 200
-"""Replicates that are drawn from walls of a random set: with replacement, so that all of the set is their truth."""
+"""Replicates resampled from a random set with replacement: the whole set is then the true population."""
 
 PILOT = 32
 SCRAMBLES = 8
 
 
 class Question(NamedTuple):
-    """What is asked of a wall: the median movement (at is NaN), or the probability at a movement (m)."""
+    """The estimated quantity: the median movement (at is NaN), or the probability at a movement (m)."""
 
     name: str
     at: float
 
 
 class Truth(NamedTuple):
-    """Reference value and its own relative standard error."""
+    """Reference value and its relative standard error."""
 
     value: float
     error: float
 
 
 def median(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> float:
-    """Return the median of the fitted lognormal curve; NaN where walls give none."""
+    """Return the median of the fitted lognormal curve; NaN if no curve can be fitted."""
     number = None if count is None else count.astype(np.int64)
     cells = group_intervals(lower[None], upper[None], np.ones(len(lower)), number)
     return fit_grouped(cells)[0].median
 
 
 def estimate(question: Question, lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> float:
-    """Return what a study of these walls answers."""
+    """Return the estimate of a study of these walls."""
     if np.isnan(question.at):
         return median(lower, upper)
     found = probability_reached(lower, upper, question.at)
@@ -56,7 +56,7 @@ def estimate(question: Question, lower: FloatArray, upper: FloatArray, weight: F
 
 
 def questions(bank: Bank) -> list[Question]:
-    """Return what is asked of curves: the median, and the probability at the increment where it is nearest to 0.1."""
+    """Return the quantities of curves: the median, and the probability at the increment where it is nearest to 0.1."""
     marks = np.unique(bank.upper[np.isfinite(bank.upper)])
     share = np.array([(bank.upper <= m).mean() for m in marks])
     good = share > 0
@@ -102,15 +102,15 @@ def row_of(
     Parameters
     ----------
     question, method, count, seconds
-        What was asked, how, with how many walls, for how many seconds of the processor.
+        Quantity, method, number of walls, and processor time (s).
     found : array
-        What each replicate answered; NaN: it had no answer.
+        Estimate of each replicate; NaN if there is none.
     truth : Truth
-        What it should have.
+        Reference value.
     runs : int
         Independent replicates among them.
     apart : float, optional
-        As many of them as there are independent answers, where answers share replicates.
+        Number of independent estimates, where estimates share replicates.
     """
     known = found[np.isfinite(found)]
     away = known / truth.value - 1
@@ -134,7 +134,7 @@ def row_of(
 
 
 def _mean_square(away: FloatArray, reference: float, runs: float) -> float:
-    """Return the mean square of errors: scatter, and of the mean what is beyond chance and the reference's error."""
+    """Return the mean square error: variance, and squared bias beyond its standard error and the reference's."""
     scatter = float(away.var(ddof=1))
     return scatter + max(
         float(away.mean()) ** 2 - scatter / runs - (reference**2 if reference == reference else 0.0), 0.0
@@ -142,7 +142,7 @@ def _mean_square(away: FloatArray, reference: float, runs: float) -> float:
 
 
 def pooled(banks: dict[str, Bank]) -> Bank:
-    """Return all walls that are drawn as the study says, and are of the wall as it is."""
+    """Return all walls sampled from the study's distributions, without variants of the wall."""
     plain = [bank for name, bank in banks.items() if name in ("random", "sobol") or name.startswith("lhs")]
     joined = (np.concatenate([getattr(b, field).ravel() for b in plain]) for field in ("lower", "upper", "weight"))
     return Bank(*joined, sum(b.failed for b in plain))
@@ -181,7 +181,7 @@ def curve_rows(wall: str, banks: dict[str, Bank], cost: pd.Series) -> list[dict[
 
 
 def _truth(question: Question, banks: dict[str, Bank], random: np.random.Generator) -> Truth:
-    """Return what all walls say: random ones, and scrambles of Sobol points, each counted by how sure it is."""
+    """Return the estimate from random walls and scrambles of Sobol points, weighted by inverse variance."""
     values, errors = [], []
     for name, bank in banks.items():
         if name != "random" and not (name == "sobol" and len(bank.lower) > 3):
@@ -200,7 +200,7 @@ def _truth(question: Question, banks: dict[str, Bank], random: np.random.Generat
 
 
 def _drawn(question: Question, bank: Bank, n: int, random: np.random.Generator) -> float:
-    """Return the answer of n walls drawn from a bank, with replacement."""
+    """Return the estimate of n walls resampled from a bank, with replacement."""
     lower, upper = bank.lower.ravel(), bank.upper.ravel()
     pick = random.integers(len(lower), size=n)
     return estimate(question, lower[pick], upper[pick])
@@ -244,7 +244,7 @@ def _two_level_rows(
 def _two_level(
     y: FloatArray, x: FloatArray, ratio: float, budget: float, random: np.random.Generator
 ) -> tuple[float, float]:
-    """Return the estimate of one two-level study, and what it cost, in fine walls."""
+    """Return the estimate of one two-level study, and its cost in fine walls."""
     pick = random.integers(len(y), size=PILOT)
     n, m = read_pilot(y[pick], x[pick], 1.0, ratio).allocation(budget)
     pick = random.integers(len(y), size=max(n, m))
@@ -290,7 +290,7 @@ def rare_rows(wall: str, folder: Path, banks: dict[str, Bank], cost: pd.Series) 
 
 
 def rare_truth(question: Question, banks: dict[str, Bank], subset: pd.DataFrame) -> Truth:
-    """Return what all methods together say, each counted by how sure it is of itself."""
+    """Return the estimate of all methods, weighted by inverse variance."""
     said = rare_answers(question, banks, subset)
     weight = said["error"] ** -2.0
     value = float((said["value"] * weight).sum() / weight.sum())
@@ -298,7 +298,7 @@ def rare_truth(question: Question, banks: dict[str, Bank], subset: pd.DataFrame)
 
 
 def rare_answers(question: Question, banks: dict[str, Bank], subset: pd.DataFrame) -> pd.DataFrame:
-    """Return the answer of each method, all of its walls together, with its standard error."""
+    """Return the pooled estimate of each method, with its standard error."""
     rows = []
     plain = [banks[name] for name in ("rare random", "rare sobol") if name in banks]
     hits = np.concatenate([probability_reached(b.lower, b.upper, question.at).ravel() for b in plain])
@@ -313,7 +313,7 @@ def rare_answers(question: Question, banks: dict[str, Bank], subset: pd.DataFram
             error = float(values.std() / np.sqrt(len(values)))
             rows.append({"method": "importance", "value": values.mean(), "error": error})
     if len(subset) > 5:
-        # a run counts for its walls
+        # runs are weighted by their numbers of walls
         share = subset["walls"] / subset["walls"].sum()
         value = float((share * subset["probability"]).sum())
         spread = float(np.sqrt((share**2 * (subset["probability"] - value) ** 2).sum()))

@@ -1,4 +1,4 @@
-"""What no number of walls mends: a coarser wall, fewer increments, a curve of a form that is not the walls' own."""
+"""Errors that do not decrease with the number of walls: a coarser wall, fewer increments, the form of the curve."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AGAIN = 200
 
 
 def floors_of(wall: str, banks: dict[str, Bank], asked: list[Any]) -> list[dict[str, object]]:
-    """Return relative differences from the wall as it is, by what makes them, with standard errors."""
+    """Return relative differences of the variants from the wall itself, with standard errors."""
     from errors import estimate, pooled
 
     random = np.random.default_rng(2)
@@ -44,7 +44,7 @@ def floors_of(wall: str, banks: dict[str, Bank], asked: list[Any]) -> list[dict[
 
 
 def _form(lower: FloatArray, upper: FloatArray) -> float:
-    """Return by how much the median of the lognormal differs from that of the walls, increments read as straight."""
+    """Return the difference of the lognormal's median from the empirical one, interpolated linearly in increments."""
     from errors import median
 
     marks = np.unique(np.concatenate((lower, upper[np.isfinite(upper)])))

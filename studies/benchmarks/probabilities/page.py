@@ -14,7 +14,7 @@ from damagepred.plotting.sheet import DPI, new_figure, set_title
 
 HERE = Path(__file__).resolve().parent
 WALLS = {
-    "window": "window wall: what is uncertain holds for a wall",
+    "window": "window wall: one strength for each wall",
     "joints": "solid wall: strength from joint to joint",
 }
 QUESTIONS = ("median", "probability near 0.1", "small probability")
@@ -34,7 +34,7 @@ IN_PICTURE = {"larger blocks", "two contacts", "half the increments", "lognormal
 
 
 def write(folder: Path) -> None:
-    """Write picture and tables beside the data of a folder; the page only if it is there."""
+    """Write picture and tables beside the data of a folder; the page only if it exists."""
     data, floors, costs = (pd.read_csv(folder / name) for name in ("data.csv", "floors.csv", "costs.csv"))
     data = with_gain(data)
     draw(data, floors, folder / "errors.png")
@@ -44,10 +44,10 @@ def write(folder: Path) -> None:
 
 
 def with_gain(data: pd.DataFrame) -> pd.DataFrame:
-    """Add how many times as long random walls take for the same error: theirs falls as one over the root of time."""
+    """Add the time of random walls for the same error over that of a method; their error is O(time^-1/2)."""
     base = {}
     for (wall, question), part in data[data["method"] == "random"].groupby(["wall", "question"]):
-        # the largest numbers of walls: small ones have fits of few walls
+        # the largest numbers of walls: fits of few walls are unreliable
         last = part.nlargest(3, "walls")
         base[wall, question] = float((last["error"] ** 2 * last["seconds"]).mean())
     key = zip(data["wall"], data["question"])
@@ -68,11 +68,11 @@ def order(part: pd.DataFrame) -> tuple[float, float]:
 
 
 def tables(data: pd.DataFrame, floors: pd.DataFrame, costs: pd.DataFrame) -> list[str]:
-    """Return what is put into the page."""
-    parts = [f"Measured on {machine()}; time is that of the processor, kernels compiled before."]
+    """Return the text of the page between its marks."""
+    parts = [f"Measured on {machine()}; processor time, kernels compiled before."]
     spent = costs.assign(mean=1e3 * costs["mean"], median=1e3 * costs["median"])
     spent = spent.pivot_table(index="form", columns="wall", values="mean", sort=False).reset_index()
-    parts += ["### Time of a wall (ms, mean of 60 walls, forms in turn)", markdown(spent)]
+    parts += ["### Time of a wall (ms, mean of 60 walls, forms alternating)", markdown(spent)]
     for question in QUESTIONS:
         asked = data[data["question"] == question]
         for wall in WALLS:
@@ -96,7 +96,7 @@ def tables(data: pd.DataFrame, floors: pd.DataFrame, costs: pd.DataFrame) -> lis
             }
         )
         names = ["wall", "question", "what", "difference %", "its standard error %", "random walls"]
-        parts += ["### What no number of walls mends", markdown(told[names])]
+        parts += ["### Errors that do not decrease with the number of walls", markdown(told[names])]
     return parts
 
 
@@ -117,7 +117,7 @@ def _summary(part: pd.DataFrame) -> pd.DataFrame:
                     "error %": 100 * row.error,
                     "90 %": "" if np.isnan(row.lower) else f"{100 * row.lower:.2g}-{100 * row.upper:.2g}",
                     "bias %": 100 * row.bias if row.runs else np.nan,
-                    "random takes as long times": row.gain,
+                    "time of random over this": row.gain,
                     "order": f"{slope:.2f} ± {spread:.2f}" if k == 0 and slope == slope else "",
                 }
             )
@@ -125,7 +125,7 @@ def _summary(part: pd.DataFrame) -> pd.DataFrame:
 
 
 def _walls_until(data: pd.DataFrame, row: object, method: str) -> float:
-    """Return with how many walls the error of sampling is as small as a difference of the model."""
+    """Return the number of walls at which the sampling error equals a difference of the model."""
     part = data[(data["wall"] == row.wall) & (data["question"] == row.question) & (data["method"] == method)]  # type: ignore[attr-defined]
     last = part.nlargest(3, "walls")
     away = abs(row.difference)  # type: ignore[attr-defined]
@@ -179,7 +179,7 @@ def draw(data: pd.DataFrame, floors: pd.DataFrame, path: Path) -> None:
         loc="outside lower center",
         ncols=5,
         frameon=False,
-        title="bars: 90 % confidence; grey: error of the reference; dashed: difference that a form of the model makes",
+        title="bars: 90 % confidence; grey: error of the reference; dashed: difference of a form of the model",
     )
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 

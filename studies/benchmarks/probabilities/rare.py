@@ -1,4 +1,4 @@
-"""Subset simulation, repeated: what each run said, and how many walls it took."""
+"""Repeated subset simulation: the estimate of each run, and its number of walls."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from damagepred.study.campaign.warm_up import warm_up
 from damagepred.uq.subset import subset_simulation
 
 RUNS = {"window": {50: 12, 100: 6}, "joints": {50: 8}}
-"""How many runs there are, by the number of walls of a level."""
+"""Number of runs, by the number of walls of a level."""
 
 
 def subsets(folder: Path, wall: str, quick: bool, over: Callable[[], bool], say: Callable[[str], None]) -> bool:
-    """Go on with the runs of one wall; return whether all are there."""
+    """Continue the runs of one wall; return whether all are done."""
     file = folder / wall / "subset.csv"
     rows = pd.read_csv(file).to_dict("records") if file.is_file() else []
     known = {(int(row["level"]), int(row["run"])) for row in rows}

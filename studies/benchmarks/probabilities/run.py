@@ -1,11 +1,10 @@
-"""How wrong is a fragility median, or a small probability, after so many seconds? Measured by repetition.
+"""Error of a fragility median and of a small probability over computing time, measured by repetition.
 
     python studies/benchmarks/probabilities/run.py [--wall joints window] [--seconds 240] [--quick] [--from-data]
 
-Sets of walls are solved and kept in the output folder; a call stops after ``--seconds`` and the same call goes on where
-it stopped. All sets of both walls take about 25 minutes on one core. When all are there, or with ``--page``, errors are
-read from them: data.csv, the picture and the tables of README.md. ``--from-data`` makes page and picture again from
-data.csv alone.
+Sets of walls are solved and kept in the output folder; a call stops after ``--seconds``, and the same call resumes. All
+sets of both walls take about 25 minutes on one core. When all are done, or with ``--page``, it writes data.csv, the
+picture and the tables of README.md. ``--from-data`` writes page and picture from data.csv alone.
 """
 
 from __future__ import annotations
@@ -27,11 +26,11 @@ import walls  # noqa: E402
 from walls import Plan  # noqa: E402
 
 STAGES = ("costs", "curves", "small probabilities", "curves, more", "subset simulation", "small probabilities, more")
-"""What is solved of all walls before the next: a study that is not complete says something of each."""
+"""Groups of sets that are solved for all walls in this order: an incomplete study then includes every wall."""
 
 
 def curve_plans(wall: str, quick: bool = False) -> list[Plan]:
-    """Return the sets that tell errors of a curve, what tells most first."""
+    """Return the sets for the errors of a curve, the most informative first."""
     if quick:
         return [Plan("random", "random", 24, 1), Plan("sobol", "sobol", 8, 2), Plan("lhs 8", "lhs", 8, 2)]
     random, sobol, many = (1024, 32, 512) if wall == "joints" else (2048, 128, 512)
@@ -44,13 +43,13 @@ def curve_plans(wall: str, quick: bool = False) -> list[Plan]:
 
 
 def rare_plans(wall: str, quick: bool = False) -> list[Plan]:
-    """Return the sets that tell errors of a small probability, subset simulation apart."""
+    """Return the sets for the errors of a small probability, without subset simulation."""
     if quick:
         return [
             Plan("rare random", "random", 24, 1, rare=True),
             Plan("importance", "random", 8, 2, rare=True, shifted=True),
         ]
-    if wall == "joints":  # nothing that holds for a wall decides: there is nothing to shift
+    if wall == "joints":  # no variable of the whole wall decides, so there is none to shift
         return [Plan("rare random", "random", 1024, 1, rare=True)]
     return [
         Plan("rare random", "random", 2048, 1, rare=True),
@@ -61,17 +60,17 @@ def rare_plans(wall: str, quick: bool = False) -> list[Plan]:
 
 
 def file_of(folder: Path, wall: str, plan: Plan) -> Path:
-    """Return where a set is kept."""
+    """Return the file of a set."""
     return folder / wall / f"{plan.name.replace(' ', '_')}.npz"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--wall", nargs="+", choices=("joints", "window"), default=["window", "joints"])
-    parser.add_argument("--seconds", type=float, default=1e9, help="stop after so many, by the clock")
-    parser.add_argument("--quick", action="store_true", help="a few walls of each set, to see that it runs")
-    parser.add_argument("--page", action="store_true", help="read errors from what there is")
-    parser.add_argument("--from-data", action="store_true", help="page and picture again, nothing else")
+    parser.add_argument("--seconds", type=float, default=1e9, help="stop after this wall-clock time (s)")
+    parser.add_argument("--quick", action="store_true", help="a few walls of each set, to check that it runs")
+    parser.add_argument("--page", action="store_true", help="compute errors from the sets so far")
+    parser.add_argument("--from-data", action="store_true", help="only write page and picture")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder of the sets")
     parser.add_argument("--into", type=Path, default=HERE, help="folder of data.csv, picture and page")
     options = parser.parse_args()
@@ -85,14 +84,14 @@ def main() -> None:
             for wall in options.wall:
                 complete = complete and solve_stage(options, stage, wall, lambda: time.monotonic() > stop)
     if not complete:
-        print("not complete; the same call goes on")
+        print("not complete; the same call resumes")
     sets = [(wall, curve_plans(wall, options.quick), rare_plans(wall, options.quick)) for wall in options.wall]
     errors.write(options.into, options.output, sets)
     page.write(options.into)
 
 
 def solve_stage(options: argparse.Namespace, stage: int, wall: str, over: Callable[[], bool]) -> bool:
-    """Solve what is next of one wall as far as time allows; return whether it is there."""
+    """Solve the next set of one wall as far as time allows; return whether it is complete."""
 
     def say(line: str) -> None:
         print(line, flush=True)

@@ -1,4 +1,4 @@
-"""What this room says in short."""
+"""Summary of this benchmark for RESULTS.md."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import pandas as pd
 from page import COLOURS, QUESTIONS, WALLS, with_gain
 from pages import markdown
 
-TITLE = "How wrong a median or a small probability is after so many seconds"
+TITLE = "Error of a median and of a small probability over computing time"
 LIMITS = (0.5, 0.1, 0.05)
 """Relative errors, root mean square."""
 
 
 def text(folder: Path) -> str:
-    """Return seconds to some errors, by wall, question and method."""
+    """Return the seconds to given errors, by wall, question and method."""
     data = with_gain(pd.read_csv(folder / "data.csv"))
     rows = []
     for wall in WALLS:
@@ -29,7 +29,7 @@ def text(folder: Path) -> str:
                 rows.append(
                     {
                         "wall": wall,
-                        "asked for": f"median, {1e3 * value:.3g} mm"
+                        "quantity": f"median, {1e3 * value:.3g} mm"
                         if question == "median"
                         else f"probability of {value:.2g} by {1e3 * own['at'].iloc[0]:.3g} mm",
                         "method": method,
@@ -38,18 +38,16 @@ def text(folder: Path) -> str:
                             for limit in LIMITS
                         },
                         "error with most walls": f"{100 * own['error'].iloc[-1]:.2g} % ({own['walls'].iloc[-1]:.0f})",
-                        "random takes as long times": own["gain"].iloc[-1],
+                        "time of random over this": own["gain"].iloc[-1],
                     }
                 )
-    said = (
-        "Time of the processor to a relative error, between the numbers of walls that were run; `<`, `>`: before the "
-    )
-    said += "first of them, or not with the most."
+    said = "Processor time to a relative error, interpolated between numbers of walls; `<`, `>`: reached with the "
+    said += "smallest number, or not with the largest."
     return f"{said}\n\n{markdown(pd.DataFrame(rows))}"
 
 
 def seconds_to(seconds: pd.Series, error: pd.Series, limit: float) -> str:
-    """Return from when on errors stay within a limit, along straight lines through logarithms."""
+    """Return the time after which errors stay within a limit, by log-log interpolation."""
     t, e = np.log(seconds.to_numpy(float)), np.log(error.to_numpy(float))
     beyond = np.flatnonzero(~(e <= np.log(limit)))
     if not len(beyond):
@@ -57,14 +55,14 @@ def seconds_to(seconds: pd.Series, error: pd.Series, limit: float) -> str:
     last = beyond[-1]
     if last == len(t) - 1:
         return f"> {seconds.iloc[-1]:.2g}"
-    if not np.isfinite(e[last]):  # no study so small had an answer
+    if not np.isfinite(e[last]):  # no study of this size had an answer
         return f"< {seconds.iloc[last + 1]:.2g}"
     share = (e[last] - np.log(limit)) / (e[last] - e[last + 1])
     return f"{np.exp(t[last] + share * (t[last + 1] - t[last])):.2g}"
 
 
 def minutes(folder: Path) -> float:
-    """Return what all sets take, by the times of walls; subset simulation by its own."""
+    """Return the minutes of all sets, from the times of walls; those of subset simulation are measured."""
     from run import curve_plans, rare_plans
 
     costs = pd.read_csv(folder / "costs.csv").set_index(["wall", "form"])["mean"]

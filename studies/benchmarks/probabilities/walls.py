@@ -1,7 +1,7 @@
-"""The walls of this benchmark: which there are, coarser and finer forms of them, and sets of them, solved and kept.
+"""The walls of this benchmark: coarser and finer forms of them, and sets of solved walls in files.
 
-A set is so many walls of one sampler, or several replicates of that, each with a seed of its own. It is kept in one
-file, which the same call goes on with: what is asked of sets is read from them and solves nothing.
+A set has a number of walls of one sampler, or several replicates with different seeds. It is stored in one file, which
+the same call extends; errors are computed from the files without solving.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from damagepred.uq.importance import Proposal
 HERE = Path(__file__).resolve().parent
 
 CATEGORY = 1
-"""All that is asked is when, or whether, this category is reached."""
+"""The only quantity is whether, or at which movement, this category is reached."""
 
 RARE_AT = {"joints": 0.113e-3, "window": 0.4e-3}
 """Movement (m) by which few walls reach it."""
 
 RARE_INCREMENTS = 4
-"""Of the path to that movement: whoever asks for no more need not follow a wall further."""
+"""Increments of the path to that movement, at which the path ends."""
 
 VARIANTS: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
     "joints": {
@@ -50,10 +50,10 @@ VARIANTS: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
         "five contacts": {"solver": {"contacts_per_interface": 5}},
     },
 }
-"""Coarser and finer forms, by what is another in them."""
+"""Coarser and finer forms, by their difference from the wall."""
 
 SHIFTS = {"window": {"joint.tensile_strength": -2.0, "joint.cohesion": -1.5}}
-"""Of importance sampling, in standard deviations of the underlying normal: variables that hold for a wall."""
+"""Shift of importance sampling, in standard deviations of the underlying normal: variables of the whole wall."""
 
 
 class Plan(NamedTuple):
@@ -62,15 +62,15 @@ class Plan(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the set.
+        Name of the set.
     sampler : {"random", "lhs", "sobol"}
-        Of what holds for a wall.
+        Sampler of the variables of the whole wall.
     walls, replicates : int
         Walls of a replicate, and how many replicates.
     variant : str
-        Of the wall; "" as it is.
+        Variant of the wall; "" for the wall itself.
     rare : bool
-        Whether walls are followed to the small movement alone.
+        Whether paths end at the small movement.
     shifted : bool
         Importance sampling.
     """
@@ -85,16 +85,16 @@ class Plan(NamedTuple):
 
 
 class Bank(NamedTuple):
-    """What is known of a set, arrays (replicates, walls) but for the last, as far as it is solved.
+    """Results of a set, as far as it is solved: arrays (replicates, walls), except for the last.
 
     Attributes
     ----------
     lower, upper : array
-        Movement (m) at which the category is reached lies between.
+        Interval of the movement (m) at which the category is reached.
     weight : array
-        Of importance sampling.
+        Weight of importance sampling.
     failed : int
-        Walls that could not be followed.
+        Number of failed walls.
     """
 
     lower: FloatArray
@@ -104,7 +104,7 @@ class Bank(NamedTuple):
 
 
 def settings_of(wall: str, variant: str = "") -> StudySettings:
-    """Return a wall's study, in one of its forms; fields stay those of the wall as it is."""
+    """Return the study of a wall in one of its forms; random fields are those of the wall itself."""
     tables = tomllib.loads((HERE / f"{wall}.toml").read_text(encoding="utf-8"))
     settings = StudySettings.from_dict(tables, wall)
     settings = replace(settings, study=replace(settings.study, sampler="random", store_fields=False))
@@ -116,13 +116,13 @@ def settings_of(wall: str, variant: str = "") -> StudySettings:
 
 
 def rare_settings(settings: StudySettings, at: float) -> StudySettings:
-    """Return a study whose walls are followed to a small movement in a few increments."""
+    """Return a study whose paths end at a small movement, in a few increments."""
     moved = replace(settings.scene.movement, central_deflection=at, increments=RARE_INCREMENTS)
     return replace(settings, scene=replace(settings.scene, movement=moved))
 
 
 def planned(wall: str, plan: Plan) -> StudySettings:
-    """Return the study that a plan's walls are drawn from."""
+    """Return the study from which a plan samples its walls."""
     settings = settings_of(wall, plan.variant)
     if plan.rare:
         settings = rare_settings(settings, RARE_AT[wall])
@@ -152,18 +152,18 @@ def hit(settings: StudySettings, design: Any, number: int, values: dict[str, flo
 
 
 def solve(wall: str, plan: Plan, file: Path, over: Callable[[], bool], say: Callable[[str], None]) -> bool:
-    """Go on with a set; return whether it is complete.
+    """Continue a set; return whether it is complete.
 
     Parameters
     ----------
     wall, plan
-        What to solve.
+        The wall and the plan of its set.
     file : Path
-        Where it is kept.
+        File of the set.
     over : callable
         Whether to stop for now.
     say : callable
-        Called with a line on how far it has come.
+        Called with a line on the progress.
     """
     total = plan.walls * plan.replicates
     kept = np.zeros((3, total))
@@ -178,7 +178,7 @@ def solve(wall: str, plan: Plan, file: Path, over: Callable[[], bool], say: Call
     warm_up(settings.scene)
     saved = time.monotonic()
     while done < total and not over():
-        # a replicate's seed does not hang on how many there are
+        # a replicate's seed does not depend on their number
         own = replace(settings, study=replace(settings.study, seed=settings.study.seed + 1000 * (done // plan.walls)))
         design = own.design()
         drawn, weight = design.wall_values(plan.walls), design.weights(plan.walls)
@@ -205,7 +205,7 @@ def solve(wall: str, plan: Plan, file: Path, over: Callable[[], bool], say: Call
 
 
 def keep(file: Path, kept: FloatArray, done: int) -> None:
-    """Write a set as far as it has come."""
+    """Write a set as far as it is solved."""
 
     def write(path: Path) -> None:
         with path.open("wb") as stream:
@@ -228,5 +228,5 @@ def read(file: Path, plan: Plan) -> Bank | None:
         kept = kept[:, : whole * plan.walls].reshape(3, whole, plan.walls)
     lower, upper, weight = kept
     failed = np.isnan(lower)
-    # a wall that could not be followed counts as not damaged; how many there are is told
+    # a failed wall counts as not damaged; their number is printed
     return Bank(np.where(failed, 0.0, lower), np.where(failed, np.inf, upper), weight, int(failed.sum()))

@@ -1,4 +1,4 @@
-"""One skip on one wall: with and without, in turn, and how far the answers are apart."""
+"""One skip on one wall: runs with and without, alternating, and the differences of their results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
 
 REPEATS, ENOUGH = 5, 2.0
-"""Pairs of runs are repeated, to 5 at most, until they took 2 s; the fastest of each way counts: work of others on the
-machine only ever slows."""
+"""Pairs of runs are repeated, to 5 at most, until they took 2 s; the fastest of each way counts: other load on the
+machine only makes runs slower."""
 
 Row = dict[str, Any]
 
@@ -46,7 +46,7 @@ def run(known: Known, skip: Skip, on: bool) -> Ran:
 
 
 def _solve(scene: Scene, known: Known, steps: list[Increment]) -> Ran:
-    model_of(_rigid(scene), known.fields)  # geometry is worked out once for all samples
+    model_of(_rigid(scene), known.fields)  # geometry is computed once for all samples
     began = time.process_time()
     model = model_of(scene, known.fields)
     end = "complete"
@@ -70,7 +70,7 @@ def _rigid(scene: Scene) -> Scene:
 
 
 def compare(known: Known, skip: Skip, first: bool) -> Row:
-    """Return what a wall takes with a skip and without, and the largest differences over all increments.
+    """Return the time of a wall with a skip and without, and the largest differences over all increments.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from damagepred.plotting.sheet import DPI, new_figure, set_title
 from studies import PARTS
 
 SOME = (0.5, 2, 3, 5, 20, 30, 50)
-"""Ratios that are written on the axis besides powers of ten."""
+"""Ratios labelled on the axis besides powers of ten."""
 COLUMNS = (
     "seconds_on",
     "seconds_off",
@@ -44,7 +44,7 @@ COLUMNS = (
 
 
 def told(name: str) -> tuple[str, str]:
-    """Return what a skip skips, and how it is turned off."""
+    """Return the skipped computation, and how it is turned off."""
     one = SKIPS.get(name) or PARTS[name]
     return one.what, one.how
 
@@ -73,7 +73,7 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def overview(found: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each skip: what it is, and how many times as fast the walls are with it."""
+    """Return one row for each skip: its meaning, and the ratio of the times without and with it."""
     lines: list[dict[str, Any]] = []
     for skip in (*SKIPS, *PARTS):
         own = found[found["skip"] == skip]
@@ -93,7 +93,7 @@ def overview(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def table(found: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each skip and wall: times, what did the work, and the differences."""
+    """Return a row for each skip and wall: times, counts of work, and the differences."""
     timed = found[found["seconds_on"].notna()]
 
     def both(name: str) -> list[str]:
@@ -125,7 +125,7 @@ def table(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def endings(found: pd.DataFrame) -> list[str]:
-    """Return which runs did not come to the end of their movement."""
+    """Return the runs that did not reach the end of their movement."""
     return [
         f"- {r['skip']}, {r['wall']}, {way}: {r[f'end_{how}']} (increment {r[f'reached_{how}']:.0f})"
         for _, r in found.iterrows()
@@ -135,7 +135,7 @@ def endings(found: pd.DataFrame) -> list[str]:
 
 
 def text(found: pd.DataFrame) -> str:
-    """Return what goes into the page."""
+    """Return the text of the page between its marks."""
     sizes = found[found["bytes_on"].notna()]
     kept = pd.DataFrame(
         {
@@ -149,7 +149,7 @@ def text(found: pd.DataFrame) -> str:
     never = pd.DataFrame({"skipped": list(NOT_TURNED_OFF), "why it is not turned off here": NOT_TURNED_OFF.values()})
     parts = [
         f"Machine: {machine()}.",
-        f"With and without in turn, {found['rounds'].min()} to {found['rounds'].max()} times each.",
+        f"Runs with and without alternate, {found['rounds'].min()} to {found['rounds'].max()} times each.",
         markdown(overview(found)),
         "### Wall by wall",
         "Differences of displacements, the largest of all increments, are over the movement; pairs are with, without.",
@@ -158,12 +158,12 @@ def text(found: pd.DataFrame) -> str:
         markdown(kept),
     ]
     if lines := endings(found):
-        parts += ["### Not to the end of the movement", "\n".join(lines)]
+        parts += ["### Runs that did not reach the end of the movement", "\n".join(lines)]
     return "\n\n".join([*parts, "### Not turned off", markdown(never)])
 
 
 def draw(found: pd.DataFrame, file: Path) -> None:
-    """Draw how many times as fast the walls are with each skip."""
+    """Draw the ratio of times without and with each skip."""
     names = list(dict.fromkeys(found["skip"]))
     walls = [w for w in dict.fromkeys((*SCENES, *(p.scene for p in PARTS.values()))) if (found["wall"] == w).any()]
     figure = new_figure(10, 1.6 + 0.36 * len(names))
@@ -189,8 +189,8 @@ def draw(found: pd.DataFrame, file: Path) -> None:
     ax.set_yticks(range(len(names)), names)
     ax.invert_yaxis()
     ax.grid(axis="both", which="major", alpha=0.3)
-    ax.set_xlabel("processor time (or size of what is kept) without the skip, over that with it")
-    set_title(ax, "What each skip saves", "right of 1: it saves")
+    ax.set_xlabel("processor time (or stored size) without the skip, over that with it")
+    set_title(ax, "Ratio of times without and with each skip", "above 1: time saved")
     figure.legend(*ax.get_legend_handles_labels(), loc="outside right upper", fontsize=8, frameon=False)
     write_whole(file, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 

@@ -1,11 +1,11 @@
-"""Measure what each skip of the program saves, and what it changes.
+"""Measure the time that each skip of the program saves, and the differences it makes.
 
     python studies/benchmarks/skips/run.py [--rounds 3] [--only condense half ...] [--budget 3000]
     python studies/benchmarks/skips/run.py --from-data
 
-Each is turned off while the others stay as they are by default. Runs with and without take turns, and times are those
-of the processor. Every pair of runs is a row of ``data.csv``, written at once: the same command goes on where it was
-stopped. A round takes some minutes. Page and picture are made from the data, by ``--from-data`` alone.
+Each is turned off while the others stay at their defaults. Runs with and without alternate; times are processor times.
+Every pair of runs is a row of ``data.csv``, written at once: the same command resumes an interrupted one. A round takes
+some minutes. Page and picture are made from the data, by ``--from-data`` alone.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from studies import PARTS  # noqa: E402
 
 Row = dict[str, Any]
 QUICK = ("condense", "half", "correct", "restart", "keep", "elastic start", "stop")
-"""Skips of the quick form: none compiles anything of its own."""
+"""Skips of the quick form: none needs extra compiling."""
 
 
 def pairs(only: list[str] | None, quick: bool) -> Iterator[tuple[str, str, Callable[[int, bool], Row]]]:
-    """Yield every skip, every wall of its, and what measures it: a round's number, on a small wall -> row."""
+    """Yield every skip, each of its walls, and the function that measures it: round, small wall -> row."""
     for name, skip in SKIPS.items():
         if only is None or name in only:
             for scene in skip.scenes[:1] if quick else skip.scenes:
@@ -52,7 +52,7 @@ def of_wall(skip: Skip, scene: Callable[[], Known], number: int, small: bool) ->
 
 
 def run_all(data: Path, rounds: int, only: list[str] | None, quick: bool, budget: float) -> bool:
-    """Measure what is not in the data yet; tell whether all was done within the budget (s)."""
+    """Measure the cases that are not in the data; return whether all were done within the budget (s)."""
     began, rows = time.perf_counter(), kept_rows(data)
     done = {(r["skip"], r["wall"], r["round"]) for r in rows}
     ready: set[tuple[str, str]] = set()
@@ -77,11 +77,11 @@ def run_all(data: Path, rounds: int, only: list[str] | None, quick: bool, budget
 def main() -> int:
     """Measure, and make page and picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=3, help="runs with and without, in turn (3)")
+    parser.add_argument("--rounds", type=int, default=3, help="pairs of runs with and without (3)")
     parser.add_argument("--only", nargs="+", choices=(*SKIPS, *PARTS), help="of these skips (all)")
-    parser.add_argument("--budget", type=float, default=1e6, help="begin no pair of runs after so many seconds")
+    parser.add_argument("--budget", type=float, default=1e6, help="start no pair of runs after this time (s)")
     parser.add_argument("--quick", action="store_true", help="a few skips on small walls")
-    parser.add_argument("--from-data", action="store_true", help="run nothing; make page and picture again")
+    parser.add_argument("--from-data", action="store_true", help="run nothing; write page and picture")
     parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and picture")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -89,7 +89,7 @@ def main() -> int:
     if not options.from_data:
         only = list(QUICK) if options.quick and options.only is None else options.only
         if not run_all(data, 1 if options.quick else options.rounds, only, options.quick, options.budget):
-            print("the budget is spent; the same command goes on", file=sys.stderr)
+            print("the budget is spent; the same command resumes", file=sys.stderr)
     from page import write
 
     write(pd.read_csv(data), options.output)

@@ -85,7 +85,7 @@ def in_time() -> Known:
 
 
 def in_time_at_rest() -> Known:
-    """Return a small wall with its mortar that the ground moves gently, until it rests."""
+    """Return a small wall with mortar on slowly moving ground, until it comes to rest."""
     return Known(
         Scene(
             wall=Wall(length=1.44, height=0.6),

@@ -1,4 +1,4 @@
-"""Every skip that can be turned off, by a setting or by putting something in its place, and those that cannot."""
+"""Every skip that can be turned off, by a setting or by a patch, and those that cannot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ QUASI_STATIC = ("dishing", "doming", "window", "no dpc", "random joints", "defor
 RIGID = QUASI_STATIC[:5]
 IN_QS = "damagepred.solvers.quasi_static"
 STRONG = 1e12
-"""Strength (Pa) that nothing reaches."""
+"""Strength (Pa) that no zone reaches."""
 
 Change = Callable[[Scene], Scene]
 Patch = Callable[[], AbstractContextManager[Any]]
@@ -31,13 +31,13 @@ class Skip(NamedTuple):
     what : str
         What is skipped.
     how : str
-        How it is turned off: the setting, or that something is put in its place.
+        How it is turned off: the setting, or "patched".
     scenes : tuple of str
         On which walls it is measured.
     off : callable
         Scene -> the scene without the skip.
     put : callable
-        Returns a context in which the program does without.
+        Returns a context in which the program computes without the skip.
     on : callable
         Scene -> the scene with the skip, where that is not the default.
     """
@@ -51,17 +51,17 @@ class Skip(NamedTuple):
 
 
 def with_solver(**changes: Any) -> Change:
-    """Return what changes settings of the solver."""
+    """Return a function that changes settings of the solver in a scene."""
     return lambda scene: replace(scene, solver=replace(scene.solver, **changes))
 
 
 def with_dynamics(**changes: Any) -> Change:
-    """Return what changes settings of a run in time."""
+    """Return a function that changes settings of a run in time in a scene."""
     return lambda scene: replace(scene, dynamics=replace(scene.dynamics, **changes))
 
 
 def strong_bricks(scene: Scene) -> Scene:
-    """Return the wall of bricks that have a strength, but one that nothing reaches."""
+    """Return the wall of bricks with a strength that no zone reaches."""
     law = BlockMaterial(cohesion=STRONG, friction=0.75, tensile_strength=STRONG)
     return replace(scene, block=law)
 
@@ -71,12 +71,12 @@ def without_strength(scene: Scene) -> Scene:
     return replace(scene, block=BlockMaterial())
 
 
-# -- what is put in the place of something --------------------------------------------------------------------------
+# -- patches ---------------------------------------------------------------------------------------------------------
 
 
 @contextmanager
 def always_factorise() -> Iterator[None]:
-    """Let every change of stiffness be factorised, whatever it costs."""
+    """Factorise after every change of stiffness."""
     from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
     with patch.object(BlockTridiagonalSystem, "_refactorisation_pays", lambda self, changed, new: len(changed) > 0):
@@ -85,7 +85,7 @@ def always_factorise() -> Iterator[None]:
 
 @contextmanager
 def factorise_all_levels() -> Iterator[None]:
-    """Let every factorisation begin at the farthest level in play."""
+    """Begin every factorisation at the farthest active level."""
     from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
     known = BlockTridiagonalSystem._factorise
@@ -100,7 +100,7 @@ def factorise_all_levels() -> Iterator[None]:
 
 @contextmanager
 def learn_again() -> Iterator[None]:
-    """Let the answers to unit forces in changed joints be forgotten after each solution."""
+    """Discard the unit-load responses of changed joints after each solution."""
     from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
     known = BlockTridiagonalSystem.solve
@@ -117,7 +117,7 @@ def learn_again() -> Iterator[None]:
 
 @contextmanager
 def frozen_first() -> Iterator[None]:
-    """Let every equilibrium be sought with frozen friction limits."""
+    """Solve every equilibrium by the Tresca fixed point."""
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 
     def find(self: Any, state: Any, start: Any, near: bool) -> float:
@@ -133,7 +133,7 @@ def frozen_first() -> Iterator[None]:
 
 @contextmanager
 def blind() -> Iterator[None]:
-    """Let the path step to its goal, without asking the tangent where it leads and when a bond breaks."""
+    """Follow the path without the tangent predictor of the next event."""
     from damagepred.solvers.quasi_static.continuation import Continuation
 
     with patch.object(Continuation, "predict_next_event", lambda self, state, target: (state.displacement, 1.0)):
@@ -142,7 +142,7 @@ def blind() -> Iterator[None]:
 
 @contextmanager
 def no_kin() -> Iterator[None]:
-    """Let each deformable block be condensed by itself."""
+    """Condense each deformable block separately."""
     from damagepred.solvers.quasi_static.superelements import Superelements
 
     with patch.object(Superelements, "_group_by_shape", lambda self: [np.array([d]) for d in range(len(self.block))]):
@@ -151,7 +151,7 @@ def no_kin() -> Iterator[None]:
 
 @contextmanager
 def all_open() -> Iterator[None]:
-    """Let the zones of all deformable blocks be looked at one by one from the start."""
+    """Treat the zones of all deformable blocks as active from the start."""
     from damagepred.solvers.quasi_static.superelements import Superelements
 
     known = Superelements.__init__
@@ -166,7 +166,7 @@ def all_open() -> Iterator[None]:
 
 @contextmanager
 def whole_law() -> Iterator[None]:
-    """Let plain joints be asked for dilation, caps, gaps, wear and softening that they do not have."""
+    """Evaluate dilation, caps, gaps and softening also for joints without them."""
     with ExitStack() as stack:
         for where in ("time_stepping.scheme", "dynamics.run"):
             for name in ("needs_full_law", "needs_softening"):
@@ -175,7 +175,7 @@ def whole_law() -> Iterator[None]:
 
 
 def cycled_start() -> AbstractContextManager[Any]:
-    """Let the explicit solver bring on dead load by cycles."""
+    """Start the explicit solver under dead load without the elastic solution."""
     return patch(
         "damagepred.solvers.time_stepping.scheme.DampedTimeStepping.start_from_elastic_solution", lambda self: False
     )
@@ -186,7 +186,7 @@ SAME_REST = DEFAULTS.explicit.check_interval * (DEFAULTS.explicit.passed_checks 
 
 SKIPS: dict[str, Skip] = {
     "condense": Skip(
-        "courses that stay elastic, condensed",
+        "degrees of freedom of elastic courses (statically condensed)",
         "`[solver] condense = false`",
         QUASI_STATIC,
         off=with_solver(condense=False),
@@ -201,27 +201,27 @@ SKIPS: dict[str, Skip] = {
         "both of these", "both settings", RIGID[:4], off=with_solver(condense=False, symmetric_half=False)
     ),
     "correct": Skip(
-        "factorising anew where it is dearer than correcting the answer for what changed",
+        "factorisations that take longer than a Woodbury correction",
         "patched",
         RIGID,
         put=always_factorise,
     ),
     "restart": Skip("factorising levels beyond the farthest that changed", "patched", RIGID, put=factorise_all_levels),
-    "keep": Skip("answers to unit forces in joints that were changed before", "patched", RIGID, put=learn_again),
+    "keep": Skip("unit-load responses of joints that changed before", "patched", RIGID, put=learn_again),
     "astray": Skip(
-        "Newton steps after it went astray",
+        "Newton iterations after divergence is detected",
         "`[solver.advanced.newton] early_divergence_iterations`, a large number",
         ("dishing", "window", "no dpc", "random joints"),
         off=with_solver(advanced={"newton": {"early_divergence_iterations": 10**9}}),
     ),
     "direct": Skip(
-        "minima with frozen friction limits, where Newton on the law as it is arrives",
+        "Tresca fixed-point iterations where Newton's method on Coulomb's law converges",
         "patched",
         ("dishing", "window", "no dpc"),
         put=frozen_first,
     ),
     "predictor": Skip(
-        "equilibria between which a bond's breaking is bracketed: the tangent tells where",
+        "equilibria that bracket an event: the tangent predicts it",
         "patched",
         ("dishing", "window", "no dpc", "random joints"),
         put=blind,
@@ -244,45 +244,48 @@ SKIPS: dict[str, Skip] = {
         "condensing bricks of one shape one by one", "patched", ("deformable", "deformable, yields"), put=no_kin
     ),
     "rims": Skip(
-        "zones inside bricks that do not yield: only rims count", "patched", ("deformable, yields",), put=all_open
+        "zones inside elastic bricks: only boundary degrees of freedom remain",
+        "patched",
+        ("deformable, yields",),
+        put=all_open,
     ),
     "no limits": Skip(
-        "looking at the limits of zones that have none", "a strength of 1e12 Pa", ("deformable",), off=strong_bricks
+        "yield checks of zones without a strength", "a strength of 1e12 Pa", ("deformable",), off=strong_bricks
     ),
     "elastic start": Skip(
-        "cycles under dead load: the elastic solution is taken", "patched", ("explicit",), put=cycled_start
+        "cycles under dead load: the elastic solution is the start", "patched", ("explicit",), put=cycled_start
     ),
     "short law": Skip(
         "parts of the joint law that no joint of the wall has", "patched", ("explicit", "in time, falls"), put=whole_law
     ),
     "look seldom": Skip(
-        "looking at the unbalanced force, but every 50 cycles",
+        "checks of the unbalanced force, except every 50 cycles",
         "`[solver.advanced.explicit] check_interval = 1`",
         ("explicit",),
         off=with_solver(advanced={"explicit": {"check_interval": 1, "passed_checks": SAME_REST}}),
     ),
     "no memory": Skip(
-        "memory and limits of zones that have no strength",
+        "history and yield checks of zones without a strength",
         "a strength of 1e12 Pa",
         ("explicit, deformable",),
         on=without_strength,
         off=strong_bricks,
     ),
     "search seldom": Skip(
-        "looking for what is near, while nothing has moved far",
+        "neighbour searches while no body has moved through the margin",
         "`[solver.advanced.dynamics] search_distance`, a tiny number",
         ("in time, falls", "in time, rests"),
         off=with_solver(advanced={"dynamics": {"search_distance": 1e-15}}),
     ),
     "no search": Skip(
-        "looking for what is near at all, where movement is small",
+        "all neighbour searches, where displacements are small",
         "`[dynamics] new_contacts = true`, the default",
         ("in time, rests",),
         on=with_dynamics(new_contacts=False),
         off=with_dynamics(new_contacts=True),
     ),
     "rest": Skip(
-        "time after the wall has come to rest",
+        "time steps after the wall has come to rest",
         "`[dynamics] stop_at_rest = false`, the default",
         ("in time, rests",),
         on=with_dynamics(stop_at_rest=True),
@@ -292,30 +295,29 @@ SKIPS: dict[str, Skip] = {
 """Skips of the solvers, by short names."""
 
 NOT_TURNED_OFF = {
-    "joints that are condensed are not asked for forces, nor levels beyond those in play for displacements": (
-        "it is what condensing is; `condense = false` turns off all of it"
+    "forces of condensed joints, and displacements of inactive levels, are not computed": (
+        "part of static condensation; `condense = false` turns off all of it"
     ),
-    "stiffness that did not change is not added up again (elimination restarts level by level)": (
-        "measured with `restart`: the compiled sums have no switch of their own"
+    "unchanged stiffness is not assembled again (elimination restarts level by level)": (
+        "measured with `restart`: the compiled sums have no separate switch"
     ),
-    "zones are returned to the yield surface only where beyond it (`within_yield_surface`)": (
+    "zones are mapped back only where beyond the yield surface (`within_yield_surface`)": (
         "compiled into the law; the study `zone_return` beside the table measures it on the kernel alone"
     ),
     "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered": (
-        "without them there is nothing to loop over; what they cost where they are is in "
-        "studies/benchmarks/footing_path.py"
+        "without them the loops are empty; their times are measured by studies/benchmarks/footing_path.py"
     ),
-    "sections of a footing that cracks remember only every 8th cycle (`section_commit_interval`)": (
-        "`[solver.advanced.time_stepping]`; a footing on jacks takes it minutes"
+    "the history of cracking footing sections is updated every 8th cycle (`section_commit_interval`)": (
+        "`[solver.advanced.time_stepping]`; a footing on jacks takes minutes"
     ),
     "no more walls once an estimate is good enough (`[study] stop_when`)": (
-        "changes how many walls there are, not what a wall takes: studies/benchmarks/probabilities"
+        "changes the number of walls, not the time of a wall: studies/benchmarks/probabilities"
     ),
     "walls that take less than a second share a part of the archive": (
-        "a part for each would be the same bytes in more files: studies/throughput counts and times them"
+        "a part for each would be the same bytes in more files; measured by studies/throughput"
     ),
     "libraries are loaded when they are needed; kernels are compiled once": (
         "start-up and compiling are measured by tests/regressions"
     ),
 }
-"""What cannot be turned off here, and why."""
+"""Skips that cannot be turned off here, and why."""

@@ -1,4 +1,4 @@
-"""Skips of studies: what is not solved, not worked out again, not kept; and what the return of zones takes."""
+"""Skips of studies: solutions, geometry and storage that are left out; and the time of the return of zones."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ Row = dict[str, Any]
 STOP_AT = 3
 """Category of interest: moderate damage."""
 CYCLES = 400
-"""Of the zones' kernel."""
+"""Calls of the zones' kernel."""
 
 
 class Part(NamedTuple):
-    """A skip of a study: what, how it is turned off, on what, and what measures it: round, quickly -> row."""
+    """A skip of a study: name, how it is turned off, its wall, and the function that measures it."""
 
     what: str
     how: str
@@ -62,7 +62,7 @@ def stop(number: int, quick: bool) -> Row:
 
 
 def shared(number: int, quick: bool) -> Row:
-    """Assemble and judge sampled walls, their geometry and gauges being worked out once or each time."""
+    """Assemble and judge sampled walls, with geometry and gauges computed once or each time."""
     study = Study(small_walls() if quick else StudySettings.from_toml(DATA / "bryant_study.toml"))
     times = {"on": 0.0, "off": 0.0}
     for sample in range(4):
@@ -79,7 +79,7 @@ def shared(number: int, quick: bool) -> Row:
 
 
 def zones_kept(number: int, quick: bool) -> Row:
-    """Solve a wall of deformable bricks, its zones being kept or not."""
+    """Solve a wall of deformable bricks, with zones stored or not."""
     scene = replace(deformable().scene, movement=replace(deformable().scene.movement, increments=4 if quick else 20))
     if quick:
         scene = replace(scene, wall=replace(scene.wall, length=1.44, height=0.45))
@@ -92,7 +92,7 @@ def zones_kept(number: int, quick: bool) -> Row:
 
 
 def archive_of(changes: dict[str, Any]) -> Callable[[int, bool], Row]:
-    """Return what runs a study with and without settings of ``[study]`` and looks how large it is on disk."""
+    """Return a function that runs a study with and without settings of ``[study]`` and returns its size on disk."""
 
     def measure(number: int, quick: bool) -> Row:
         row: Row = {}
@@ -119,7 +119,7 @@ def small_walls() -> StudySettings:
 
 @kernel
 def forces_returning_all(zones, displacement, force, cycles):
-    """Do as ``zone_forces``, but send every zone to the return, also where nothing is beyond what it bears."""
+    """Compute ``zone_forces``, with the return mapping for every zone, also within the yield surface."""
     work = zones.work[0]
     for _ in range(cycles):
         for batch in range(zones.first_dof.size - 1):
@@ -137,13 +137,13 @@ def forces_returning_all(zones, displacement, force, cycles):
 
 @kernel
 def forces_as_they_are(zones, displacement, force, cycles):
-    """Add the forces of zones, again and again."""
+    """Add the forces of zones repeatedly."""
     for _ in range(cycles):
         zone_forces(zones, displacement, force)
 
 
 def returned(number: int, quick: bool) -> Row:
-    """Time the forces of elastic zones that have a strength, sent to the return where they need it, or all."""
+    """Time the forces of elastic zones with a strength, with the return mapping where needed, or for all."""
     scene = explicit_deformable().scene
     run = DampedTimeStepping(wall_model(scene), scene.solver)
     assert run.start_from_elastic_solution()
@@ -170,7 +170,7 @@ PARTS: dict[str, Part] = {
     ),
     "shared": Part("geometry and gauges of samples that share them", "caches emptied", "sampled window walls", shared),
     "return": Part(
-        "the return to the yield surface of zones that are within it",
+        "return mapping of zones within the yield surface",
         "another loop over the same kernels",
         "elastic zones with a strength",
         returned,

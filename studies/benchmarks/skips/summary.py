@@ -1,4 +1,4 @@
-"""What this room says in short."""
+"""Summary of this benchmark for RESULTS.md."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from skips import NOT_TURNED_OFF, SKIPS
 
 from studies import PARTS
 
-TITLE = "What each skip saves, and what it changes"
+TITLE = "Time saved and differences made by skipped computations"
 ROUNDS = 3
-"""Of run.py by default."""
+"""Default of run.py."""
 
 
 def text(folder: Path) -> str:
-    """Return for each skip, wall by wall, how many times as fast it is and what it changes; and those unmeasured."""
+    """Return for each skip and wall the ratio of times and the differences; and the unmeasured skips."""
     found = medians(pd.read_csv(folder / "data.csv"))
     lines, unmeasured = [], []
     for skip in (*SKIPS, *PARTS):
@@ -29,7 +29,7 @@ def text(folder: Path) -> str:
         lines.append(
             {
                 "skip": skip,
-                "what is not done": what,
+                "skipped": what,
                 "times as fast, or as small": "; ".join(f"{r['wall']} {r['ratio']:.2f}" for _, r in own.iterrows()),
                 "saved of the time, or size": "; ".join(f"{1 - 1 / r['ratio']:.0%}" for _, r in own.iterrows()),
                 "displacements differ by, over the movement": "; ".join(
@@ -41,7 +41,7 @@ def text(folder: Path) -> str:
             }
         )
     parts = [
-        f"With and without in turn, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
+        f"Runs with and without alternate, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
         "the same order in each column.",
         markdown(pd.DataFrame(lines)),
     ]
@@ -53,7 +53,7 @@ def text(folder: Path) -> str:
 
 
 def minutes(folder: Path) -> float:
-    """Return what so many rounds take as are run by default."""
+    """Return the minutes of the default number of rounds."""
     rows = pd.read_csv(folder / "data.csv")
     both = rows.reindex(columns=["seconds_on", "seconds_off"]).sum(axis=1)
     return float(both.sum() / rows["round"].max()) * ROUNDS / 60

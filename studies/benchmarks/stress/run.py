@@ -1,4 +1,4 @@
-"""Stress all solvers with extremes, and count what comes of it.
+"""Run all solvers with extreme input and count the outcomes.
 
     python studies/benchmarks/stress/run.py [--family NAME] [--way NAME] [--fresh] [--from-data] [-j N]
 
@@ -25,11 +25,11 @@ from stressed.time_steps import SHARES, cracking, longer_steps, refused_words  #
 
 CASES, STEPS, CRACKS, MACHINE = (HERE / name for name in ("cases.csv", "time_steps.csv", "cracking.csv", "machine.txt"))
 EVERY = 20
-"""Of the cases, one in so many is of the quick form."""
+"""The quick form runs every twentieth case."""
 
 
 def time_steps() -> None:
-    """Run what stresses the time step, and keep it."""
+    """Run the cases of the time step, and write their results."""
     rows = [
         {"share": share, "solver": name} | found.row()
         for share in SHARES
@@ -40,24 +40,24 @@ def time_steps() -> None:
 
 
 def tables() -> str:
-    """Return all tables, from what is kept."""
+    """Return all tables, from the stored rows."""
     rows = page.read(CASES)
     whole = len(jobs())
-    left = [f"**So far {len(rows)} of {whole} runs have been made; the command goes on from there.**"]
+    left = [f"**So far {len(rows)} of {whole} runs are done; the same command resumes.**"]
     parts = (left if len(rows) < whole else []) + [
         page.in_a_word(rows),
         page.summary(rows),
         "![Share of the runs of each solver](verdicts.png)",
         f"Measured on {MACHINE.read_text(encoding='utf-8').strip()}.",
-        "### What answers were checked against",
+        "### Second answers",
         page.second_answers(rows),
     ]
     for verdict, title in (
         ("FAILED", "Failed"),
         ("WRONG", "Wrong"),
-        ("gave up", "Gave up, with these words"),
-        ("fell", "Fell, where statics alone do not say that they must"),
-        ("refused", "Refused, with these words"),
+        ("gave up", "Gave up, with these messages"),
+        ("fell", "Collapsed, not proven by statics"),
+        ("refused", "Refused, with these messages"),
     ):
         parts += [f"### {title}", page.listed(rows, verdict)]
     steps = pd.read_csv(STEPS)
@@ -65,7 +65,7 @@ def tables() -> str:
     wide = steps.pivot(index="share", columns="solver", values="cell")[steps["solver"].drop_duplicates()]
     wide = wide.reset_index().rename(columns={"share": "share of the limit"})
     parts += ["### Time steps", "Error where it is right, over the largest displacement.", markdown(wide)]
-    parts += ["Asked for by the user:", "\n".join(f"- {words}" for words in refused_words())]
+    parts += ["Time steps set by the user:", "\n".join(f"- {words}" for words in refused_words())]
     parts += [
         "### A wall that cracks, far away and at other time steps",
         markdown(pd.read_csv(CRACKS).astype(object).fillna("")),
@@ -78,11 +78,11 @@ def main() -> int:
     parser.add_argument("--family", action="append", default=[], help="only this family (repeat for more)")
     parser.add_argument("--way", action="append", default=[], help="only this solver, as 'explicit, rigid'")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds that one case may take (120)")
-    parser.add_argument("-j", "--processes", type=int, default=1, help="side by side (1)")
-    parser.add_argument("--csv", type=Path, default=CASES, help="where rows are kept")
-    parser.add_argument("--fresh", action="store_true", help="forget what is kept")
-    parser.add_argument("--quick", action="store_true", help=f"every {EVERY}th case, keeping nothing")
-    parser.add_argument("--from-data", action="store_true", help="only make the page, from what is kept")
+    parser.add_argument("-j", "--processes", type=int, default=1, help="number of processes (1)")
+    parser.add_argument("--csv", type=Path, default=CASES, help="file of the rows")
+    parser.add_argument("--fresh", action="store_true", help="delete the stored rows")
+    parser.add_argument("--quick", action="store_true", help=f"every {EVERY}th case, storing nothing")
+    parser.add_argument("--from-data", action="store_true", help="only write the page, from the stored rows")
     options = parser.parse_args()
     wanted = jobs(options.family, options.way)
     if options.quick:

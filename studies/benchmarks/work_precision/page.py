@@ -1,4 +1,4 @@
-"""The page: tables from the data, and what they say of the defaults."""
+"""The page: tables from the data, and the errors of the defaults."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def at_default(lines: pd.DataFrame, error: str, axis: str = "default", value: st
 
 
 def cheapest(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:
-    """Return for each wall and quantity the fastest choice within the limit, and what the default has."""
+    """Return for each wall and quantity the fastest choice within the limit, and the error of the default."""
     rows = []
     for (scene, quantity), own in lines[comparable(lines)].groupby(["scene", "quantity"], sort=False):
         own = own.dropna(subset=[error])
@@ -82,7 +82,7 @@ def on_edge(front: pd.DataFrame, line: pd.Series, error: str) -> bool:
 
 
 def summary(lines: pd.DataFrame, error: str) -> pd.DataFrame:
-    """Return, wall by wall, what the default reaches, and the fastest choice that reaches 1 % in all quantities."""
+    """Return, wall by wall, the accuracy of the default and the fastest choice with all quantities within 1 %."""
     table, worse = cheapest(lines, error), worst(lines[comparable(lines)], error)
     rows = []
     for scene, own in table.groupby("wall", sort=False):
@@ -108,7 +108,7 @@ def summary(lines: pd.DataFrame, error: str) -> pd.DataFrame:
 
 
 def comparable(lines: pd.DataFrame) -> pd.Series:
-    """Tell which lines give as many points of the path as the default; fewer increments are faster, and show less."""
+    """Return which lines have at least as many points of the path as the default."""
     few = lines["axis"].isin(("increments", "explicit increments")) & lines["value"].isin(("4", "8"))
     return ~(few | lines["axis"].str.startswith("in time"))
 
@@ -132,9 +132,9 @@ def by_choice(lines: pd.DataFrame, error: str) -> pd.DataFrame:
 
 
 def unfinished(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return what did not come to its end."""
+    """Return the paths that did not end regularly."""
     bad = rows[rows["status"] != "complete"]
-    return bad[["scene", "axis", "value", "status"]].rename(columns={"scene": "wall", "status": "what became of it"})
+    return bad[["scene", "axis", "value", "status"]].rename(columns={"scene": "wall", "status": "end"})
 
 
 def observed(rows: pd.DataFrame) -> pd.DataFrame:
@@ -148,7 +148,7 @@ def observed(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def references(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return which reference each wall has, and its own error (%)."""
+    """Return the reference of each wall and its error (%)."""
     found = []
     for scene, own in rows.groupby("scene", sort=False):
         best = reference(own, MODEL_REFERENCES)
@@ -167,7 +167,7 @@ def references(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame:
-    """Make pictures, tables and the errors of the presets from the data; return all errors."""
+    """Write pictures, tables and the errors of the presets from the data; return all errors."""
     rows = load(data)
     lines = with_errors(rows)
     known = scenes()
@@ -186,15 +186,15 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
         f"Measured on {pages.machine()}.",
         pages.markdown(walls),
         "### The default: error against the finest model, %",
-        "In brackets the own error of the reference, where it is more than 1 %.",
+        "In brackets the error of the reference, where it is more than 1 %.",
         pages.markdown(at_default(lines, "model")),
         "### The default: error against the same equations solved closely, %",
         pages.markdown(at_default(lines, "solution")),
-        "### References, and their own errors, %",
+        "### References and their errors, %",
         pages.markdown(references(rows)),
-        "### What the default reaches, and what reaches 1 % soonest",
-        "Of ways that give as many points of the path; on the edge is what none beats in both time and error. By "
-        "quantity: [edges_solution.csv](edges_solution.csv), [edges_model.csv](edges_model.csv).",
+        "### Accuracy of the default, and the fastest choice within 1 %",
+        "Only choices with the same number of points of the path. On the edge: on the Pareto front of time and error. "
+        "By quantity: [edges_solution.csv](edges_solution.csv), [edges_model.csv](edges_model.csv).",
         "*Against the same equations solved closely*",
         pages.markdown(summary(lines, "solution")),
         "*Against the finest model*",
@@ -206,7 +206,7 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
         pages.markdown(by_choice(lines, "model")),
         "### Observed orders of convergence",
         pages.markdown(observed(rows)),
-        "### What did not come to its end",
+        "### Paths that did not end regularly",
         pages.markdown(unfinished(rows)),
         "### Diagrams",
         *[f"![{n}]({n.replace(', ', '_').replace(' ', '_')}.png)" for n in names],
@@ -223,9 +223,9 @@ def write(data: Path, page: Path, pictures: Path, presets: Path) -> pd.DataFrame
 
 
 TOLD = 0.25
-"""Own error of a reference up to which it says something about a preset."""
+"""Error of a reference up to which it is used for a preset."""
 STATICALLY_DETERMINATE = ("base_reaction",)
-"""Quantities that follow from the weights alone: they tell nothing of a preset."""
+"""Quantities that follow from the weights alone: they do not depend on a preset."""
 
 
 def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:

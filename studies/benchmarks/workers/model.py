@@ -1,4 +1,4 @@
-"""How long a study takes on so many workers: what is done once, what by one process for each wall, what in parallel.
+"""Model of the time of a study by number of workers: start, serial work of the parent process, parallel work.
 
 All figures are measurements of the parts (parts.csv); none is fitted to the runs that it is checked with.
 """

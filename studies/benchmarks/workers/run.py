@@ -1,4 +1,4 @@
-"""How long do 100 000 or a million walls take on so many workers? A model of measured parts, and runs to check it with.
+"""Time of 100 000 or a million walls by number of workers: a model of measured parts, and runs to check it.
 
     python studies/benchmarks/workers/run.py [--part parts runs] [--wall window solid] [--quick] [--from-data]
 
@@ -198,7 +198,7 @@ def write_page(folder: Path) -> None:
         shown[name] *= 1e3
     shown["kB a wall"] /= 1e3
     shown["workers at most"] = [round(most_workers(costs_of(measured, wall))) for wall in measured["wall of"]]
-    said += ["### What a study is made of", markdown(shown)]
+    said += ["### Parts of a study", markdown(shown)]
     rows = []
     for run in checked.itertuples():
         costs = costs_of(measured, run.wall)
@@ -215,7 +215,7 @@ def write_page(folder: Path) -> None:
                 "load average": run.load,
             }
         )
-    said += ["### The model beside runs it knows nothing of", markdown(pd.DataFrame(rows)), "### What it says"]
+    said += ["### Comparison of the model with runs", markdown(pd.DataFrame(rows)), "### Predictions"]
     said.append(markdown(pd.DataFrame(expected(measured))))
     draw({wall: costs_of(measured, wall) for wall in measured["wall of"]}, checked, folder / "workers.png")
     if (folder / "README.md").is_file():
@@ -226,8 +226,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", nargs="+", choices=("parts", "runs"), default=["parts", "runs"])
     parser.add_argument("--wall", nargs="+", choices=("window", "solid"), default=["window", "solid"])
-    parser.add_argument("--quick", action="store_true", help="a few walls, to see that it runs")
-    parser.add_argument("--from-data", action="store_true", help="page and picture again, nothing else")
+    parser.add_argument("--quick", action="store_true", help="a few walls, to check that it runs")
+    parser.add_argument("--from-data", action="store_true", help="only write page and picture")
     parser.add_argument("--into", type=Path, default=HERE, help="folder of data, picture and page")
     options = parser.parse_args()
     quick = options.quick

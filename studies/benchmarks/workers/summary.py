@@ -1,4 +1,4 @@
-"""What this room says in short."""
+"""Summary of this benchmark for RESULTS.md."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import pandas as pd
 from model import costs_of, expected, predicted
 from pages import markdown
 
-TITLE = "So many walls on so many workers"
+TITLE = "Time of large studies by number of workers"
 SECONDS = 180
-"""All of it, as run.py says: its data do not hold what copying and merging takes."""
+"""Time of run.py without the runs: the data do not contain copying and merging."""
 
 
 def text(folder: Path) -> str:
-    """Return hours of large studies, and how far the model is from the runs it was checked with."""
+    """Return hours of large studies, and the ratio of measured times to the model."""
     measured, checked = pd.read_csv(folder / "parts.csv"), pd.read_csv(folder / "runs.csv")
     table = pd.DataFrame(expected(measured)).pivot_table(index=["study", "walls"], columns="workers", values="hours")
     table = table.rename(columns=lambda n: f"{n} workers").reset_index()
@@ -27,13 +27,13 @@ def text(folder: Path) -> str:
         (
             f"Hours, by a model of measured parts (a wall takes one worker: {walls}):",
             markdown(table),
-            f"{len(checked)} runs, which the model knows nothing of, took {min(over):.2g} to {max(over):.2g} "
-            "times what it "
-            f"says, at load averages of {checked['load'].min():.1f} to {checked['load'].max():.1f}.",
+            f"{len(checked)} runs, to which the model is not fitted, took {min(over):.2g} to {max(over):.2g} "
+            "times the "
+            f"predicted time, at load averages of {checked['load'].min():.1f} to {checked['load'].max():.1f}.",
         )
     )
 
 
 def minutes(folder: Path) -> float:
-    """Return what the runs took, and what measuring the parts is known to take."""
+    """Return the minutes of the runs and of measuring the parts."""
     return float(pd.read_csv(folder / "runs.csv")["seconds"].sum() + SECONDS) / 60

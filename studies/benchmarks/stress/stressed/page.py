@@ -1,4 +1,4 @@
-"""The page: what came of all cases, counted and listed."""
+"""The page: outcomes of all cases, counted and listed."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from stressed.case import VERDICTS, WAYS
 
 WORDS = {
     "right": "right",
-    "fell, rightly": "fell, rightly",
+    "fell, rightly": "collapsed, rightly",
     "solved": "solved",
-    "fell": "fell",
+    "fell": "collapsed",
     "refused": "refused",
     "gave up": "gave up",
     "not tried": "not tried",
@@ -37,7 +37,7 @@ SECOND = ("by", "right", "fell, rightly")
 
 
 def read(file: Path) -> pd.DataFrame:
-    """Return rows that are kept."""
+    """Return the stored rows."""
     rows = pd.read_csv(file, keep_default_na=False)
     for name in ("off", "seconds"):
         rows[name] = pd.to_numeric(rows[name], errors="coerce")
@@ -45,7 +45,7 @@ def read(file: Path) -> pd.DataFrame:
 
 
 def cell(verdicts: pd.Series) -> str:
-    """Return counts of some cases, in the order of what they are worth."""
+    """Return counts of some cases, in the order of ``VERDICTS``."""
     count = verdicts.value_counts()
     return ", ".join(f"{count[v]} {WORDS[v]}" for v in VERDICTS if v in count)
 
@@ -60,7 +60,7 @@ def summary(rows: pd.DataFrame) -> str:
 
 
 def in_a_word(rows: pd.DataFrame) -> str:
-    """Return what came out in one line."""
+    """Return the results in one line."""
     answered = rows["verdict"].isin(["right", "fell, rightly"]).sum()
     tried = (rows["verdict"] != "not tried").sum()
     longest = rows.loc[rows["seconds"].idxmax()]
@@ -73,7 +73,7 @@ def in_a_word(rows: pd.DataFrame) -> str:
 
 
 def second_answers(rows: pd.DataFrame) -> str:
-    """Return what answers were checked against."""
+    """Return the table of second answers."""
     good = rows[rows["verdict"].isin(["right", "fell, rightly"])]
     lines = ["| second answer | runs | farthest from it |", "|---|---|---|"]
     for by, part in good.groupby("by"):
@@ -84,12 +84,12 @@ def second_answers(rows: pd.DataFrame) -> str:
 
 
 def listed(rows: pd.DataFrame, verdict: str, most: int = 60) -> str:
-    """Return the cases of one verdict, with what was said."""
+    """Return the cases of one verdict, with their messages."""
     here = rows[rows["verdict"] == verdict]
     if here.empty:
         return "- none"
     lines = [
-        f"- {r.family}, {r.case}, {r.way}{f' (by {r.by})' if r.by else ''}: {r.message or 'no word'}"
+        f"- {r.family}, {r.case}, {r.way}{f' (by {r.by})' if r.by else ''}: {r.message or 'no message'}"
         for r in here.head(most).itertuples()
     ]
     if len(here) > most:
@@ -98,7 +98,7 @@ def listed(rows: pd.DataFrame, verdict: str, most: int = 60) -> str:
 
 
 def draw(rows: pd.DataFrame, ax: Axes | None = None) -> Axes:
-    """Draw what came of the cases of each solver."""
+    """Draw the outcomes of the cases of each solver."""
     ax = new_figure(8.0, 3.6).add_subplot() if ax is None else ax
     tried = rows[rows["verdict"] != "not tried"]
     left = np.zeros(len(WAYS))
@@ -110,5 +110,5 @@ def draw(rows: pd.DataFrame, ax: Axes | None = None) -> Axes:
     ax.set_xlabel("share of the runs (%)")
     ax.set_xlim(0, 100)
     ax.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.4, -0.2), frameon=False)
-    ax.set_title("What came of it, by solver")
+    ax.set_title("Outcomes by solver")
     return ax
