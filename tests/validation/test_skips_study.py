@@ -66,6 +66,6 @@ def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -
 def test_the_page_shows_the_data(room: dict[str, ModuleType]) -> None:
     whole = room["page"].text(room["page"].medians(pd.read_csv(ROOM / "data.csv")))
     page = (ROOM / "README.md").read_text(encoding="utf-8")
-    assert whole[whole.index("With and without") :] in page
+    assert whole[whole.index("Runs with and without") :] in page
     for skip in (*room["skips"].SKIPS.values(), *room["studies"].PARTS.values()):
         assert f"| {skip.what} |" in page
