@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -15,6 +14,8 @@ from damagepred import screen
 from damagepred.enumerations import PathStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import xarray as xr
 
 app = typer.Typer(
@@ -30,9 +31,16 @@ OK, BAD_INPUT, SOME_FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit codes."""
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
 StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
-
-
+WallOrStudy = Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)]
+NetcdfFile = Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")]
+Picture = Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")]
+PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")]
+Category = Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)]
+AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
+Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
+Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
 Timeout = Annotated[
     float | None, typer.Option("--timeout", help="Seconds a wall may take, by default 3600; inf lifts the limit.")
@@ -40,56 +48,30 @@ Timeout = Annotated[
 MixVersions = Annotated[
     bool, typer.Option("--mix-versions", help="Go on although another version has solved walls; status will say so.")
 ]
-
-
-class Export(StrEnum):
-    """Other programs that curves are written for."""
-
-    pelicun = "pelicun"
-    openquake = "openquake"
-    openquake_discrete = "openquake-discrete"
-
-
-class Intensity(StrEnum):
-    """Measure of the movement."""
-
-    surface_movement = "surface_movement"
-    central_deflection = "central_deflection"
-    deflection_ratio = "deflection_ratio"
-    curvature = "curvature"
-    footing_curvature = "footing_curvature"
-    differential_movement = "differential_movement"
-
-
-class Model(StrEnum):
-    """Form of fragility curves."""
-
-    separate = "separate"
-    common = "common"
-    empirical = "empirical"
-
-
-class Measure(StrEnum):
-    """Width that a damage category is found by."""
-
-    joint = "joint"
-    band = "band"
-
-
-class Band(StrEnum):
-    """How confidence bands are found."""
-
-    bca = "bca"
-    percentile = "percentile"
-    profile = "profile"
+Measure = Annotated[
+    Literal["joint", "band"] | None,
+    typer.Option("--measure", help="Width that makes the category: widest joint or crack band."),
+]
+FootingGap = Annotated[
+    bool | None,
+    typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
+]
+Intensity = Literal[
+    "surface_movement",
+    "central_deflection",
+    "deflection_ratio",
+    "curvature",
+    "footing_curvature",
+    "differential_movement",
+]
 
 
 @app.command()
 def new(file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)]) -> None:
-    """Write a commented starter study."""
-    from damagepred.study.campaign.template import write_starter
+    """Write a commented study as a template."""
+    from damagepred.study.campaign.template import write_template
 
-    write_starter(file)
+    write_template(file)
     screen.say(f"wrote {file}; next: damagepred check {file}")
 
 
@@ -110,8 +92,8 @@ def check(
 @app.command()
 def solve(
     scene: SceneFile,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
+    output: NetcdfFile = None,
+    plot: PictureFolder = None,
     no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
     timeout: Timeout = None,
     yes: Yes = False,
@@ -143,11 +125,11 @@ def solve(
 
 @app.command()
 def study(
-    file: Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)],
+    file: StudyFile,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")] = None,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    workers: Workers = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).")] = None,
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+    seed: Seed = None,
     timeout: Timeout = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
     mix_versions: MixVersions = False,
@@ -254,18 +236,18 @@ def repair(folder: StudyFolderPath) -> None:
 
 @app.command()
 def rare(
-    file: Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)],
-    category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
-    at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
+    file: StudyFile,
+    category: Category,
+    at: AtMovement,
     samples: Annotated[
         int | None, typer.Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
     ] = None,
     runs: Annotated[
         int | None, typer.Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
     ] = None,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    workers: Workers = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.rare).")] = None,
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+    seed: Seed = None,
     level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
     reach: Annotated[float, typer.Option(help="Follow walls to so many times the movement.")] = 2.0,
     timeout: Timeout = None,
@@ -304,7 +286,7 @@ def rare(
 @app.command()
 def estimate(
     folder: StudyFolderPath,
-    category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
+    category: Category,
     at: Annotated[str, typer.Option("--at", help='Movement ("8 mm"), site class ("H1") or distribution.')],
     confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
     study_file: Annotated[
@@ -336,15 +318,15 @@ def estimate(
 @app.command("two-level")
 def two_level(
     file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],
-    category: Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)],
-    at: Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')],
+    category: Category,
+    at: AtMovement,
     budget: Annotated[
         float | None, typer.Option("--budget", help="Work after the pilot, in walls of the study.")
     ] = None,
     pilot: Annotated[int, typer.Option("--pilot", min=10, help="Walls of the pilot run.")] = 32,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    workers: Workers = 1,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).")] = None,
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")] = None,
+    seed: Seed = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,
 ) -> None:
@@ -384,21 +366,26 @@ def two_level(
 @app.command()
 def fragility(
     folder: StudyFolderPath,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")] = None,
+    output: NetcdfFile = None,
+    plot: Picture = None,
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")] = None,
     intensity: Annotated[
         Intensity | None, typer.Option(help="Measure of the movement; on mounds by default surface_movement.")
     ] = None,
     model: Annotated[
-        Model, typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form.")
-    ] = Model.separate,
-    band: Annotated[Band, typer.Option(help="Resampled walls (bca, percentile) or profile likelihood.")] = Band.bca,
+        Literal["separate", "common", "empirical"],
+        typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form."),
+    ] = "separate",
+    band: Annotated[
+        Literal["bca", "percentile", "profile"],
+        typer.Option(help="Resampled walls (bca, percentile) or profile likelihood."),
+    ] = "bca",
     confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 1000,
     goodness: Annotated[int, typer.Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
     export: Annotated[
-        Export | None, typer.Option("--export", help="Write for another program, beside -o or the study folder.")
+        Literal["pelicun", "openquake", "openquake-discrete"] | None,
+        typer.Option("--export", help="Write for another program, beside -o or the study folder."),
     ] = None,
     extrapolated: Annotated[
         bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
@@ -409,18 +396,12 @@ def fragility(
     against: Annotated[
         str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
     ] = None,
-    measure: Annotated[
-        Measure | None, typer.Option("--measure", help="Width that makes the category: widest joint or crack band.")
-    ] = None,
-    footing_gap: Annotated[
-        bool | None,
-        typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
-    ] = None,
+    measure: Measure = None,
+    footing_gap: FootingGap = None,
 ) -> None:
     """Fit fragility curves to a study."""
-    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.archive.files import check_writable
     from damagepred.archive.folder import open_study
-    from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.rejudge import footing_gap_note, judge_again
     from damagepred.uq.fragility import fit_fragility
 
@@ -428,36 +409,30 @@ def fragility(
     wanted = screen.whole_numbers("--categories", categories) if categories else None
     study = open_study(folder)
     if measure is not None or footing_gap is not None:
-        study = judge_again(study, measure=measure and measure.value, count_footing_gap=footing_gap)
+        study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
     if against is not None:
         _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, output, plot)
         return
     curves = fit_fragility(
         study,
-        model=model.value,
-        intensity=intensity and intensity.value,
+        model=model,
+        intensity=intensity,
         categories=wanted,
         confidence=confidence,
-        band=band.value,
+        band=band,
         bootstrap=bootstrap,
         goodness=goodness,
     )
-    if output is not None:
-        write_dataset(curves.assign_attrs(schema_version=SCHEMA_VERSION), output)
-        screen.say(f"wrote {output}")
+    _keep_curves(curves, output, plot)
     if csv is not None:
         from damagepred.exports import curves_frame, write_csv
 
         write_csv(curves_frame(curves), csv)
         screen.say(f"wrote {csv}")
-    if plot is not None:
-        from damagepred.plotting import save_fragility_picture
-
-        screen.say(f"drew {save_fragility_picture(curves, plot)}")
     if export is not None:
         from damagepred.exports import export_curves
 
-        for file in export_curves(curves, export.value, output or folder, extrapolated=extrapolated):
+        for file in export_curves(curves, export, output or folder, extrapolated=extrapolated):
             screen.say(f"wrote {file}")
     screen.fragility_table(curves)
     if note := footing_gap_note(study):
@@ -470,18 +445,17 @@ def sensitivity(
     category: Annotated[int | None, typer.Option("--category", help="Of the capacity for it.", min=1)] = None,
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
-    workers: Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")] = 1,
+    workers: Workers = 1,
     folder: Annotated[Path | None, typer.Option("--folder", help="Study folder of the walls that are run.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    plot: Picture = None,
+    output: NetcdfFile = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     yes: Yes = False,
     mix_versions: MixVersions = False,
 ) -> None:
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
-    from damagepred.archive.files import check_writable, write_dataset
+    from damagepred.archive.files import check_writable
     from damagepred.archive.folder import open_study
-    from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.assembly import Limits
     from damagepred.study import Study
     from damagepred.study.analyses.variance_shares import crossed_study, study_sensitivity
@@ -501,13 +475,7 @@ def sensitivity(
         failed = summary.failed
     asked = 1 if category is None and result is None else category
     found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
-    if output is not None:
-        write_dataset(found.assign_attrs(schema_version=SCHEMA_VERSION), output)
-        screen.say(f"wrote {output}")
-    if plot is not None:
-        from damagepred.plotting import save_fragility_picture
-
-        screen.say(f"drew {save_fragility_picture(found, plot)}")
+    _keep_curves(found, output, plot)
     screen.sensitivity_tables(found)
     if failed:
         raise typer.Exit(SOME_FAILED)
@@ -517,8 +485,8 @@ def sensitivity(
 def replay(
     folder: StudyFolderPath,
     sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")] = None,
+    output: NetcdfFile = None,
+    plot: PictureFolder = None,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
     from damagepred.archive.files import check_writable
@@ -535,7 +503,7 @@ def replay(
 
 @app.command()
 def plot(
-    path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],
+    path: WallOrStudy,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for pictures.")] = Path("pictures"),
 ) -> None:
     """Draw a solved wall or a study."""
@@ -543,35 +511,27 @@ def plot(
     from damagepred.archive.folder import open_study
 
     check_writable(output)
-    if path.is_dir():
+    ds = open_study(path) if path.is_dir() else read_dataset(path)
+    if path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
         from damagepred.plotting import save_study_pictures
 
-        files = save_study_pictures(open_study(path), output)
-        for file in files:
-            screen.say(f"drew {file}")
-        return
-    from damagepred.errors import InputError
-
-    ds = read_dataset(path)
-    if "sample" in ds.sizes:  # of a study judged again
-        from damagepred.plotting import save_study_pictures
-
-        for file in save_study_pictures(ds, output):
-            screen.say(f"drew {file}")
+        _drew(save_study_pictures(ds, output))
         return
     if "contact_opening" not in ds:
+        from damagepred.errors import InputError
+
         raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
-    _draw_wall(ds, output)
+    _keep_wall(ds, None, output)
 
 
 @app.command("cracks")
 def cracks_command(
     file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False)],
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write, with all increments.")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    output: NetcdfFile = None,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
-    from damagepred.archive.files import check_writable, read_dataset, write_dataset
+    from damagepred.archive.files import check_writable, read_dataset
     from damagepred.exports import write_csv
     from damagepred.wall_cracks import crack_frame
     from damagepred.wall_cracks import cracks as cracks_of
@@ -581,15 +541,13 @@ def cracks_command(
     if csv is not None:
         write_csv(crack_frame(found, None), csv, index=False)
         screen.say(f"wrote {csv}")
-    if output is not None:
-        write_dataset(found, output)
-        screen.say(f"wrote {output}")
+    _keep_wall(found, output)
     screen.crack_table(found, crack_frame(found))
 
 
 @app.command("judge")
 def judge_command(
-    path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],
+    path: WallOrStudy,
     table: Annotated[
         str | None, typer.Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
     ] = None,
@@ -603,20 +561,15 @@ def judge_command(
     group_distance: Annotated[
         str | None, typer.Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
     ] = None,
-    measure: Annotated[
-        Measure | None, typer.Option("--measure", help="Width that makes the category: widest joint or crack band.")
-    ] = None,
-    footing_gap: Annotated[
-        bool | None,
-        typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
-    ] = None,
+    measure: Measure = None,
+    footing_gap: FootingGap = None,
     band_gauge: Annotated[
         str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")] = None,
+    output: NetcdfFile = None,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
-    from damagepred.archive.files import check_writable, read_dataset, write_dataset
+    from damagepred.archive.files import check_writable, read_dataset
     from damagepred.archive.folder import open_study
     from damagepred.rejudge import judge_again
 
@@ -629,19 +582,17 @@ def judge_command(
         count_rule=count_rule,
         group_count=group_count,
         group_distance=None if group_distance is None else screen.quantity("--group-distance", group_distance, "m"),
-        measure=measure and measure.value,
+        measure=measure,
         count_footing_gap=footing_gap,
         band_gauge=None if band_gauge is None else screen.quantity("--band-gauge", band_gauge, "m"),
     )
-    if output is not None:
-        write_dataset(after, output)
-        screen.say(f"wrote {output}")
+    _keep_wall(after, output)
     screen.judged_again(before, after)
 
 
 @app.command()
 def report(
-    path: Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)],
+    path: WallOrStudy,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="HTML file to write; by default beside the input.")
     ] = None,
@@ -712,8 +663,6 @@ def _fragility_surface(
     output: Path | None,
     plot: Path | None,
 ) -> None:
-    from damagepred.archive.files import write_dataset
-    from damagepred.archive.schema import SCHEMA_VERSION
     from damagepred.errors import InputError
     from damagepred.uq.fragility import fit_surface
 
@@ -723,29 +672,21 @@ def _fragility_surface(
         study,
         categories[0],
         second,
-        intensity=intensity and intensity.value,
+        intensity=intensity,
         confidence=confidence,
         bootstrap=bootstrap,
     )
-    if output is not None:
-        write_dataset(surface.assign_attrs(schema_version=SCHEMA_VERSION), output)
-        screen.say(f"wrote {output}")
-    if plot is not None:
-        from damagepred.plotting import save_fragility_picture
-
-        screen.say(f"drew {save_fragility_picture(surface, plot)}")
+    _keep_curves(surface, output, plot)
     for line in screen.surface_lines(surface):
         screen.say(line)
 
 
-def _draw_wall(ds: xr.Dataset, folder: Path) -> None:
-    from damagepred.plotting import save_wall_pictures
-
-    for file in save_wall_pictures(ds, folder):
+def _drew(files: Iterable[Path]) -> None:
+    for file in files:
         screen.say(f"drew {file}")
 
 
-def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
+def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> None:
     """Write and draw a wall where asked, before anything else is printed."""
     from damagepred.archive.files import write_dataset
 
@@ -753,7 +694,20 @@ def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
         write_dataset(ds, output)
         screen.say(f"wrote {output}")
     if plot is not None:
-        _draw_wall(ds, plot)
+        from damagepred.plotting import save_wall_pictures
+
+        _drew(save_wall_pictures(ds, plot))
+
+
+def _keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
+    """Write and draw what was found from a study where asked."""
+    from damagepred.archive.schema import SCHEMA_VERSION
+
+    _keep_wall(ds.assign_attrs(schema_version=SCHEMA_VERSION), output)
+    if plot is not None:
+        from damagepred.plotting import save_fragility_picture
+
+        screen.say(f"drew {save_fragility_picture(ds, plot)}")
 
 
 def _ending(ds: xr.Dataset) -> int:

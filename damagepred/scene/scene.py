@@ -197,7 +197,7 @@ class Scene:
         """
         tables = read_toml(path)
         if not tables:
-            raise InputError(f"{path}: is empty; `damagepred new` writes a commented starter.")
+            raise InputError(f"{path}: is empty; `damagepred new` writes a commented template.")
         if found := [key for key in ("scene", "study", "variables", "correlation") if key in tables]:
             raise InputError(
                 f"{path}: is a study (it has {found[0]}), and a scene is needed; `damagepred study` runs studies."

@@ -112,7 +112,7 @@ def test_check_solve_study_and_report_say_what_is_assumed_of_the_ground(command:
         assert words in " ".join((tmp_path / "page.html").read_text().split())
 
 
-def test_the_starter_study_is_valid_and_never_overwrites(command: Run, tmp_path: Path) -> None:
+def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path) -> None:
     from damagepred.study.settings import StudySettings
 
     assert command("new", tmp_path / "house.toml").code == 0

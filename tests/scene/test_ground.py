@@ -10,7 +10,7 @@ from damagepred.errors import InputError
 from damagepred.guide import page
 from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
 from damagepred.scene.assumed import ground_line
-from damagepred.study.campaign.template import STARTER
+from damagepred.study.campaign.template import TEMPLATE
 
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},
@@ -160,7 +160,7 @@ def test_soil_swells_under_dishing_and_shrinks_under_doming():
     assert (Soil().stiffness("dishing"), Soil().stiffness("doming")) == (4e6, 5e6)
 
 
-def test_stiffness_of_the_soil_is_the_same_by_default_in_starter_guide_statistics_and_study(data_folder: Path) -> None:
+def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statistics_and_study(data_folder: Path) -> None:
     usual = Soil()
     statistics = tomllib.loads((data_folder / "statistics" / "ground.toml").read_text())
     house = tomllib.loads((data_folder.parent / "studies" / "soil_movement" / "house.toml").read_text())
@@ -169,7 +169,7 @@ def test_stiffness_of_the_soil_is_the_same_by_default_in_starter_guide_statistic
         expected = getattr(usual, name)
         assert statistics[f"soil.{name}"]["mean"] == expected
         assert house["scene"]["soil"][name] == house["variables"][f"soil.{name}"]["mean"] == expected
-        for text in (STARTER, guide):
+        for text in (TEMPLATE, guide):
             assert [float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)] == [1e-3 * expected]
 
 
@@ -211,9 +211,9 @@ def test_mesh_just_fits_into_the_footing():
         Footing(depth=0.06 + wires, concrete=ReinforcedConcrete(bottom="3-L8TM", cover=0.04))
 
 
-def test_what_the_starter_hints_at_is_a_study():
+def test_what_the_template_hints_at_is_a_study():
     """Without their comment signs, the hints on mound and rig are tables that a scene takes."""
-    text = STARTER.format(name="house.toml", stem="house")
+    text = TEMPLATE.format(name="house.toml", stem="house")
     start = text.index("# [scene.mound]")
     block = text[start : text.index("[scene.loads]")]
     hints = "\n".join(line.removeprefix("# ") for line in block.splitlines() if not line.startswith("# With"))

@@ -7,7 +7,7 @@ from pathlib import Path
 from damagepred.archive.files import write_whole
 from damagepred.errors import InputError
 
-STARTER = """\
+TEMPLATE = """\
 # A masonry wall on moving ground: which damage, how likely?
 #   damagepred check {name}       is it valid, and what will it cost?
 #   damagepred study {name} -j 2
@@ -114,8 +114,8 @@ upper = 0.7
 """
 
 
-def write_starter(path: Path) -> None:
-    """Write the starter study.
+def write_template(path: Path) -> None:
+    """Write the template under a new name.
 
     Parameters
     ----------
@@ -133,5 +133,5 @@ def write_starter(path: Path) -> None:
         raise InputError(f"{path}: a study is a TOML file; give a name that ends in .toml.")
     if path.exists():
         raise InputError(f"{path}: exists already and is left as it is; give another name.")
-    text = STARTER.format(name=path.name, stem=path.stem)
+    text = TEMPLATE.format(name=path.name, stem=path.stem)
     write_whole(path, lambda p: p.write_text(text, encoding="utf-8"))
