@@ -27,15 +27,12 @@ from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, Fit
 from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.models import fit_grouped
-from damagepred.uq.fragility.options import DEFAULT
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.samplers import Stream, generator
-
-RESAMPLES = 100
-"""Of the bootstrap for the error of a median."""
 
 
 class CategoryCapacities(NamedTuple):
@@ -150,6 +147,7 @@ def exceedance(
     *,
     confidence: float = 0.9,
     intensity: str | None = None,
+    options: FragilityOptions = DEFAULT,
 ) -> Exceedance:
     """Estimate the probability that a category or a worse one is reached at a movement.
 
@@ -172,6 +170,8 @@ def exceedance(
         Of the interval.
     intensity : str, optional
         Measure of the movement; by default the study's own.
+    options : FragilityOptions
+        Of the curve.
 
     Raises
     ------
@@ -189,7 +189,7 @@ def exceedance(
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
         if len(asked.points) > 1:
             raise InputError(f"at = {asked.name}: the study knows each wall at its own movement alone; ask for one.")
-        return _from_curve(ds, category, asked.largest, confidence, measure)
+        return _from_curve(ds, category, asked.largest, confidence, measure, options)
     known = category_capacities(ds, category, measure, keep_failed=True)
     if len(asked.points) > 1:
         followed = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
@@ -278,7 +278,9 @@ def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short
     return found
 
 
-def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str) -> Exceedance:
+def _from_curve(
+    ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str, options: FragilityOptions
+) -> Exceedance:
     """Return the probability at a movement from walls that are each known at their own, by their lognormal curve."""
     require_categories(ds, [category])
     found = read_capacities(ds, [category], intensity)
@@ -290,23 +292,23 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
     lower, upper, failed, end = found.capacities
 
     def fitted(low: FloatArray, high: FloatArray) -> Fit:
-        return fit_grouped(group_intervals(low, high, found.weight))[0]
+        return fit_grouped(group_intervals(low, high, found.weight), options=options)[0]
 
     cells = group_intervals(lower, upper, found.weight)
-    fit = fit_grouped(cells)[0]
+    fit = fit_grouped(cells, options=options)[0]
     if fit.status != FITTED:
         raise InputError(
             f"P(category >= {category}) at {at:g}: the study knows each wall at its own movement alone, and its walls "
             f"give no curve to read the probability from: {fit.status}."
         )
-    (estimator,) = estimators(cells)
+    (estimator,) = estimators(cells, options=options)
     grid, random, count = np.array([at]), generator(0, Stream.BOOTSTRAP, category), effective_reached(estimator)
-    if count < DEFAULT.posterior_below:
-        drawn = sample_posterior(estimator, estimator.best(), random)
+    if count < options.posterior_below:
+        drawn = sample_posterior(estimator, random)
         band = posterior_band(drawn, 0, grid, confidence)
     else:
-        again = resample(estimator, estimator.best(), 3 * RESAMPLES, random)
-        drawn, band = again.again, resampled_band("bca", again, 0, grid, confidence, count)
+        again = resample(estimator, options.curve_resamples, random)
+        drawn, band = again.replicates, resampled_band("bca", again, 0, grid, confidence, count)
     spread = float(np.std(special.ndtr(drawn[:, 0] * np.log(at) - drawn[:, 1]), ddof=1))
     good = ~failed[0]
     value = float(fit.probability(grid)[0])
@@ -328,7 +330,13 @@ def _from_curve(ds: xr.Dataset, category: int, at: float, confidence: float, int
 
 @one_blas_thread()
 def median_movement(
-    ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
+    ds: xr.Dataset,
+    category: int,
+    *,
+    confidence: float = 0.9,
+    intensity: str | None = None,
+    seed: int = 0,
+    options: FragilityOptions = DEFAULT,
 ) -> Estimate:
     """Estimate the median movement at which a category is reached, from a lognormal curve.
 
@@ -351,43 +359,47 @@ def median_movement(
         Measure of the movement; by default the study's own.
     seed : int
         Of the resampling.
+    options : FragilityOptions
+        Of the curve.
     """
     known = category_capacities(ds, category, intensity, keep_failed=True)
     # those damaged before any movement say nothing of the others' curve
     known = known._replace(upper=np.where(known.upper <= 0, np.inf, known.upper))
     largest = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
-    found = _median_of(known, category, confidence, seed)
+    found = _median_of(known, category, confidence, seed, options)
     if not found.value > largest * (1 + 1e-9):
         return found
     return found._replace(value=largest, error=np.nan, lower=min(found.lower, largest), upper=np.inf)
 
 
-def _median_of(known: CategoryCapacities, category: int, confidence: float, seed: int) -> Estimate:
+def _median_of(
+    known: CategoryCapacities, category: int, confidence: float, seed: int, options: FragilityOptions
+) -> Estimate:
     """Return the median of the lognormal curve, wherever it lies."""
     count = len(known.lower)
     heavy = np.ones(count) if known.weight is None else known.weight
     kish = effective_samples(heavy)
-    fit = _median(known, heavy)
+    fit = _median(known, heavy, options)
     if not np.isfinite(fit):
         return Estimate(np.nan, np.nan, 0.0, np.inf, confidence, count, kish)
     if known.replicate is not None:
         labels = np.unique(known.replicate)
-        others = np.log([_median(known, heavy * (known.replicate != label)) for label in labels])
+        others = np.log([_median(known, heavy * (known.replicate != label), options) for label in labels])
         groups = len(labels)
         error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
         factor = student_factor(confidence, groups - 1)
     else:
         weight = normalised_weights(heavy, known.upper)
-        (estimator,) = estimators(group_intervals(known.lower[None], known.upper[None], weight))
-        told, random = effective_reached(estimator), generator(seed, Stream.BOOTSTRAP, category)
-        if told < DEFAULT.posterior_below:
-            drawn = sample_posterior(estimator, estimator.best(), random)
+        (estimator,) = estimators(group_intervals(known.lower[None], known.upper[None], weight), options=options)
+        walls, random = effective_reached(estimator), generator(seed, Stream.BOOTSTRAP, category)
+        if walls < options.posterior_below:
+            drawn = sample_posterior(estimator, random)
             logarithm = drawn[:, 1] / drawn[:, 0]
             lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))
             return Estimate(fit, fit * float(logarithm.std()), float(lower), float(upper), confidence, count, kish)
-        found = resample(estimator, estimator.best(), RESAMPLES, random)
-        error = float(np.std(found.again[:, 1] / found.again[:, 0], ddof=1)) if len(found.again) > 1 else np.nan
-        factor = student_factor(confidence, told - 1.0)
+        again = resample(estimator, options.median_resamples, random).replicates
+        error = float(np.std(again[:, 1] / again[:, 0], ddof=1)) if len(again) > 1 else np.nan
+        factor = student_factor(confidence, walls - 1.0)
     if not np.isfinite(error):
         return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
     return Estimate(
@@ -395,7 +407,7 @@ def _median_of(known: CategoryCapacities, category: int, confidence: float, seed
     )
 
 
-def _median(known: CategoryCapacities, heavy: FloatArray) -> float:
+def _median(known: CategoryCapacities, heavy: FloatArray, options: FragilityOptions) -> float:
     used = heavy > 0
     counts = normalised_weights(heavy[used], known.upper[used])
-    return fit_lognormal(known.lower[used], known.upper[used], counts).median
+    return fit_lognormal(known.lower[used], known.upper[used], counts, options=options).median

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.fragility import FragilityOptions, fit_fragility
 from damagepred.uq.fragility.describe import lognormal_of
 from tests.uq.test_fragility import NAMES
 
@@ -62,14 +62,12 @@ def test_many_walls(walls: int, own_movement: bool) -> None:
     check(curves, walls)
 
 
-def test_resamples_by_one_step_have_the_errors_of_fitted_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    import damagepred.uq.fragility.resampling as resampling
-
+def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
     ds = archive(3000, True)
-    monkeypatch.setattr(resampling, "MANY_CELLS", 10_000)
-    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=150)
-    monkeypatch.setattr(resampling, "MANY_CELLS", 100)
-    stepped = fit_fragility(ds, categories=[2, 3], bootstrap=600)
+    fitted, stepped = (
+        fit_fragility(ds, categories=[2, 3], bootstrap=count, options=FragilityOptions(one_step_groups=groups))
+        for count, groups in ((150, 10_000), (600, 100))
+    )
     for name in ("median", "dispersion"):
         widths = [ds[f"{name}_upper"].values - ds[f"{name}_lower"].values for ds in (fitted, stepped)]
         np.testing.assert_allclose(widths[1], widths[0], rtol=0.2)

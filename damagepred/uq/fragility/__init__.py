@@ -19,7 +19,7 @@ as such (censored), for leaving them out biases the curve to too small capacitie
 
 from damagepred.uq.capacity import Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
-from damagepred.uq.fragility.fit import FEWEST, CommonFit, Fit
+from damagepred.uq.fragility.fit import CommonFit, Fit
 from damagepred.uq.fragility.grouped_data import normalised_weights
 from damagepred.uq.fragility.models import fit_common, fit_lognormal, fit_ordinal
 from damagepred.uq.fragility.options import FragilityOptions
@@ -29,7 +29,6 @@ from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
 from damagepred.uq.intensity import MEASURES, movement_measure
 
 __all__ = [
-    "FEWEST",
     "MEASURES",
     "Capacities",
     "CommonFit",

@@ -3,13 +3,13 @@
 - ``"percentile"``: quantiles of the resampled fits;
 - ``"bca"``: the same, shifted for the bias that resampling shows and for how the error grows with the value (Efron
   1987, J. Am. Stat. Assoc. 82); its acceleration comes from the walls' influence on the fit instead of a jackknife;
-- ``"profile"``: without resampling, all curves whose likelihood is not too small: the range of each number over the
-  parameters whose log-likelihood is within half a limit of the largest, which is its profile likelihood interval. The
-  limit is n ln(1 + t^2 / (n - 1)), of n walls that tell and Student's quantile t; chi-squared's (1 degree of freedom)
-  of many. For walls that count alike, and curves fitted each for itself.
+- ``"profile"``: without resampling, the profile likelihood interval of each number: its range over the parameters
+  whose log-likelihood is within half a limit of the maximum. The limit is n ln(1 + t^2 / (n - 1)), with n the effective
+  number of walls (``effective_reached``) and Student's quantile t; of many walls it is that of chi-squared (1 degree of
+  freedom). It is for walls of equal weight, and curves with a dispersion of their own.
 
-Quantiles of resamples are taken further out by what n walls leave open (``expanded_percentiles``). Of a category that
-fewer than ``FragilityOptions.posterior_below`` walls tell of, a band asked for as BCa is that of the posterior instead
+Quantiles of resamples are expanded for small samples (``expanded_percentiles``). Where the effective number of walls of
+a category is below ``FragilityOptions.posterior_below``, a BCa band is replaced by that of the posterior
 (``damagepred.uq.fragility.posterior``).
 
 Each number is treated as a function of g = 1/dispersion and h = ln(median)/dispersion.
@@ -26,11 +26,8 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.likelihood import likelihood
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.fragility.resampling import Resampled
-
-BANDS = ("percentile", "bca", "profile")
 
 
 class Band(NamedTuple):
@@ -42,7 +39,7 @@ class Band(NamedTuple):
 
 
 def unknown_band(points: int) -> Band:
-    """Return a band of which nothing is known."""
+    """Return an unknown band: NaN throughout."""
     nothing = (np.nan, np.nan)
     return Band(nothing, nothing, (np.full(points, np.nan), np.full(points, np.nan)))
 
@@ -55,7 +52,7 @@ def _curve_quantities(g: FloatArray, h: FloatArray, grid: FloatArray) -> FloatAr
 
 
 def _band(low: FloatArray, high: FloatArray) -> Band:
-    # pointwise limits of a rising curve may as well rise
+    # the curve rises, so its pointwise limits are made to rise
     ends = [special.ndtr(np.maximum.accumulate(limit[2:])) for limit in (low, high)]
     return Band((float(np.exp(low[0])), float(np.exp(high[0]))), (float(low[1]), float(high[1])), (ends[0], ends[1]))
 
@@ -66,7 +63,7 @@ def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, co
     Parameters
     ----------
     kind : {"percentile", "bca"}
-        Which.
+        Kind of the bootstrap interval.
     found : Resampled
         Fits.
     place : int
@@ -76,15 +73,15 @@ def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, co
     confidence : float
         Of the band.
     walls : float
-        Walls that tell of it, see ``expanded_percentiles``.
+        Effective number of walls, see ``expanded_percentiles``.
     """
-    if len(found.again) < 2:
+    if len(found.replicates) < 2:
         return unknown_band(len(grid))
-    again = np.sort(_curve_quantities(found.again[:, 0], found.again[:, 1 + place], grid), axis=0)
-    reach = expanded_percentiles(np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)]), walls)[:, None]
-    z = reach * np.ones(again.shape[1])
+    again = np.sort(_curve_quantities(found.replicates[:, 0], found.replicates[:, 1 + place], grid), axis=0)
+    normals = expanded_percentiles(np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)]), walls)[:, None]
+    z = normals * np.ones(again.shape[1])
     if kind == "bca":
-        best = _curve_quantities(found.best[:1], found.best[1 + place : 2 + place], grid)[0]
+        best = _curve_quantities(found.estimate[:1], found.estimate[1 + place : 2 + place], grid)[0]
         below = ((again < best).sum(axis=0) + 0.5 * (again == best).sum(axis=0) + 0.5) / (len(again) + 1)
         bias = special.ndtri(below)
         z = bias + (bias + z) / (1.0 - _acceleration(found, place, grid) * (bias + z))
@@ -92,17 +89,17 @@ def resampled_band(kind: str, found: Resampled, place: int, grid: FloatArray, co
 
 
 def expanded_percentiles(tails: FloatArray, walls: float) -> FloatArray:
-    """Return the standard normals whose probabilities are taken for quantiles of resampled fits.
+    """Return the standard normals of the expanded percentiles of resampled fits (Hesterberg 2015, Am. Stat. 69).
 
-    With them the percentile interval of a mean is Student's: resamples of n walls scatter by the root of (n - 1) / n
-    too little, and know nothing of how unsure their scatter is (Hesterberg 2015, Am. Stat. 69).
+    With them the percentile interval of a mean is Student's: the standard deviation of resamples of n walls is too
+    small by the root of (n - 1) / n, and its own uncertainty is left out.
 
     Parameters
     ----------
     tails : array
         Probabilities of the interval's ends.
     walls : float
-        Number n of walls that tell, 2 at least.
+        Effective number n of walls; at least 2 are taken.
     """
     n = max(walls, 2.0)
     return np.asarray(np.sqrt(n / (n - 1.0)) * special.stdtrit(n - 1.0, tails))
@@ -133,8 +130,8 @@ def _quantiles(again: FloatArray, tails: FloatArray) -> Band:
 
 
 def _acceleration(found: Resampled, place: int, grid: FloatArray) -> FloatArray:
-    """Return a sixth of the skewness of what the walls add to each number."""
-    g, h = found.best[0], found.best[1 + place]
+    """Return the acceleration of BCa: a sixth of the skewness of the walls' influence on each number."""
+    g, h = found.estimate[0], found.estimate[1 + place]
     with np.errstate(divide="ignore"):
         log_grid = np.where(grid > 0, np.log(grid), 0.0)
     by_g = np.concatenate(([-h / g**2, -1.0 / g**2], log_grid))
@@ -150,14 +147,14 @@ def _acceleration(found: Resampled, place: int, grid: FloatArray) -> FloatArray:
 
 
 def has_profile_band(estimator: Estimator) -> bool:
-    """Tell whether there is a profile band: one category, fitted for itself, and walls that count alike."""
+    """Whether there is a profile band: one category with its own dispersion, and walls of equal weight."""
     return isinstance(estimator, CompositeLikelihood) and profile_is_defined(
         len(estimator.categories), estimator.cells.weight
     )
 
 
 def profile_is_defined(categories: int, weight: FloatArray) -> bool:
-    """Tell whether categories fitted together are but one, and walls count alike.
+    """Whether there is one category, and all walls have the same weight.
 
     Parameters
     ----------
@@ -169,32 +166,22 @@ def profile_is_defined(categories: int, weight: FloatArray) -> bool:
     return categories == 1 and not np.ptp(weight) > 0
 
 
-def profile_band(
-    estimator: Estimator,
-    best: FloatArray,
-    grid: FloatArray,
-    confidence: float,
-    options: FragilityOptions = DEFAULT,
-) -> Band:
+def profile_band(estimator: Estimator, grid: FloatArray, confidence: float) -> Band:
     """Return the band of one category by profile likelihood.
 
     Parameters
     ----------
     estimator : Estimator
         Of one category.
-    best : array (2,)
-        Its estimate.
     grid : array (points,)
         Movements.
     confidence : float
         Of the band.
-    options : FragilityOptions
-        Points on the contour.
 
     Raises
     ------
     InputError
-        If the category is not fitted for itself, or walls count differently.
+        If categories share a dispersion, or the weights of walls differ.
     """
     if not isinstance(estimator, CompositeLikelihood) or not has_profile_band(estimator):
         raise InputError(
@@ -204,13 +191,14 @@ def profile_band(
     n = max(effective_reached(estimator), 2.0)
     # of n capacities known exactly this limit gives Student's interval of the median, and chi-squared's of many
     drop = n * np.log1p(special.stdtrit(n - 1.0, 0.5 * (1.0 + confidence)) ** 2 / (n - 1.0))
-    rim = _likelihood_contour(estimator, best, float(drop), options.profile_directions)
-    numbers = _curve_quantities(rim[:, 0], rim[:, 1], grid)
+    contour = _likelihood_contour(estimator, float(drop))
+    numbers = _curve_quantities(contour[:, 0], contour[:, 1], grid)
     return _band(numbers.min(axis=0), numbers.max(axis=0))
 
 
-def _likelihood_contour(estimator: CompositeLikelihood, best: FloatArray, drop: float, directions: int) -> FloatArray:
+def _likelihood_contour(estimator: CompositeLikelihood, drop: float) -> FloatArray:
     """Return the parameters at which twice the log-likelihood is by ``drop`` below its maximum."""
+    best, directions = estimator.estimate, estimator.options.profile_directions
     angle = np.linspace(0.0, 2 * np.pi, directions, endpoint=False)
     root = np.linalg.inv(np.linalg.cholesky(-estimator.hessian(best)))
     towards = np.column_stack((np.cos(angle), np.sin(angle))) @ root
@@ -220,10 +208,10 @@ def _likelihood_contour(estimator: CompositeLikelihood, best: FloatArray, drop: 
         limit = np.where(towards[:, 0] < 0, 0.9999 * best[0] / -towards[:, 0], np.inf)  # the dispersion is positive
     far = np.minimum(np.full(directions, np.sqrt(drop)), limit)
     for _ in range(40):
-        here = likelihood(best + far[:, None] * towards, estimator.rows, weight)
-        lost, rate = 2.0 * (most - here.value), -2.0 * (here.gradient * towards).sum(axis=1)
+        here = likelihood(best + far[:, None] * towards, estimator.rows, weight, estimator.options)
+        loss, rate = 2.0 * (most - here.value), -2.0 * (here.gradient * towards).sum(axis=1)
         # the loss is convex along each line: Newton's method, from outside after the first step
-        new = np.clip(far + (drop - lost) / np.maximum(rate, 1e-12), 0.3 * far, np.minimum(3.0 * far, limit))
+        new = np.clip(far + (drop - loss) / np.maximum(rate, 1e-12), 0.3 * far, np.minimum(3.0 * far, limit))
         done = np.abs(new - far).max() <= 1e-9 * far.max()
         far = new
         if done:

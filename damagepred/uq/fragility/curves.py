@@ -40,19 +40,16 @@ from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_interva
 from damagepred.uq.fragility.models import fit_grouped, require_ascending
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
-from damagepred.uq.fragility.resampling import MANY_CELLS, draw, resample
+from damagepred.uq.fragility.resampling import draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.samplers import Stream, generator
-
-MOST = 1_000_000
-"""Resamples, and points of a curve, beyond which a slip is likelier than a wish."""
 
 Model = Literal["separate", "common", "empirical"]
 Bands = Literal["bca", "percentile", "profile"]
 
 EMPIRICAL = "empirical"
-"""Status of a curve that has no median and dispersion of a lognormal, because none was asked for."""
+"""Status of a curve that has no median and dispersion of a lognormal, because none is asked for."""
 
 
 class _Request(NamedTuple):
@@ -101,13 +98,13 @@ def fit_fragility(
     confidence : float
         Of the band, 0.9 for 5 to 95 %.
     band : {"bca", "percentile", "profile"}
-        How it is found, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band. A category
-        that fewer than 100 walls tell of has the band of the posterior instead of BCa; one of which fewer than 95 % of
-        the resamples can be fitted has the profile band where there is one.
+        Its kind, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band. The band of the
+        posterior replaces BCa where fewer than 100 walls determine a category's curve; the profile band replaces both
+        where fewer than 95 % of the resamples can be fitted.
     bootstrap : int
         Number of resamples of walls for the band; 0 for none.
     goodness : int
-        Times that walls of the fitted curve are made up to judge its misfit to the empirical one; 0: not judged.
+        Simulated studies of the fitted curve, for the p-value of its misfit to the empirical one; 0: not judged.
     seed : int
         Of the resampling.
     points : int
@@ -157,11 +154,11 @@ def fit_fragility(
     ):
         require_count(what, number, least)
         if what != "seed":
-            require_number(what, number, least, MOST)
+            require_number(what, number, least, options.largest_count)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
-    asked = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid, options)
-    columns, more = _curves(walls, asked)
+    request = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid, options)
+    columns, more = _curves(walls, request)
     attrs = {
         "model": model,
         "band": "percentile" if model == "empirical" else band,
@@ -181,7 +178,7 @@ def fit_fragility(
 
 
 def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: str | None) -> str:
-    """Check what was asked for; return the name of the intensity."""
+    """Check the arguments; return the name of the intensity."""
     if "status" in ds and not np.isin(ds["status"].values, SOLVED).any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
     for needed in ("damage_category", "status"):
@@ -198,41 +195,44 @@ def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: 
     return name
 
 
-def _curves(walls: StudyCapacities, asked: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
-    """Return the columns of the dataset, and its attributes that tell of all curves together."""
-    kinds = range(len(asked.categories))
+def _curves(walls: StudyCapacities, request: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+    """Return the columns of the dataset, and its attributes that belong to all curves together."""
+    kinds = range(len(request.categories))
 
-    def each(found: Capacities) -> list[GroupedIntervals]:
+    def of_each_category(found: Capacities) -> list[GroupedIntervals]:
         return [group_intervals(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
 
     columns = _counts(walls.capacities)
-    alone = each(walls.capacities)
-    free = [_empirical(cells, walls.single) for cells in alone]
-    columns["empirical"] = np.array([one.probability(asked.grid) for one in free])
-    if asked.model == "empirical":
-        return columns | _without_form(alone, walls, asked), {}
+    alone = of_each_category(walls.capacities)
+    options = request.options
+    empirical = [_empirical(cells, walls.single, options) for cells in alone]
+    columns["empirical"] = np.array([one.probability(request.grid) for one in empirical])
+    if request.model == "empirical":
+        return columns | _without_form(alone, walls, request), {}
     before, walls = walls.capacities.upper <= 0, walls._replace(capacities=without_damaged_at_start(walls.capacities))
     found = walls.capacities
     if before.any():
-        alone = each(found)
-        free = [_empirical(cells, walls.single) for cells in alone]
-    common = asked.model == "common"
+        alone = of_each_category(found)
+        empirical = [_empirical(cells, walls.single, options) for cells in alone]
+    common = request.model == "common"
     whole = group_intervals(found.lower, found.upper, walls.weight) if common else None
     fits = [
-        Fit(np.nan, np.nan, why) for c in (alone if whole is None else [whole]) for why in reasons_not_fitted(c, common)
+        Fit(np.nan, np.nan, why)
+        for c in (alone if whole is None else [whole])
+        for why in reasons_not_fitted(c, common, options)
     ]
-    limits = [bands.unknown_band(len(asked.grid)) for _ in kinds]
+    limits = [bands.unknown_band(len(request.grid)) for _ in kinds]
     share = np.full(len(limits), np.nan)
-    for estimator, places in _parts(alone, whole, walls.single):
-        for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, asked)):
+    for estimator, places in _parts(alone, whole, walls.single, request.options):
+        for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, request)):
             fits[k], limits[k], share[k] = fit, limit, fitted
-    columns |= _columns_of(fits, limits, asked.grid)
-    columns |= _failures(walls, fits, common, asked.grid) | _judged(fits, free, walls, asked)
+    columns |= _columns_of(fits, limits, request.grid)
+    columns |= _failures(walls, fits, common, request) | _judged(fits, empirical, walls, request)
     columns["resamples_fitted"] = share
-    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, asked) for k in kinds])
-    _add_start_share(columns, before, walls.weight, asked.confidence)
+    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, request) for k in kinds])
+    _add_start_share(columns, before, walls.weight, request.confidence)
     _end_where_walls_end(columns, walls.largest)
-    return columns, _criteria(fits, walls, asked.options.criterion_walls)
+    return columns, _criteria(fits, walls, options)
 
 
 def _add_start_share(
@@ -251,7 +251,7 @@ def _add_start_share(
 
 
 def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
-    """Give a median beyond the largest movement of the walls as what is known of it: a lower bound."""
+    """Replace a median beyond the largest movement of the walls by that movement, a lower bound."""
     found = BoundedMedian.of(columns["median"], columns["median_lower"], columns["median_upper"], largest)
     beyond = (columns["fit_status"] == FITTED) & np.isfinite(found.extrapolated)
     columns["fit_status"] = np.where(beyond, EXTRAPOLATED, columns["fit_status"])
@@ -271,52 +271,54 @@ def _counts(found: Capacities) -> dict[str, NDArray[Any]]:
 
 
 def _parts(
-    alone: list[GroupedIntervals], whole: GroupedIntervals | None, single: bool
+    alone: list[GroupedIntervals], whole: GroupedIntervals | None, single: bool, options: FragilityOptions
 ) -> list[tuple[Estimator, list[int]]]:
-    """Return what is fitted together, and the places of its categories."""
+    """Return the estimators, each with the places of its categories."""
     if whole is not None:
-        return [(e, e.categories) for e in estimators(whole, True, single)]
-    return [(e, [k]) for k, cells in enumerate(alone) for e in estimators(cells)]
+        return [(e, e.categories) for e in estimators(whole, True, single, options)]
+    return [(e, [k]) for k, cells in enumerate(alone) for e in estimators(cells, options=options)]
 
 
 def _with_bands(
-    estimator: Estimator, places: list[int], asked: _Request
+    estimator: Estimator, places: list[int], request: _Request
 ) -> tuple[list[Fit], list[bands.Band], list[float]]:
-    """Fit categories that are fitted together; return curves, bands and which share of resamples could be fitted."""
-    fits, none = estimator.fits(), [bands.unknown_band(len(asked.grid))] * len(places)
+    """Fit categories that share an estimator; return curves, bands and the share of resamples that could be fitted."""
+    fits, none = estimator.fits(), [bands.unknown_band(len(request.grid))] * len(places)
     nothing = [np.nan] * len(places)
     if fits[0].status != FITTED:
         return fits, none, nothing
-    best, count = estimator.best(), effective_reached(estimator)
-    possible = asked.band != "profile" or bands.has_profile_band(estimator)
-    if possible and _too_few(estimator.cells, count, asked):
+    count = effective_reached(estimator)
+    possible = request.band != "profile" or bands.has_profile_band(estimator)
+    if possible and _too_few(estimator.cells, count, request):
         return fits, none, nothing
-    if asked.band == "profile":
-        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence, asked.options)], nothing
-    if asked.bootstrap == 0:
+    if request.band == "profile":
+        return fits, [bands.profile_band(estimator, request.grid, request.confidence)], nothing
+    if request.bootstrap == 0:
         return fits, none, nothing
-    random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[places[0]])
+    random = generator(request.seed, Stream.BOOTSTRAP, request.categories[places[0]])
     dependent = isinstance(estimator, CompositeLikelihood) and len(places) > 1
-    if asked.band == "bca" and not dependent and count < asked.options.posterior_below:
-        draws = sample_posterior(estimator, best, random, asked.options)
-        return fits, [bands.posterior_band(draws, n, asked.grid, asked.confidence) for n in range(len(places))], nothing
-    again = resample(estimator, best, asked.bootstrap, random)
-    share = [len(again.again) / asked.bootstrap] * len(places)
-    if share[0] < asked.options.fitted_share and bands.has_profile_band(estimator):
-        # what cannot be fitted lies to one side: what is left of the resamples would make too narrow a band
-        return fits, [bands.profile_band(estimator, best, asked.grid, asked.confidence, asked.options)], share
+    if request.band == "bca" and not dependent and count < request.options.posterior_below:
+        draws = sample_posterior(estimator, random)
+        limits = [bands.posterior_band(draws, n, request.grid, request.confidence) for n in range(len(places))]
+        return fits, limits, nothing
+    again = resample(estimator, request.bootstrap, random)
+    share = [len(again.replicates) / request.bootstrap] * len(places)
+    if share[0] < request.options.fitted_share and bands.has_profile_band(estimator):
+        # resamples without a fit lie to one side: the band of the others would be too narrow
+        return fits, [bands.profile_band(estimator, request.grid, request.confidence)], share
     limits = [
-        bands.resampled_band(asked.band, again, n, asked.grid, asked.confidence, count) for n in range(len(places))
+        bands.resampled_band(request.band, again, n, request.grid, request.confidence, count)
+        for n in range(len(places))
     ]
     return fits, limits, share
 
 
-def _too_few(cells: GroupedIntervals, known: float, asked: _Request) -> bool:
-    """Whether a band would hold the truth less often than it says, of so many walls that tell of a category."""
-    if asked.band != "bca":
-        return known < asked.options.fewest_resampled
-    few = known < asked.options.fewest_common or _effective(cells) < asked.options.fewest_common_walls
-    return asked.model == "common" and few
+def _too_few(cells: GroupedIntervals, known: float, request: _Request) -> bool:
+    """Whether the band of so few walls would cover the truth less often than its confidence."""
+    if request.band != "bca":
+        return known < request.options.fewest_resampled
+    few = known < request.options.fewest_common or _effective(cells) < request.options.fewest_common_walls
+    return request.model == "common" and few
 
 
 def _effective(cells: GroupedIntervals) -> float:
@@ -337,28 +339,30 @@ def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> 
     return columns
 
 
-def _empirical(cells: GroupedIntervals, single: bool, weight: FloatArray | None = None) -> Npmle:
-    lower, upper = cells.lower[0], cells.upper[0]
-    return (isotonic if single else turnbull)(lower, upper, cells.total if weight is None else weight)
+def _empirical(
+    cells: GroupedIntervals, single: bool, options: FragilityOptions, weight: FloatArray | None = None
+) -> Npmle:
+    lower, upper, weight = cells.lower[0], cells.upper[0], cells.total if weight is None else weight
+    return isotonic(lower, upper, weight) if single else turnbull(lower, upper, weight, options=options)
 
 
-def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, asked: _Request) -> dict[str, NDArray[Any]]:
+def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request: _Request) -> dict[str, NDArray[Any]]:
     """Return the empirical curves as the curves themselves, with percentile bands."""
     rows = []
-    tails = [0.5 * (1 - asked.confidence), 0.5 * (1 + asked.confidence)]
+    tails = [0.5 * (1 - request.confidence), 0.5 * (1 + request.confidence)]
     for k, cells in enumerate(alone):
-        found = _empirical(cells, walls.single)
-        random = generator(asked.seed, Stream.BOOTSTRAP, asked.categories[k])
-        times = asked.bootstrap if len(cells.number) <= MANY_CELLS or walls.single else 0
+        found = _empirical(cells, walls.single, request.options)
+        random = generator(request.seed, Stream.BOOTSTRAP, request.categories[k])
+        times = request.bootstrap if len(cells.number) <= request.options.one_step_groups or walls.single else 0
         drawn = (draw(cells, 1, random)[0] * cells.weight for _ in range(times))
-        again = [_empirical(cells, walls.single, weight) for weight in drawn]
-        row: dict[str, Any] = {"probability": found.probability(asked.grid), "median": _middle(found)}
-        curves = np.array([one.probability(asked.grid) for one in again])
+        again = [_empirical(cells, walls.single, request.options, weight) for weight in drawn]
+        row: dict[str, Any] = {"probability": found.probability(request.grid), "median": _middle(found)}
+        curves = np.array([one.probability(request.grid) for one in again])
         medians = np.array([one.quantile(0.5) for one in again])
         ends = (
-            _shares_between(row["probability"], curves, cells, asked)
+            _shares_between(row["probability"], curves, cells, request)
             if times > 1
-            else [np.full(len(asked.grid), np.nan)] * 2
+            else [np.full(len(request.grid), np.nan)] * 2
         )
         for word, tail, end_ in zip(("lower", "upper"), tails, ends):
             row[f"probability_{word}"] = end_
@@ -372,26 +376,30 @@ def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, asked: 
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
     for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
         each = [group_intervals(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(rows))]
-        columns[f"median_failed_{name}"] = np.array([_middle(_empirical(cells, walls.single)) for cells in each])
+        columns[f"median_failed_{name}"] = np.array(
+            [_middle(_empirical(cells, walls.single, request.options)) for cells in each]
+        )
     return columns
 
 
-def _shares_between(best: FloatArray, curves: FloatArray, cells: GroupedIntervals, asked: _Request) -> list[FloatArray]:
-    """Return pointwise limits of the empirical curve: Wilson's, for as many walls as have the resamples' scatter.
+def _shares_between(
+    best: FloatArray, curves: FloatArray, cells: GroupedIntervals, request: _Request
+) -> list[FloatArray]:
+    """Return pointwise Wilson limits of the empirical curve, for the number of walls with the resamples' variance.
 
-    Where resamples do not scatter, all walls that tell stand for as many (none of them damaged, or all).
+    Where the resamples are all alike (no wall damaged, or all), it is the effective number of walls.
     """
-    scatter = curves.std(axis=0, ddof=1)
+    deviation = curves.std(axis=0, ddof=1)
     every = _effective(cells)
-    told = np.minimum(best * (1 - best) / np.maximum(scatter, 1e-12) ** 2, every)
-    count = np.where((scatter > 0) & (told > 0), told, every)
-    factor = normal_factor(asked.confidence)
+    equivalent = np.minimum(best * (1 - best) / np.maximum(deviation, 1e-12) ** 2, every)
+    count = np.where((deviation > 0) & (equivalent > 0), equivalent, every)
+    factor = normal_factor(request.confidence)
     ends = np.array([wilson(p, n, factor) for p, n in zip(np.clip(best, 0.0, 1.0), count)]).T
     return [np.where(np.arange(len(best)) == 0, best, end) for end in ends]
 
 
 def _middle(found: Npmle) -> float:
-    """Return the movement by which half of the walls have reached it, NaN if it is not known."""
+    """Return the median movement, NaN where less than half of the walls reach the category."""
     median = found.quantile(0.5)
     return median if np.isfinite(median) else np.nan
 
@@ -409,66 +417,76 @@ def _bounds(walls: StudyCapacities) -> list[tuple[FloatArray, FloatArray]]:
     return [undamaged, (found.lower, np.where(found.failed, np.maximum(following, found.lower), found.upper))]
 
 
-def _failures(walls: StudyCapacities, fits: list[Fit], common: bool, grid: FloatArray) -> dict[str, NDArray[Any]]:
-    told: dict[str, NDArray[Any]] = {}
+def _failures(walls: StudyCapacities, fits: list[Fit], common: bool, request: _Request) -> dict[str, NDArray[Any]]:
+    """Return medians and curves with all failed walls undamaged, and with all damaged."""
+    columns: dict[str, NDArray[Any]] = {}
+    grid, options = request.grid, request.options
     for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
         again = fits
         if walls.capacities.failed.any():
             if common:
-                again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single)
+                again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single, options)
             else:
                 rows = (group_intervals(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(fits)))
-                again = [fit_grouped(cells)[0] for cells in rows]
-        told[f"median_failed_{name}"] = np.array([f.median for f in again])
+                again = [fit_grouped(cells, options=options)[0] for cells in rows]
+        columns[f"median_failed_{name}"] = np.array([f.median for f in again])
         if walls.capacities.failed.any():
             curves = [f.probability(grid) if f.status == FITTED else np.full(len(grid), np.nan) for f in again]
-            told[f"probability_failed_{name}"] = np.array(curves)
-    return told
+            columns[f"probability_failed_{name}"] = np.array(curves)
+    return columns
 
 
-def _judged(fits: list[Fit], free: list[Npmle], walls: StudyCapacities, asked: _Request) -> dict[str, NDArray[Any]]:
+def _judged(
+    fits: list[Fit], empirical: list[Npmle], walls: StudyCapacities, request: _Request
+) -> dict[str, NDArray[Any]]:
+    """Return the distances of the curves from the empirical ones, and the p-values of their misfit."""
     gap, chance = np.full(len(fits), np.nan), np.full(len(fits), np.nan)
     for k, fit in enumerate(fits):
         if fit.status != FITTED:
             continue
-        gap[k] = goodness.distance(fit, free[k])
-        random = generator(asked.seed, Stream.GOODNESS, asked.categories[k])
-        chance[k] = goodness.p_value(fit, walls, k, asked.goodness, random)
+        gap[k] = goodness.distance(fit, empirical[k])
+        random = generator(request.seed, Stream.GOODNESS, request.categories[k])
+        chance[k] = goodness.p_value(fit, walls, k, request.goodness, random, request.options)
     return {"distance": gap, "p_value": chance}
 
 
-def _criteria(fits: list[Fit], walls: StudyCapacities, most: int) -> dict[str, float]:
-    """Return Akaike's criterion of both ways to fit the categories that have curves."""
+def _criteria(fits: list[Fit], walls: StudyCapacities, options: FragilityOptions) -> dict[str, float]:
+    """Return Akaike's criterion of separate dispersions and of a common one, of the categories that have curves."""
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
         return {}
-    some = slice(None, None, -(-len(walls.weight) // most))
+    some = slice(None, None, -(-len(walls.weight) // options.criterion_walls))
     lower, upper = walls.capacities.lower[good, some], walls.capacities.upper[good, some]
     cells = group_intervals(lower, upper, walls.weight[some])
-    found = {f"aic_{word}": goodness.akaike_criterion(cells, word == "common") for word in ("separate", "common")}
-    return found | {"aic_walls": lower.shape[1]}
+    return {
+        "aic_separate": goodness.akaike_criterion(cells, False, options),
+        "aic_common": goodness.akaike_criterion(cells, True, options),
+        "aic_walls": lower.shape[1],
+    }
 
 
 def _note(
-    fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: float, common: bool, asked: _Request
+    fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: float, common: bool, request: _Request
 ) -> str:
-    """Say what a reader of a curve should know."""
+    """Return cautions for the reader of a curve."""
     if fit.status != FITTED:
         return ""
     reached = np.isfinite(cells.upper[0])
     count = int(cells.number[reached].sum())
     at_once = int(cells.number[reached & (cells.lower[0] == 0)].sum())
     said = []
-    if count < asked.options.caution_below:
+    if count < request.options.caution_below:
         said.append(f"rests on {count} walls that reached it")
-    if asked.bootstrap and _too_few(cells, effective_reached(CompositeLikelihood([0], cells)), asked):
-        instead = "separate curves" if asked.band == "bca" else "bca"
+    if request.bootstrap and _too_few(
+        cells, effective_reached(CompositeLikelihood([0], cells, request.options)), request
+    ):
+        instead = "separate curves" if request.band == "bca" else "bca"
         said.append(f"no band: of so few walls it would be too narrow; take {instead}")
     if fit.median > walls.largest:
         said.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
-    if share < asked.options.fitted_share:
+    if share < request.options.fitted_share:
         by_profile = bands.profile_is_defined(1 + common, walls.weight)
         what = "is by profile likelihood" if by_profile else "is too narrow"
         said.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")

@@ -1,4 +1,4 @@
-"""What a fit comes to: a lognormal curve, or why there is none."""
+"""Result of a fit: a lognormal curve, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from scipy import special
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 from damagepred.uq.fragility.grouped_data import GroupedIntervals
-
-FEWEST = 3
-"""Walls that must have reached a category before a curve is fitted to it."""
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 FITTED = "fitted"
 
@@ -138,33 +136,36 @@ class BoundedMedian(NamedTuple):
         )
 
 
-def reasons_not_fitted(cells: GroupedIntervals, common: bool = False) -> list[str]:
-    """Say of each category why it has no curve; empty if nothing speaks against it.
+def reasons_not_fitted(cells: GroupedIntervals, common: bool = False, options: FragilityOptions = DEFAULT) -> list[str]:
+    """Return the reason why each category has no curve, empty where it can be fitted.
 
     Parameters
     ----------
-    cells : Cells
+    cells : GroupedIntervals
         Walls.
     common : bool
-        Whether categories share a dispersion: then one may lack what tells its own, as long as another has it.
+        Whether categories share a dispersion: it is enough that one of them determines it.
+    options : FragilityOptions
+        Its ``fewest_reached``.
     """
-    if common and all(reasons_not_fitted(cells)):
-        return reasons_not_fitted(cells)
+    if common and all(alone := reasons_not_fitted(cells, options=options)):
+        return alone
     found = []
     for lower, upper in zip(cells.lower, cells.upper):
-        told = (cells.total > 0) & ((lower > 0) | np.isfinite(upper))
-        found.append(_reason(lower[told], upper[told], np.maximum(cells.total, cells.number)[told], common))
+        used = (cells.total > 0) & ((lower > 0) | np.isfinite(upper))
+        walls = np.maximum(cells.total, cells.number)[used]
+        found.append(_reason(lower[used], upper[used], walls, common, options.fewest_reached))
     return found
 
 
-def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: bool) -> str:
+def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: bool, fewest: int) -> str:
     reached = np.isfinite(upper)
     if not reached.any():
         return "never reached"
     if (upper[reached] <= 0).any():
         return "reached by some walls before any movement"
-    if walls[reached].sum() < FEWEST:
-        return f"reached by fewer than {FEWEST} walls"
+    if walls[reached].sum() < fewest:
+        return f"reached by fewer than {fewest} walls"
     if lower.max() <= upper.min():
         if common and lower.max() > 0:
             return ""

@@ -11,12 +11,9 @@ from damagepred.uq.capacity import StudyCapacities
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.fit import FITTED, Fit
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
-from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
 from damagepred.uq.fragility.models import fit_grouped
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
-
-MOST_WALLS = 20_000
-"""Walls up to which the fit is judged: beyond, no form fits as closely as so many walls can tell."""
 
 
 def distance(fit: Fit, found: Npmle) -> float:
@@ -36,70 +33,72 @@ def distance(fit: Fit, found: Npmle) -> float:
     return float(np.concatenate(gaps).max())
 
 
-def likelihood_ratio_statistic(fit: Fit, cells: GroupedIntervals) -> float:
-    """Return twice the logarithm of how much more likely the walls are by the empirical curve than by a fitted one.
+def _likelihood_ratio_statistic(fit: Fit, cells: GroupedIntervals, options: FragilityOptions) -> float:
+    """Return twice the log-likelihood ratio of the empirical curve over a fitted one, of one category.
 
-    It sees a wrong form also where the largest distance is that of a single step, as it is where each wall is known at
-    one movement alone.
-
-    Parameters
-    ----------
-    fit : Fit
-        Curve.
-    cells : Cells
-        Walls, of one category.
+    It detects a wrong form also where each wall is known at one movement alone: the largest distance is then that of a
+    single step.
     """
     lower, upper, weight = cells.lower[0], cells.upper[0], cells.total
-    free = turnbull(lower, upper, weight)
+    empirical = turnbull(lower, upper, weight, options=options)
 
-    def unlikely(probability: Callable[[FloatArray], FloatArray]) -> float:
+    def negative_log_likelihood(probability: Callable[[FloatArray], FloatArray]) -> float:
         high = np.where(np.isinf(upper), 1.0, probability(np.where(np.isinf(upper), 1.0, upper)))
         return -float(weight @ np.log(np.maximum(high - probability(lower), 1e-12)))
 
-    return 2.0 * (unlikely(fit.probability) - unlikely(free.probability))
+    return 2.0 * (negative_log_likelihood(fit.probability) - negative_log_likelihood(empirical.probability))
 
 
-def p_value(fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator) -> float:
-    """Return how often walls of the fitted curve have at least the misfit of these (parametric bootstrap).
+def p_value(
+    fit: Fit,
+    walls: StudyCapacities,
+    k: int,
+    repetitions: int,
+    random: np.random.Generator,
+    options: FragilityOptions = DEFAULT,
+) -> float:
+    """Return the probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap).
 
-    Made-up walls are followed as the real ones were: to the same movement, in the same increments, or in as many even
-    ones where each wall has its own.
+    Simulated walls are followed like the walls of the study: to the same movement, in the same increments, or in as
+    many equal ones where each wall has its own.
 
     Parameters
     ----------
     fit : Fit
         Curve.
-    walls : Walls
-        What it was fitted to.
+    walls : StudyCapacities
+        Capacities of the study.
     k : int
         Place of the category.
     repetitions : int
-        How many times walls are made up; 0: not judged.
+        Number of simulated studies; 0: not judged.
     random : Generator
         Source of their capacities.
+    options : FragilityOptions
+        Its ``goodness_walls``, and the options of the fits.
     """
     count = len(walls.weight)
-    if repetitions == 0 or count > MOST_WALLS or np.ptp(walls.weight) > 0:
+    if repetitions == 0 or count > options.goodness_walls or np.ptp(walls.weight) > 0:
         return np.nan
     lower, upper = walls.capacities.lower[k], walls.capacities.upper[k]
-    seen = likelihood_ratio_statistic(fit, group_intervals(lower[None], upper[None], walls.weight))
+    statistic = _likelihood_ratio_statistic(fit, group_intervals(lower[None], upper[None], walls.weight), options)
     followed = np.where(np.isinf(upper), lower, walls.capacities.end)
     larger = judged = 0
     for _ in range(repetitions):
         capacity = fit.median * np.exp(fit.dispersion * random.standard_normal(count))
         low, high = _grouped_by_increments(capacity, followed, walls, upper)
         cells = group_intervals(low[None], high[None], walls.weight)
-        again = fit_grouped(cells)[0]
+        again = fit_grouped(cells, options=options)[0]
         if again.status == FITTED:
             judged += 1
-            larger += likelihood_ratio_statistic(again, cells) >= seen
+            larger += _likelihood_ratio_statistic(again, cells, options) >= statistic
     return (larger + 1) / (judged + 1)
 
 
 def _grouped_by_increments(
     capacity: FloatArray, followed: FloatArray, walls: StudyCapacities, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the intervals in which capacities would have been found."""
+    """Return the intervals that the study's increments would give simulated capacities."""
     if walls.single:
         movement = np.where(np.isfinite(upper), upper, followed)
         hit = capacity <= movement
@@ -116,28 +115,32 @@ def _grouped_by_increments(
     return np.where(beyond, np.minimum(low, followed), low), np.where(beyond, np.inf, high)
 
 
-def akaike_criterion(cells: GroupedIntervals, common: bool) -> float:
-    """Return Akaike's criterion of the categories' own likelihoods, the smaller the better.
+def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOptions = DEFAULT) -> float:
+    """Return Akaike's criterion of the product of the categories' likelihoods; a smaller one is better.
 
     A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
     number where the likelihood is right (Varin and Vidoni 2005, Biometrika 92).
 
     Parameters
     ----------
-    cells : Cells
-        Walls, with the categories to judge.
+    cells : GroupedIntervals
+        Walls, with the categories of the criterion.
     common : bool
         Whether they share a dispersion.
+    options : FragilityOptions
+        Options of the fits.
     """
     places = list(range(len(cells.lower)))
     parts: list[Estimator] = (
-        [CompositeLikelihood(places, cells)] if common else [CompositeLikelihood([k], cells.of(k)) for k in places]
+        [CompositeLikelihood(places, cells, options)]
+        if common
+        else [CompositeLikelihood([k], cells.of(k), options) for k in places]
     )
     total = 0.0
     for part in parts:
-        at = part.best()
-        if not SMALLEST < 1.0 / at[0] < LARGEST:
+        if part.no_dispersion():
             return np.nan
+        at = part.estimate
         each = part.scores(at) * part.cells.weight[:, None]
         spread = (each * part.cells.number[:, None]).T @ each
         total += 2.0 * float(np.trace(np.linalg.pinv(-part.hessian(at), hermitian=True) @ spread)) - 2 * part.value(at)

@@ -1,10 +1,9 @@
 """The likelihood of censored lognormal capacities, and its maximum.
 
-All models here say that a standard normal of a wall lies between two bounds that are linear in the parameters:
-below @ p < e <= above @ p, where p[0] = 1/dispersion. Then the logarithm of the likelihood is concave in p (Burridge
-1981, J. R. Stat. Soc. B 43; Pratt 1981, J. Am. Stat. Assoc. 76): there is one maximum, and any start leads to it. One
-Newton's method serves separate curves, curves of a common dispersion, ordinal data and surfaces, and many resamples of
-the walls at a time.
+In all models a standard normal of each wall lies between two bounds that are linear in the parameters:
+below @ p < e <= above @ p, where p[0] = 1/dispersion. Then the log-likelihood is concave in p (Burridge 1981, J. R.
+Stat. Soc. B 43; Pratt 1981, J. Am. Stat. Assoc. 76): there is one maximum, and any start leads to it. The same Newton
+method serves separate curves, curves of a common dispersion, ordinal data and surfaces, and many resamples at a time.
 """
 
 from __future__ import annotations
@@ -15,22 +14,14 @@ import numpy as np
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
-SMALLEST, LARGEST = 1e-4, 20.0
-"""Bounds of the dispersion."""
-
-_AT_ONCE = 200_000
-"""Likelihoods of single rows worked out at a time: what fits into the processor's cache and bounds the memory."""
-
-_MANY = 50_000
-"""From so many rows on, the start is the fit of a part of them."""
-
-_LEAST = -1e6
-"""Stands for the logarithm of 0."""
+_LOG_ZERO = -1e6
+"""Finite number in place of the logarithm of 0."""
 
 
 class LinearBounds(NamedTuple):
-    """What is known of one standard normal a row.
+    """Bounds of one standard normal a row.
 
     Attributes
     ----------
@@ -118,22 +109,26 @@ class Likelihood(NamedTuple):
         return Likelihood(self.value[which], self.gradient[which], self.hessian[which])
 
 
-def likelihood(at: FloatArray, rows: LinearBounds | CategoryIntervals, weight: FloatArray) -> Likelihood:
-    """Work out the likelihood of several sets of parameters, each for its own weights.
+def likelihood(
+    at: FloatArray, rows: LinearBounds | CategoryIntervals, weight: FloatArray, options: FragilityOptions = DEFAULT
+) -> Likelihood:
+    """Return the log-likelihood of several sets of parameters, each for its own weights, with its derivatives.
 
     Parameters
     ----------
     at : array (resamples, parameters)
         Parameters.
-    rows : Rows
-        What is known.
+    rows : LinearBounds or CategoryIntervals
+        Observations.
     weight : array (resamples, rows)
-        How often each row counts.
+        Weight of each row.
+    options : FragilityOptions
+        Its ``likelihood_rows``.
     """
     resamples, size = at.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
     hessian = np.zeros((resamples, size, size))
-    step = max(1, _AT_ONCE // resamples)
+    step = max(1, options.likelihood_rows // resamples)
     for first in range(0, weight.shape[1], step):
         part = slice(first, first + step)
         some, w = rows.part(part), weight[:, part]
@@ -148,7 +143,9 @@ def likelihood(at: FloatArray, rows: LinearBounds | CategoryIntervals, weight: F
     return Likelihood(value, gradient, hessian)
 
 
-def scores(at: FloatArray, rows: LinearBounds | CategoryIntervals, count: int) -> FloatArray:
+def scores(
+    at: FloatArray, rows: LinearBounds | CategoryIntervals, count: int, options: FragilityOptions = DEFAULT
+) -> FloatArray:
     """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters).
 
     Parameters
@@ -156,16 +153,19 @@ def scores(at: FloatArray, rows: LinearBounds | CategoryIntervals, count: int) -
     at : array (parameters,)
         Parameters.
     rows : LinearBounds or CategoryIntervals
-        What is known.
+        Observations.
     count : int
         Number of rows.
+    options : FragilityOptions
+        Its ``likelihood_rows``.
     """
     found = np.empty((count, rows.parameters))
-    for first in range(0, len(found), _AT_ONCE):
-        some = rows.part(slice(first, first + _AT_ONCE))
+    for first in range(0, count, options.likelihood_rows):
+        part = slice(first, first + options.likelihood_rows)
+        some = rows.part(part)
         _, by_low, by_high, *_ = _terms(at[None], some)
-        found[first : first + _AT_ONCE] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
-        found[first : first + _AT_ONCE, 0] += some.exact / at[0]
+        found[part] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
+        found[part, 0] += some.exact / at[0]
     return found
 
 
@@ -193,8 +193,8 @@ def _terms(at: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
     low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
     exact = rows.exact[None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
-        between = np.where(exact, 0.0, log_interval_probability(low, high))
-        # density at either end over the probability between, 0 at an end that is nowhere
+        between = np.where(exact, 0.0, _log_interval_probability(low, high))
+        # density at either end over the probability between, 0 at an infinite end
         p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
     p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
     term = np.where(exact, np.log(at[:, :1]) - 0.5 * b**2 - 0.5 * np.log(2 * np.pi), between)
@@ -208,65 +208,57 @@ def _terms(at: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
     )
 
 
-def log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return log(Phi(b) - Phi(a)) without cancellation in either tail.
-
-    Parameters
-    ----------
-    a, b : array
-        Lower and upper bounds of the normal.
-    """
+def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return log(Phi(b) - Phi(a)) without cancellation in either tail."""
     flip = a > 0
     low, high = np.where(flip, -b, a), np.where(flip, -a, b)
     log_high, log_low = special.log_ndtr(high), special.log_ndtr(low)
     with np.errstate(divide="ignore", invalid="ignore"):
         difference = log_high + np.log1p(-np.exp(np.minimum(log_low - log_high, 0.0)))
-    return np.maximum(np.where(np.isnan(difference), _LEAST, difference), _LEAST)
+    return np.maximum(np.where(np.isnan(difference), _LOG_ZERO, difference), _LOG_ZERO)
 
 
 def maximise_likelihood(
-    rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Find the parameters of the largest likelihood.
+    rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray, options: FragilityOptions = DEFAULT
+) -> FloatArray:
+    """Return the parameters of the largest likelihood, array (resamples, parameters), by Newton's method.
+
+    Where the dispersion 1/p[0] is not between the smallest and the largest of the options, it has no finite estimate.
 
     Parameters
     ----------
-    rows : Rows
-        What is known.
+    rows : LinearBounds or CategoryIntervals
+        Observations.
     weight : array (resamples, rows)
-        How often each row counts, for each resample of the walls.
+        Weight of each row in each resample of the walls.
     start : array (parameters,) or (resamples, parameters)
-        Where to begin; the first parameter must be positive, and the likelihood not 0.
-
-    Returns
-    -------
-    at : array (resamples, parameters)
-        Where 1/at[:, 0] is not between ``SMALLEST`` and ``LARGEST``, there is no finite dispersion.
-    value : array (resamples,)
-        Logarithm of the likelihood.
+        Initial parameters; the first must be positive, and the likelihood not 0.
+    options : FragilityOptions
+        Bounds of the dispersion, and rows.
     """
     resamples, count = weight.shape
+    smallest, largest = options.smallest_dispersion, options.largest_dispersion
     at = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
-    if count > _MANY and resamples == 1:
-        stride = count // (_MANY // 5)
-        at, _ = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], at)
-        at[:, 0] = np.clip(at[:, 0], 1.0 / LARGEST, 1.0 / SMALLEST)
+    if count > options.coarse_start_rows and resamples == 1:
+        stride = count // (options.coarse_start_rows // 5)
+        at = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], at, options)
+        at[:, 0] = np.clip(at[:, 0], 1.0 / largest, 1.0 / smallest)
     total = weight.sum(axis=1)
-    here = likelihood(at, rows, weight)
+    here = likelihood(at, rows, weight, options)
     climbing = np.arange(resamples)
     for _ in range(200):
         now = here.of(climbing)
         step = _newton_step(now)
         too_far = at[climbing, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
         step[too_far] *= (0.9 * at[climbing, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
-        moved, fraction = _line_search(at, here, step, climbing, rows, weight)
-        promised = fraction * (now.gradient * step).sum(axis=1)
-        scatter = 1.0 / at[climbing, 0]
-        done = ~moved | (promised <= 1e-14 * total[climbing]) | (scatter <= SMALLEST) | (scatter >= LARGEST)
+        moved, fraction = _line_search(at, here, step, climbing, rows, weight, options)
+        predicted = fraction * (now.gradient * step).sum(axis=1)
+        dispersion = 1.0 / at[climbing, 0]
+        done = ~moved | (predicted <= 1e-14 * total[climbing]) | (dispersion <= smallest) | (dispersion >= largest)
         climbing = climbing[~done]
         if not climbing.size:
             break
-    return at, here.value
+    return at
 
 
 def _newton_step(now: Likelihood) -> FloatArray:
@@ -281,14 +273,15 @@ def _line_search(
     climbing: IntArray,
     rows: LinearBounds | CategoryIntervals,
     weight: FloatArray,
+    options: FragilityOptions,
 ) -> tuple[BoolArray, FloatArray]:
-    """Go along the steps, halving them until the likelihood is no smaller; return where it worked and how far."""
+    """Halve the steps until the likelihood is no smaller; return which were taken and their fractions."""
     moved, fraction = np.zeros(len(climbing), dtype=bool), np.ones(len(climbing))
     left = np.arange(len(climbing))
     for _ in range(60):
         who = climbing[left]
         to = at[who] + fraction[left, None] * step[left]
-        new = likelihood(to, rows, weight[who])
+        new = likelihood(to, rows, weight[who], options)
         good = new.value >= here.value[who]
         at[who[good]] = to[good]
         for mine, theirs in zip(here, new):

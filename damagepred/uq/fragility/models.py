@@ -24,11 +24,14 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import FITTED, CommonFit, Fit, reasons_not_fitted
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 
 @checked
 @one_blas_thread()
-def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> Fit:
+def fit_lognormal(
+    lower: FloatArray, upper: FloatArray, count: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
+) -> Fit:
     """Fit a lognormal capacity to intervals by maximum likelihood.
 
     Parameters
@@ -36,7 +39,9 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     lower, upper : array (n,)
         The capacity lies in (lower, upper]; upper infinite: censored; equal: known exactly.
     count : array (n,), optional
-        How many walls each interval stands for.
+        Number of walls of each interval.
+    options : FragilityOptions
+        Options of the fit.
 
     Raises
     ------
@@ -45,14 +50,16 @@ def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None
     """
     require_alike(lower=lower, upper=upper, count=count)
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
-    weight = np.where((low <= 0) & np.isinf(high), 0.0, _weight(count, len(low)))  # what may be anything tells nothing
+    weight = np.where((low <= 0) & np.isinf(high), 0.0, _weight(count, len(low)))  # (0, inf] is no information
     kept = (weight > 0) | np.isnan(low + high)
-    return fit_grouped(group_intervals(low[None, kept], high[None, kept], weight[kept]))[0]
+    return fit_grouped(group_intervals(low[None, kept], high[None, kept], weight[kept]), options=options)[0]
 
 
 @checked
 @one_blas_thread()
-def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = None) -> CommonFit:
+def fit_common(
+    lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = None, *, options: FragilityOptions = DEFAULT
+) -> CommonFit:
     """Fit lognormal capacities of one dispersion to the intervals of several categories.
 
     Parameters
@@ -60,7 +67,9 @@ def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = Non
     lower, upper : array (categories, walls)
         See ``fit_lognormal``; categories from the least to the worst.
     count : array (walls,), optional
-        How many walls each stands for.
+        Number of walls of each column.
+    options : FragilityOptions
+        Options of the fit.
 
     Raises
     ------
@@ -71,13 +80,19 @@ def fit_common(lower: ArrayLike, upper: ArrayLike, count: ArrayLike | None = Non
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     if low.ndim != 2:
         raise InputError(f"lower, upper: must have the shape (categories, walls), have {low.shape}.")
-    return _together(fit_grouped(group_intervals(low, high, _weight(count, low.shape[1])), common=True))
+    cells = group_intervals(low, high, _weight(count, low.shape[1]))
+    return _together(fit_grouped(cells, common=True, options=options))
 
 
 @checked
 @one_blas_thread()
 def fit_ordinal(
-    movement: ArrayLike, category: ArrayLike, categories: Sequence[int], count: ArrayLike | None = None
+    movement: ArrayLike,
+    category: ArrayLike,
+    categories: Sequence[int],
+    count: ArrayLike | None = None,
+    *,
+    options: FragilityOptions = DEFAULT,
 ) -> CommonFit:
     """Fit lognormal curves of one dispersion to walls that are each known at one movement (ordinal probit).
 
@@ -90,12 +105,14 @@ def fit_ordinal(
     categories : sequence of int
         For which there are to be curves, ascending.
     count : array (walls,), optional
-        How many walls each stands for.
+        Number of walls of each row.
+    options : FragilityOptions
+        Options of the fit.
     """
     m, c = np.asarray(movement, dtype=np.float64), np.asarray(category)
     hit = c >= np.asarray(categories)[:, None]
     cells = group_intervals(np.where(hit, 0.0, m), np.where(hit, m, np.inf), _weight(count, len(m)))
-    return _together(fit_grouped(cells, common=True, single=True))
+    return _together(fit_grouped(cells, common=True, single=True, options=options))
 
 
 def _weight(count: ArrayLike | None, size: int) -> FloatArray:
@@ -103,13 +120,15 @@ def _weight(count: ArrayLike | None, size: int) -> FloatArray:
 
 
 def _together(fits: Sequence[Fit]) -> CommonFit:
-    scatter = [f.dispersion for f in fits if f.status == FITTED]
+    dispersion = [f.dispersion for f in fits if f.status == FITTED]
     return CommonFit(
-        np.array([f.median for f in fits]), scatter[0] if scatter else np.nan, tuple(f.status for f in fits)
+        np.array([f.median for f in fits]), dispersion[0] if dispersion else np.nan, tuple(f.status for f in fits)
     )
 
 
-def fit_grouped(cells: GroupedIntervals, common: bool = False, single: bool = False) -> list[Fit]:
+def fit_grouped(
+    cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
+) -> list[Fit]:
     """Fit a curve to each category of counted walls; see ``estimators``.
 
     Parameters
@@ -120,9 +139,11 @@ def fit_grouped(cells: GroupedIntervals, common: bool = False, single: bool = Fa
         Whether all categories share a dispersion.
     single : bool
         Whether each wall is known at one movement alone.
+    options : FragilityOptions
+        Options of the fits.
     """
-    found = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common)]
-    for estimator in estimators(cells, common, single):
+    found = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common, options)]
+    for estimator in estimators(cells, common, single, options):
         for k, fit in zip(estimator.categories, estimator.fits()):
             found[k] = fit
     return found

@@ -1,16 +1,15 @@
-"""Few walls: draws from the posterior of the parameters with the prior that makes its intervals hold what they say.
+"""Few walls: draws from the posterior of the parameters, with priors that match the frequentist coverage.
 
-For capacities that are known exactly, or up to a number of walls, quantiles of the posterior with the right-invariant
-prior d(ln median) d(dispersion) / dispersion are exact confidence limits, of the median (Student's t), of the
-dispersion (chi-squared) and of each probability, however few walls there are (Severini, Mukerjee and Ghosh 2002,
+For capacities that are known exactly, or censored after a number of walls, quantiles of the posterior with the
+right-invariant prior d(ln median) d(dispersion) / dispersion are exact confidence limits, of the median (Student's t),
+of the dispersion (chi-squared) and of each probability, however few walls there are (Severini, Mukerjee and Ghosh 2002,
 Biometrika 89). Likelihood ratios and resamples of a few walls are not: studies/coverage.
 
 Where each wall is known at one movement alone, that prior would let the dispersion run away, and Jeffreys' takes its
 place: the root of the determinant of the information, which is that of Firth's (1993, Biometrika 80) penalty.
 
 For each dispersion the likelihood is close to a normal density in ln(median)/dispersion. The dispersion is drawn from
-its density by Laplace's approximation, the others from those normals, and the draws are weighted by what their density
-really is.
+its density by Laplace's approximation, the others from those normals; importance weights correct the draws.
 """
 
 from __future__ import annotations
@@ -24,36 +23,31 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.fragility.estimators import Estimator
 from damagepred.uq.fragility.grouped_data import GroupedIntervals
-from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST, Likelihood, likelihood
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
+from damagepred.uq.fragility.likelihood import Likelihood, likelihood
+from damagepred.uq.fragility.options import FragilityOptions
 
 
-def sample_posterior(
-    estimator: Estimator, best: FloatArray, random: np.random.Generator, options: FragilityOptions = DEFAULT
-) -> FloatArray:
+def sample_posterior(estimator: Estimator, random: np.random.Generator) -> FloatArray:
     """Draw from the posterior of the parameters, array (draws, parameters).
 
     Parameters
     ----------
     estimator : Estimator
-        With the walls; its likelihood must be that of the walls, no product of categories' own.
-    best : array (parameters,)
-        Its estimate.
+        With the walls and the options; its likelihood must not be a product of the categories' likelihoods.
     random : Generator
         Source of the draws.
-    options : FragilityOptions
-        Resolution and number of draws.
 
     Notes
     -----
     Weighted walls count by their effective sample size (Kish).
     """
+    best, options = estimator.estimate, estimator.options
     cells, single = estimator.cells, _is_current_status(estimator.cells)
     weight = cells.total * (_kish(cells.weight, cells.number) / cells.total.sum())
 
-    def of(at: FloatArray) -> Likelihood:
+    def weighted_likelihood(at: FloatArray) -> Likelihood:
         with np.errstate(over="ignore", invalid="ignore"):
-            return likelihood(at, estimator.rows, np.broadcast_to(weight, (len(at), len(weight))))
+            return likelihood(at, estimator.rows, np.broadcast_to(weight, (len(at), len(weight))), options)
 
     def log_prior(at: FloatArray, here: Likelihood) -> FloatArray:
         if single:
@@ -62,10 +56,12 @@ def sample_posterior(
         return np.asarray(-(others + 1.0) * np.log(at[:, 0]))
 
     others = len(best) - 1
-    spread = np.sqrt(max(np.linalg.pinv(-of(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
+    spread = (
+        np.sqrt(max(np.linalg.pinv(-weighted_likelihood(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
+    )
     step = np.clip(8.0 * spread, 4.0, 12.0) / options.posterior_points
     upwards, downwards = (
-        list(_profile_points(best, direction * step, of, log_prior, options.posterior_drop))
+        list(_profile_points(best, direction * step, weighted_likelihood, log_prior, options))
         for direction in (1.0, -1.0)
     )
     found = [*downwards[:0:-1], *upwards]
@@ -73,12 +69,12 @@ def sample_posterior(
     at, precision = np.array([one.at for one in found]), np.array([one.precision for one in found])
     density = np.exp(density - density.max())
     share = 0.5 * (density[1:] + density[:-1]) * np.diff(log_g)
-    upto = np.append(0.0, np.cumsum(share)) / share.sum()
-    # draws from the density between the points, taken as even, and from the normals at the nearest points
+    cumulative = np.append(0.0, np.cumsum(share)) / share.sum()
+    # draws from the density, taken as uniform between the points, and from the normals at the nearest points
     count = options.posterior_draws
     uniform = (np.arange(count) + random.random(count)) / count
-    panel = np.clip(np.searchsorted(upto, uniform, side="right") - 1, 0, len(share) - 1)
-    inside = (uniform - upto[panel]) / np.maximum(np.diff(upto)[panel], 1e-300)
+    panel = np.clip(np.searchsorted(cumulative, uniform, side="right") - 1, 0, len(share) - 1)
+    inside = (uniform - cumulative[panel]) / np.maximum(np.diff(cumulative)[panel], 1e-300)
     drawn_g = log_g[panel] + inside * np.diff(log_g)[panel]
     middle = at[panel, 1:] + inside[:, None] * (at[panel + 1, 1:] - at[panel, 1:])
     factor = np.linalg.cholesky(np.linalg.inv(precision))[panel]
@@ -89,20 +85,20 @@ def sample_posterior(
         - 0.5 * (normal**2).sum(axis=1)
         - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
     )
-    here = of(draws)
+    here = weighted_likelihood(draws)
     log_weight = here.value + log_prior(draws, here) + drawn_g - proposed
     log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
-    heavy = np.exp(log_weight - log_weight.max())
-    # systematic resampling: each draw as often as its weight says
+    importance = np.exp(log_weight - log_weight.max())
+    # systematic resampling: the expected number of copies of a draw is in proportion to its weight
     places = (np.arange(count) + random.random()) / count
-    return draws[np.minimum(np.searchsorted(np.cumsum(heavy) / heavy.sum(), places), count - 1)]
+    return draws[np.minimum(np.searchsorted(np.cumsum(importance) / importance.sum(), places), count - 1)]
 
 
 def effective_reached(estimator: Estimator) -> float:
-    """Return the smallest effective sample size (Kish) of any category.
+    """Return the smallest effective number of walls (Kish) that determine a category's curve.
 
-    Those that reached it; where each wall is known at one movement alone, the fewer of those that did and did not, and
-    with several categories half of all.
+    These are the walls that reached it. Where each wall is known at one movement, they are the fewer of those that did
+    and that did not; of several categories fitted together, half of all walls.
     """
     cells = estimator.cells
     if _is_current_status(cells) and len(cells.lower) > 1:
@@ -125,21 +121,11 @@ def _is_current_status(cells: GroupedIntervals) -> bool:
 
 
 class _Point(NamedTuple):
-    """Where the likelihood is largest for a dispersion.
-
-    Attributes
-    ----------
-    at : array (parameters,)
-        The parameters.
-    density : float
-        Logarithm of the posterior density of the first parameter's logarithm, up to a constant.
-    precision : array (parameters - 1, parameters - 1)
-        Negative curvature of the log-likelihood by the other parameters.
-    """
+    """Maximum of the likelihood for one dispersion."""
 
     at: FloatArray
-    density: float
-    precision: FloatArray
+    density: float  # logarithm of the posterior density of ln(at[0]), up to a constant
+    precision: FloatArray  # negative second derivatives of the log-likelihood by the other parameters
 
 
 def _profile_points(
@@ -147,11 +133,11 @@ def _profile_points(
     step: float,
     of: Callable[[FloatArray], Likelihood],
     log_prior: Callable[[FloatArray, Likelihood], FloatArray],
-    drop: float,
+    options: FragilityOptions,
 ) -> Iterator[_Point]:
-    """Follow the largest likelihood from its maximum to ever larger or smaller dispersions, as far as it counts."""
+    """Follow the profile likelihood from its maximum to larger or smaller dispersions, until the density is small."""
     at, most = best.copy(), -np.inf
-    while 1.0 / LARGEST <= at[0] <= 1.0 / SMALLEST:
+    while 1.0 / options.largest_dispersion <= at[0] <= 1.0 / options.smallest_dispersion:
         here = of(at[None])
         for _ in range(50):
             way = np.linalg.pinv(-here.hessian[0, 1:, 1:], hermitian=True) @ here.gradient[0, 1:]
@@ -170,7 +156,7 @@ def _profile_points(
         density = float((here.value + log_prior(at[None], here))[0] + np.log(at[0]))
         density -= 0.5 * float(np.linalg.slogdet(precision)[1])
         most = max(most, density)
-        if not density >= most - drop:
+        if not density >= most - options.posterior_drop:
             return
         yield _Point(at, density, precision)
         at = at * np.exp(step)  # the medians stay

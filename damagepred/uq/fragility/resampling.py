@@ -1,9 +1,9 @@
-"""Walls drawn again (bootstrap): what the fit would have been for other walls of the same kind.
+"""Bootstrap of fragility fits: estimates from walls drawn with replacement.
 
-Walls that say the same are drawn together, by a multinomial number for each cell of them: a million walls whose paths
-share their increments are no more work than a few hundred. Where nearly every wall says something of its own, there
-are so many that one Newton step from the estimate, with the walls' scores weighted as they were drawn, gives each
-resample's estimate to one part in the number of walls.
+The number of walls drawn from each group of equal walls is multinomial: a million walls whose paths share their
+increments cost no more than a few hundred. Where nearly every wall differs, the walls are many: one Newton step from
+the estimate, with the scores weighted as drawn, then gives each resample's estimate with a relative error of one over
+the number of walls.
 """
 
 from __future__ import annotations
@@ -14,97 +14,72 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.fragility.estimators import Estimator
-from damagepred.uq.fragility.fit import FEWEST
 from damagepred.uq.fragility.grouped_data import GroupedIntervals
-from damagepred.uq.fragility.likelihood import LARGEST, SMALLEST
-
-MANY_CELLS = 2000
-"""From so many cells on, resamples are one Newton step from the estimate."""
-
-_DRAWN = 20_000
-"""Walls drawn for such a step at most: its scatter is that of a mean, and falls with the root of their number."""
-
-_AT_ONCE = 4_000_000
-"""Numbers of draws kept at a time."""
+from damagepred.uq.fragility.options import FragilityOptions
 
 
 class Resampled(NamedTuple):
-    """Parameters fitted to walls drawn again.
+    """Bootstrap replicates of the parameters.
 
     Attributes
     ----------
-    best : array (parameters,)
-        For the walls themselves: 1/dispersion, and for each category ln(median)/dispersion.
-    again : array (resamples, parameters)
-        For those resamples that can be fitted.
-    asked : int
-        Resamples drawn.
-    influence : array (cells, parameters)
-        What one wall of a cell adds to the parameters.
-    cells : Cells
+    estimate : array (parameters,)
+        Of the walls themselves: 1/dispersion, and for each category ln(median)/dispersion.
+    replicates : array (resamples, parameters)
+        Of those resamples that can be fitted.
+    influence : array (groups, parameters)
+        Influence of one wall of a group on the parameters.
+    cells : GroupedIntervals
         The walls.
     """
 
-    best: FloatArray
-    again: FloatArray
-    asked: int
+    estimate: FloatArray
+    replicates: FloatArray
     influence: FloatArray
     cells: GroupedIntervals
 
 
-def resample(estimator: Estimator, best: FloatArray, resamples: int, random: np.random.Generator) -> Resampled:
-    """Fit walls drawn again.
+def resample(estimator: Estimator, resamples: int, random: np.random.Generator) -> Resampled:
+    """Fit resamples of the walls.
 
     Parameters
     ----------
     estimator : Estimator
-        With the walls.
-    best : array (parameters,)
-        Its estimate.
+        With the walls and the options.
     resamples : int
-        How often.
+        Number of resamples.
     random : Generator
         Source of the draws.
     """
-    cells = estimator.cells
+    cells, best, options = estimator.cells, estimator.estimate, estimator.options
     influence = estimator.scores(best) @ np.linalg.pinv(-estimator.hessian(best), hermitian=True)
-    if len(cells.number) > MANY_CELLS:
-        again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random)
-        return Resampled(best, again[again[:, 0] > 1.0 / LARGEST], resamples, influence, cells)
+    if len(cells.number) > options.one_step_groups:
+        again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random, options)
+        return Resampled(best, again[again[:, 0] > 1.0 / options.largest_dispersion], influence, cells)
     found = []
-    each = max(1, _AT_ONCE // len(cells.number))
-    fewest = FEWEST if len(estimator.categories) == 1 else 1
+    each = max(1, options.stored_draws // len(cells.number))
+    fewest = options.fewest_reached if len(estimator.categories) == 1 else 1
     for first in range(0, resamples, each):
         drawn = draw(cells, min(each, resamples - first), random)
         enough = np.ones(len(drawn), dtype=bool)
         for lower, upper in zip(cells.lower, cells.upper):
-            told = (lower > 0) | np.isfinite(upper)
             enough &= drawn @ np.isfinite(upper) >= fewest
-            enough &= drawn @ (told & (lower > 0)) > 0
+            enough &= drawn @ (lower > 0) > 0
         if enough.any():
-            found.append(estimator.at(drawn[enough] * cells.weight, best))
+            found.append(estimator.maximise(drawn[enough] * cells.weight, best))
     again = np.concatenate(found) if found else np.empty((0, len(best)))
     with np.errstate(divide="ignore"):
-        scatter = 1.0 / again[:, 0]
-    return Resampled(best, again[(scatter > SMALLEST) & (scatter < LARGEST)], resamples, influence, cells)
+        dispersion = 1.0 / again[:, 0]
+    good = (dispersion > options.smallest_dispersion) & (dispersion < options.largest_dispersion)
+    return Resampled(best, again[good], influence, cells)
 
 
-def _one_step_estimates(each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator) -> FloatArray:
-    """Return what walls drawn again add to the parameters beyond what the walls themselves do.
-
-    Parameters
-    ----------
-    each : array (cells, parameters)
-        What one wall adds.
-    number : array of int (cells,)
-        How many walls there are.
-    resamples : int
-        How often.
-    random : Generator
-        Source of the draws.
-    """
+def _one_step_estimates(
+    each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator, options: FragilityOptions
+) -> FloatArray:
+    """Return the Newton steps of resamples, (resamples, parameters), from the influence of one wall of each group."""
     walls = int(number.sum())
-    size = min(walls, _DRAWN)
+    size = min(walls, options.one_step_walls)
     mean = number @ each / walls
     ends = np.cumsum(number)
     found = np.empty((resamples, each.shape[1]))
@@ -115,7 +90,7 @@ def _one_step_estimates(each: FloatArray, number: IntArray, resamples: int, rand
 
 
 def draw(cells: GroupedIntervals, resamples: int, random: np.random.Generator) -> FloatArray:
-    """Return how many walls of each cell there are in each resample, array (resamples, cells).
+    """Return the number of walls of each group in each resample, array (resamples, groups).
 
     Parameters
     ----------

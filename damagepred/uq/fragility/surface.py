@@ -20,15 +20,10 @@ from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import read_capacities, require_categories, without_damaged_at_start
 from damagepred.uq.fragility.bands import expanded_percentiles
-from damagepred.uq.fragility.estimators import CompositeLikelihood, MaximumLikelihood
-from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, Fit, StartShare, reasons_not_fitted
+from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
+from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, StartShare, reasons_not_fitted
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
-from damagepred.uq.fragility.likelihood import (
-    LARGEST,
-    SMALLEST,
-    linear_bounds,
-    maximise_likelihood,
-)
+from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
@@ -113,10 +108,8 @@ def fit_surface(
         else (np.linspace(z[known].min(), z[known].max(), points[1]))
     )
     grid = np.linspace(0.0, walls.largest, points[0])
-    model = _Regression(cells, logarithmic)
-    columns, attrs = _fitted(
-        model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category), options
-    )
+    model = _Regression(cells, logarithmic, options)
+    columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
     _bound_by_walls(columns, StartShare.of(before[known], walls.weight[known], confidence), walls.largest)
     reached = np.isfinite(walls.capacities.upper)
     columns |= {
@@ -178,12 +171,12 @@ def _second(ds: xr.Dataset, name: str) -> FloatArray:
     return np.asarray(ds[name].values, dtype=np.float64)
 
 
-class _Regression(MaximumLikelihood):
+class _Regression(Estimator):
     """Estimator of 1/dispersion and (a, b) over the dispersion, x counted from its mean."""
 
-    def __init__(self, cells: GroupedIntervals, logarithmic: bool) -> None:
-        self.categories = [0]
-        self.cells = GroupedIntervals(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
+    def __init__(self, cells: GroupedIntervals, logarithmic: bool, options: FragilityOptions) -> None:
+        capacities = GroupedIntervals(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
+        super().__init__([0], capacities, options)
         self.logarithmic = logarithmic
         x = self._scaled(cells.lower[1])
         self._middle = float(np.average(x, weights=cells.total))
@@ -193,19 +186,14 @@ class _Regression(MaximumLikelihood):
         return np.log(z) if self.logarithmic else z
 
     def regressors(self, z: FloatArray) -> FloatArray:
-        """Return what the mean of the capacity's logarithm depends on, array (n, 2)."""
+        """Return the regressors of the mean of the capacity's logarithm, array (n, 2)."""
         return np.column_stack((np.ones(len(z)), self._scaled(z) - self._middle))
 
-    def at(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return the parameters for weights of the cells."""
+    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """See ``Estimator.maximise``."""
         if start is None:
-            start = np.append(CompositeLikelihood([0], self.cells).best(), 0.0)
-        return maximise_likelihood(self.rows, weight, start)[0]
-
-    def fits(self) -> list[Fit]:
-        """Return the curve at the mean of the second variable."""
-        at = self.best()
-        return [Fit(float(np.exp(at[1] / at[0])), float(1.0 / at[0]), FITTED)]
+            start = np.append(CompositeLikelihood([0], self.cells, self.options).estimate, 0.0)
+        return maximise_likelihood(self.rows, weight, start, self.options)
 
 
 def _fitted(
@@ -215,28 +203,27 @@ def _fitted(
     confidence: float,
     bootstrap: int,
     random: np.random.Generator,
-    options: FragilityOptions,
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return the variables of the dataset, and its attributes that tell what the second variable explains."""
-    status = reasons_not_fitted(model.cells)[0] or FITTED
+    """Return the variables of the dataset, and Akaike's criterion with and without the second variable."""
+    options = model.options
+    status = reasons_not_fitted(model.cells, options=options)[0] or FITTED
     at, alone = np.full(3, np.nan), np.full(2, np.nan)
     again = np.empty((0, 3))
     level = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])
     tails = level
     attrs: dict[str, float] = {}
     if status == FITTED:
-        plain = CompositeLikelihood([0], model.cells)
-        at, alone = model.best(), plain.best()
-        if not SMALLEST < 1.0 / at[0] < LARGEST:
-            status = f"no finite dispersion explains the walls (it runs to {1.0 / at[0]:.2g})"
-            at = np.full(3, np.nan)
+        plain = CompositeLikelihood([0], model.cells, options)
+        at, alone = model.estimate, plain.estimate
+        if why := model.no_dispersion():
+            status, at = why, np.full(3, np.nan)
         else:
             attrs = {"aic_with": 6.0 - 2.0 * model.value(at), "aic_without": 4.0 - 2.0 * plain.value(alone)}
             if bootstrap and effective_reached(model) < options.posterior_below:
-                again, tails = sample_posterior(model, at, random, options), level
+                again, tails = sample_posterior(model, random), level
             elif bootstrap:
                 again, tails = (
-                    resample(model, at, bootstrap, random).again,
+                    resample(model, bootstrap, random).replicates,
                     special.ndtr(expanded_percentiles(level, effective_reached(model))),
                 )
     regressors = model.regressors(grid_z)

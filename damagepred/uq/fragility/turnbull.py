@@ -1,10 +1,10 @@
-"""The empirical curve: no form is taken for granted; nonparametric maximum likelihood for censored capacities.
+"""The empirical curve: nonparametric maximum likelihood estimate of the distribution of censored capacities.
 
 Turnbull (1976, J. R. Stat. Soc. B 38): only the innermost intervals, from a lower bound to the next upper one without
-any bound between, can bear probability, and where inside it lies is not known. Their probabilities are found by the
-expectation-maximisation algorithm with steps of the iterative convex minorant between (Wellner and Zhan 1997, J. Am.
-Stat. Assoc. 92). How far the likelihood is from its maximum is bounded by the slope towards the best single interval
-(Gentleman and Geyer 1994, Biometrika 81), and that bound ends the search.
+any bound between, have probability; its distribution inside them is not determined. The probabilities follow from the
+expectation-maximisation algorithm, alternating with steps of the iterative convex minorant (Wellner and Zhan 1997, J.
+Am. Stat. Assoc. 92). The largest directional derivative bounds the distance of the likelihood from its maximum
+(Gentleman and Geyer 1994, Biometrika 81): that bound ends the iteration.
 """
 
 from __future__ import annotations
@@ -15,12 +15,7 @@ import numpy as np
 
 from damagepred.arguments import checked, require_alike
 from damagepred.arrays import FloatArray, IntArray
-
-MOST = 1000
-"""Distinct bounds taken as they are; beyond, they are rounded to so many steps of the largest."""
-
-_SHARP = 1e-8
-"""Largest distance of the log-likelihood, by wall, from its maximum."""
+from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 
 class Npmle(NamedTuple):
@@ -29,9 +24,9 @@ class Npmle(NamedTuple):
     Attributes
     ----------
     left, right : array (intervals,)
-        The probability lies in (left, right]; right is infinite for what no wall has reached.
+        The intervals (left, right]; ``right`` is infinite beyond all movements.
     mass : array (intervals,)
-        How much; 1 in all.
+        Their probabilities; the sum is 1.
     """
 
     left: FloatArray
@@ -50,7 +45,9 @@ class Npmle(NamedTuple):
 
 
 @checked
-def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> Npmle:
+def turnbull(
+    lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
+) -> Npmle:
     """Return the nonparametric maximum likelihood estimate of the capacity's distribution.
 
     Parameters
@@ -58,13 +55,16 @@ def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = N
     lower, upper : array (walls,)
         Capacities lie in (lower, upper]; upper infinite: not reached; equal: known exactly.
     weight : array (walls,), optional
-        What each counts for.
+        Weight of each wall.
+    options : FragilityOptions
+        Its ``empirical_...`` fields.
     """
     require_alike(lower=lower, upper=upper, weight=weight)
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(lower)) if weight is None else np.asarray(weight, dtype=np.float64)
     keep = (weight > 0) & ((lower > 0) | np.isfinite(upper))
-    lower, upper, weight = _rounded(lower[keep]), _rounded(upper[keep]), weight[keep]
+    most = options.empirical_bounds
+    lower, upper, weight = _rounded(lower[keep], most), _rounded(upper[keep], most), weight[keep]
     if not len(lower):
         return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
     left, right = _innermost(lower, upper)
@@ -72,17 +72,17 @@ def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = N
     first = np.searchsorted(right, lower, side="right")
     first -= (lower == upper) & (first > 0) & (right[first - 1] == lower)
     last = np.searchsorted(right, upper, side="right")
-    span, which = np.unique(np.column_stack((first, last)), axis=0, return_inverse=True)
-    counted = np.bincount(which.ravel(), weights=weight)
-    return Npmle(left, right, _maximise(span[:, 0], span[:, 1], counted / counted.sum(), len(left)))
+    span, group = np.unique(np.column_stack((first, last)), axis=0, return_inverse=True)
+    total = np.bincount(group.ravel(), weights=weight)
+    return Npmle(left, right, _maximise(span[:, 0], span[:, 1], total / total.sum(), len(left), options))
 
 
-def _rounded(bound: FloatArray) -> FloatArray:
-    """Round bounds if there are too many different ones."""
+def _rounded(bound: FloatArray, most: int) -> FloatArray:
+    """Round bounds to equal steps if more than ``most`` of them differ."""
     finite = np.isfinite(bound)
-    if len(np.unique(bound[finite])) <= MOST:
+    if len(np.unique(bound[finite])) <= most:
         return bound
-    step = bound[finite].max() / MOST
+    step = bound[finite].max() / most
     return np.where(finite, np.round(bound / step) * step, np.inf)
 
 
@@ -100,13 +100,13 @@ def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatA
     return place[here], place[here + 1]
 
 
-def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int) -> FloatArray:
-    """Return the masses of most likelihood where a row spans the intervals first <= j < last; weights add up to 1."""
+def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int, options: FragilityOptions) -> FloatArray:
+    """Return the masses of largest likelihood; each row spans the intervals first <= j < last, weights add up to 1."""
     mass = np.full(size, 1.0 / size)
-    for _ in range(2000):
+    for _ in range(options.empirical_iterations):
         mass = _em_step(mass, first, last, weight)
         mass = _icm_step(mass, first, last, weight)
-        if _directional_derivative(mass, first, last, weight).max() - 1.0 <= _SHARP:
+        if _directional_derivative(mass, first, last, weight).max() - 1.0 <= options.empirical_tolerance:
             break
     return mass
 
@@ -117,7 +117,7 @@ def _within(mass: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
 
 
 def _directional_derivative(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
-    """Return how fast the log-likelihood grows with each mass; 1 where there is mass, and nowhere more, at the best."""
+    """Return the derivative of the log-likelihood by each mass; at the maximum it is 1 at masses, nowhere larger."""
     ratio = weight / _within(mass, first, last)
     size = len(mass) + 1
     return np.cumsum(np.bincount(first, ratio, size) - np.bincount(last, ratio, size))[:-1]
@@ -151,7 +151,7 @@ def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatAr
         new = np.diff(np.concatenate(([0.0], reached + fraction * (to - reached), [1.0])))
         new = np.maximum(new, 0.0)
         inside = _within(new, first, last)
-        # what was seen cannot get probability 0: no later step would raise it again
+        # an observed interval must keep some probability: no EM step raises a probability of 0
         if inside.min() > 1e-14 and float(weight @ np.log(inside)) >= before:
             return new
         fraction /= 2
@@ -160,7 +160,7 @@ def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatAr
 
 @checked
 def kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
-    """Return the share of walls that have reached the category: the closed form for increments that all share.
+    """Return the share of walls that have reached the category: the closed form for increments common to all walls.
 
     Parameters
     ----------
@@ -174,16 +174,16 @@ def kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid:
         return np.zeros(len(grid))
     last = np.where(reached, upper, lower)
     movement = np.unique(upper[reached])
-    falling = np.array([weight[reached & (upper == m)].sum() for m in movement])
-    standing = np.array([weight[last >= m].sum() for m in movement])
-    steps = 1.0 - np.cumprod(1.0 - falling / standing)
+    events = np.array([weight[reached & (upper == m)].sum() for m in movement])
+    at_risk = np.array([weight[last >= m].sum() for m in movement])
+    steps = 1.0 - np.cumprod(1.0 - events / at_risk)
     return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
 
 
 def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
-    """Return the share of walls that have reached the category, rising, where each is known at one movement alone.
+    """Return the empirical curve of walls that are each known at one movement (current status data).
 
-    Adjacent violators are pooled (Ayer and others 1955), which is the maximum likelihood estimate from such data.
+    Pooled adjacent violators (Ayer and others 1955) are its maximum likelihood estimate.
 
     Parameters
     ----------
@@ -192,8 +192,8 @@ def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
     """
     from scipy.optimize import isotonic_regression
 
-    told = (weight > 0) & ((lower > 0) | np.isfinite(upper))
-    lower, upper, weight = lower[told], upper[told], weight[told]
+    informative = (weight > 0) & ((lower > 0) | np.isfinite(upper))
+    lower, upper, weight = lower[informative], upper[informative], weight[informative]
     reached = np.isfinite(upper)
     movement, place = np.unique(np.where(reached, upper, lower), return_inverse=True)
     if not len(movement):
