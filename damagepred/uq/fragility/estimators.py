@@ -43,7 +43,6 @@ class Estimator(ABC):
     def __init__(self, categories: list[int], cells: GroupedIntervals, options: FragilityOptions = DEFAULT) -> None:
         self.categories, self.cells, self.options = categories, cells, options
 
-    @abstractmethod
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Return the parameters of largest likelihood for weights of the groups, array (resamples, parameters).
 
@@ -54,6 +53,10 @@ class Estimator(ABC):
         start : array (parameters,), optional
             Initial parameters.
         """
+        return self._maximise(weight, start)
+
+    @abstractmethod
+    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray: ...
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
         """Return the weights of the likelihood's rows for weights of the groups."""
@@ -146,13 +149,12 @@ class CompositeLikelihood(Estimator):
         """Return the weights of the rows: groups that differ only in other categories share a row."""
         return weight if self._sum is None else np.asarray(weight @ self._sum)
 
-    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """See ``Estimator.maximise``."""
+    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
         begin = self._start if start is None else start
         return maximise_likelihood(self.rows, self.row_weight(weight), begin, self.options)
 
     def scores(self, at: FloatArray) -> FloatArray:
-        """See ``Estimator.scores``."""
+        """Return the gradient of one wall of each group: the sum over its rows, one for each category."""
         count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
         found = scores(at, self.rows, count, self.options)
         return found if self._sum is None else np.asarray(self._sum @ found)
@@ -191,8 +193,7 @@ class OrdinalProbit(Estimator):
         below[no_below], above[no_above] = 0.0, 0.0
         return LinearBounds(below, above, no_below, no_above, np.zeros(len(level), dtype=bool))
 
-    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """See ``Estimator.maximise``."""
+    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
         size = len(self.categories)
         begin = self._composite.maximise(weight, start)
         at = np.empty_like(begin)

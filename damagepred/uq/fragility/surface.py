@@ -189,8 +189,7 @@ class _Regression(Estimator):
         """Return the regressors of the mean of the capacity's logarithm, array (n, 2)."""
         return np.column_stack((np.ones(len(z)), self._scaled(z) - self._middle))
 
-    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """See ``Estimator.maximise``."""
+    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
         if start is None:
             start = np.append(CompositeLikelihood([0], self.cells, self.options).estimate, 0.0)
         return maximise_likelihood(self.rows, weight, start, self.options)
