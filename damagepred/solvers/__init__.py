@@ -57,9 +57,9 @@ def _cheaper_as_a_whole(model: Model, options: SymmetryOptions) -> bool:
 
 def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     if settings.method == "quasi_static":
-        from damagepred.solvers.quasi_static.continuation import quasi_static_path
+        from damagepred.solvers.quasi_static.stepper import quasi_static_path
 
         return quasi_static_path(model, settings, increments)
-    from damagepred.solvers.explicit.load_path import explicit_path
+    from damagepred.solvers.explicit.stepper import explicit_path
 
     return explicit_path(model, settings, increments)

@@ -10,7 +10,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit.load_path import ExplicitPath
+from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism
@@ -65,7 +65,7 @@ def test_a_pushed_wall_that_creeps_beyond_its_limit_has_fallen(method: str) -> N
 def test_a_wall_that_falls_is_left_where_the_fall_took_it(lean: float, falls: bool) -> None:
     """One percent beyond sliding the block has hardly set off; what is said to fall is shown fallen."""
     model = on_plate(0.4, 0.1, 0.3, 0.3 * lean).build()
-    path = ExplicitPath(model, Solver(method="explicit"))
+    path = ExplicitStepper(model, Solver(method="explicit"))
     run = path.scheme
     run.advance(500, 0.0, 1.0)
     assert not detached_blocks(model, run.motion.displacement, 0.0).any()

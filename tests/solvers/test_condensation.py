@@ -9,8 +9,9 @@ import pytest
 from damagepred.assembly import wall_model
 from damagepred.kernels.interface.energy import energy
 from damagepred.scene import Scene, Solver
-from damagepred.solvers.quasi_static.continuation import Continuation, quasi_static_path
+from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
+from damagepred.solvers.quasi_static.stepper import quasi_static_path
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 

@@ -9,7 +9,8 @@ from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactKind, ContactState
 from damagepred.scene import Joint, Movement, Solver
-from damagepred.solvers.explicit.load_path import ExplicitPath, explicit_path
+from damagepred.solvers.driver import Outcome
+from damagepred.solvers.explicit.stepper import ExplicitStepper, explicit_path
 from damagepred.solvers.state.joint_history import fields_of
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
@@ -74,9 +75,9 @@ def test_slip_and_stress_of_a_state_belong_to_the_same_cycle():
     pair.support(base)
     pair.load(brick, x=1.0)
     model = pair.build()
-    path = ExplicitPath(model, Solver(method="explicit"))
+    path = ExplicitStepper(model, Solver(method="explicit"))
     path.scheme.advance(500, 0.0, 1.0)
-    picture, stiffness = path.report(0, 1.0, 500, collapsed=False), model.properties.shear_stiffness[0]
+    picture, stiffness = path.report(Outcome(1.0, balanced=False, collapsed=False)), model.properties.shear_stiffness[0]
     moved = picture.displacement[brick] - picture.displacement[base]
     slid = moved[0] * model.interfaces.normal_y[0] * (1.0 if model.interfaces.block_a[0] == base else -1.0)
     assert abs(slid) > 1e-6
@@ -124,12 +125,12 @@ def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
     movement = Movement(kind="doming", central_deflection=4e-3, increments=4)
     scene = dataclasses.replace(small_scene(0.48, movement), joint=joint)
     model, law = wall_model(scene), wall_model(scene).properties
-    path, kappa = ExplicitPath(model, scene.solver), 0.0
+    path, kappa = ExplicitStepper(model, scene.solver), 0.0
     strength, critical = law.tensile_strength[:, None], law.critical_opening[:, None]
     elastic = strength / law.normal_stiffness[:, None]
     for number in range(5):
         path.apply(number / 4)
-        assert not path.equilibrate(number)[1]
+        assert not path.equilibrate().collapsed
         run = path.scheme
         history = run.joint_history()
         field = fields_of(model, history, run.motion.displacement, run.load_factor)

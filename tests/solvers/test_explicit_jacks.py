@@ -15,7 +15,7 @@ from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.explicit.load_path import ExplicitPath
+from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
@@ -190,13 +190,13 @@ def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
     def load(progress: float) -> float:
         return 10.0 - 100.0 * progress if progress < 0.09 else 1.0 - 2.0 * (progress - 0.09)
 
-    search = IllinoisRegulaFalsi(0.0, load(0.0), 1.0, load(1.0), enough=1e-6, close=1e-9)
+    search = IllinoisRegulaFalsi((0.0, load(0.0)), (1.0, load(1.0)), tolerance=1e-6, bracket=1e-9)
     tries = 0
-    while not search.found:
-        at = search.between()
-        search.note(at, load(at))
+    while not search.converged:
+        at = search.next_trial()
+        search.update(at, load(at))
         tries += 1
-    assert search.gone == pytest.approx(0.59, abs=1e-6)
+    assert search.right[0] == pytest.approx(0.59, abs=1e-6)
     assert tries <= 10
 
 
@@ -274,18 +274,18 @@ def test_a_section_opens_shears_and_turns_as_the_segments_it_joins() -> None:
 
 def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None:
     model = wall_model(cracking())
-    path = ExplicitPath(model, WHOLE)
+    path = ExplicitStepper(model, WHOLE)
     run = path.scheme
     path.apply(0.0)
-    path.equilibrate(0)
+    path.equilibrate()
     assert run.sections is not None
     before = run.checkpoint()
     path.apply(1.0)
-    path.equilibrate(1)
+    path.equilibrate()
     cracked = run.sections.memory.cracked.copy()
     assert cracked.max() > 0.3
     path.apply(0.0)  # level again: the cracks stay
-    path.equilibrate(2)
+    path.equilibrate()
     assert (run.sections.memory.cracked >= cracked).all()
     run.restore(before)
     assert before.sections is not None

@@ -24,7 +24,7 @@ from damagepred.solvers.quasi_static.energy_balance import law_violation
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
-from damagepred.solvers.system.zero_support_load import carried
+from damagepred.solvers.system.zero_support_load import least_support_load
 from tests.verification.test_energy_accounts import ONE_STEP, softening_work
 
 SOFT = Joint(
@@ -160,12 +160,11 @@ def test_supports_and_sections_carry_what_their_contacts_do() -> None:
     np.testing.assert_allclose(at, [0.1, 0.695, 1.15])
     np.testing.assert_allclose(load, [300.0, 900.0, -120.0])
     jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.1, 1.15]), 1e-3, 0.0, False, "supports")
-    assert carried(replace(model, jacks=jacks), 77.0, sigma) == pytest.approx(-120.0)
-    assert carried(replace(model, jacks=jacks), 77.0, sigma[:, ::-1] * np.where(face.x > 1.0, -4.0, 1.0)[:, None]) == (
-        pytest.approx(300.0)
-    )
-    assert carried(replace(model, jacks=jacks._replace(stop="jacks")), 77.0, sigma) == 77.0
-    assert carried(replace(model, jacks=jacks._replace(stop="")), 77.0, sigma) == np.inf
+    assert least_support_load(replace(model, jacks=jacks), 77.0, sigma) == pytest.approx(-120.0)
+    other = sigma[:, ::-1] * np.where(face.x > 1.0, -4.0, 1.0)[:, None]
+    assert least_support_load(replace(model, jacks=jacks), 77.0, other) == pytest.approx(300.0)
+    assert least_support_load(replace(model, jacks=jacks._replace(stop="jacks")), 77.0, sigma) == 77.0
+    assert least_support_load(replace(model, jacks=jacks._replace(stop="")), 77.0, sigma) == np.inf
 
     here = section_interfaces(model)
     np.testing.assert_allclose(face.x[here], [0.3, 0.7])

@@ -19,7 +19,7 @@ from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
-from damagepred.solvers.explicit import load_path
+from damagepred.solvers.explicit import stepper as explicit
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
@@ -264,8 +264,8 @@ def test_cycles_of_increments_add_up_to_those_of_the_run(monkeypatch: pytest.Mon
             super().__init__(*given, **more)  # type: ignore[arg-type]
             runs.append(self)
 
-    monkeypatch.setattr(load_path, "DampedTimeStepping", Noted)
-    path = list(load_path.explicit_path(bridge(), EXPLICIT, 4))
+    monkeypatch.setattr(explicit, "DampedTimeStepping", Noted)
+    path = list(explicit.explicit_path(bridge(), EXPLICIT, 4))
     assert path[-1].collapsed
     assert path[0].cycles > 0
     assert sum(step.cycles for step in path) == runs[0].cycles

@@ -16,9 +16,10 @@ from damagepred.errors import ConvergenceError
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers import symmetry as half
-from damagepred.solvers.explicit import load_path
-from damagepred.solvers.explicit.load_path import explicit_path
-from damagepred.solvers.quasi_static import continuation
+from damagepred.solvers.explicit import stepper as explicit
+from damagepred.solvers.explicit.stepper import explicit_path
+from damagepred.solvers.quasi_static import stepper as quasi_static
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
@@ -356,7 +357,7 @@ def test_a_joint_on_the_axis_softens_over_half_the_opening() -> None:
 
 def test_every_array_of_an_increment_is_unfolded() -> None:
     model = model_of()
-    *_, of_half = continuation.quasi_static_path(halved(model), QUASI_STATIC, 1)
+    *_, of_half = quasi_static.quasi_static_path(halved(model), QUASI_STATIC, 1)
     unfolded = halved(model).expand(of_half)
     per_block, per_contact = (model.n_blocks, 3), model.interfaces.contact_area.shape
     for name in (f.name for f in dataclasses.fields(Increment) if "Array" in str(f.type)):
@@ -367,9 +368,9 @@ def test_every_array_of_an_increment_is_unfolded() -> None:
 
 def test_energies_of_the_half_are_doubled() -> None:
     model = model_of()
-    whole = list(continuation.quasi_static_path(model, QUASI_STATIC, 4))[-1]
+    whole = list(quasi_static.quasi_static_path(model, QUASI_STATIC, 4))[-1]
     part = halved(model)
-    of_half = list(continuation.quasi_static_path(part, QUASI_STATIC, 4))[-1]
+    of_half = list(quasi_static.quasi_static_path(part, QUASI_STATIC, 4))[-1]
     unfolded = part.expand(of_half)
     for name in ("external_work", "elastic_energy", "friction_work", "released_energy", "base_reaction"):
         assert getattr(unfolded, name) == 2 * getattr(of_half, name)
@@ -387,9 +388,9 @@ def test_yardsticks_of_the_half_are_those_of_the_whole(length: float, bond: str)
     bent = mirrored_displacement(whole, draw)
     ratios = []
     for model, moved in ((whole, bent), (part, bent[part.geometry.kept])):
-        state = continuation.State.rest(model)
+        state = State.rest(model)
         state.load, state.displacement[: 3 * model.n_blocks] = 1.0, moved.ravel()
-        ratios.append(continuation.Equilibrium(model, 1e-6).residual(state, state.displacement)[1])
+        ratios.append(Equilibrium(model, 1e-6).residual(state, state.displacement)[1])
     assert ratios[0] > 10.0
     assert ratios[1] == pytest.approx(ratios[0], rel=1e-9)
     assert part.mean_block_weight == whole.mean_block_weight
@@ -533,7 +534,7 @@ def test_supports_that_are_mirror_images_are_no_obstacle() -> None:
 # -- the solvers' side ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("method", "module"), [("quasi_static", continuation), ("explicit", load_path)])
+@pytest.mark.parametrize(("method", "module"), [("quasi_static", quasi_static), ("explicit", explicit)])
 def test_the_setting_tells_which_model_is_solved(method: str, module: object, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Model] = []
     monkeypatch.setattr(module, f"{method}_path", lambda model, settings, increments: iter(seen.append(model) or ()))

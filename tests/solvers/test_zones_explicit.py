@@ -13,7 +13,8 @@ from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit.load_path import ExplicitPath
+from damagepred.solvers.driver import Outcome
+from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.deformable_blocks import (
     distribute_load,
@@ -183,10 +184,10 @@ def test_cycling_arrives_where_the_elastic_equations_do() -> None:
     assembly.rest_on_ground([0, 1, 3], lambda x: -1e-4 * x)
     settings = dataclasses.replace(EXPLICIT, tolerance=1e-9)
     model = assembly.build(settings)
-    path = ExplicitPath(model, settings)
+    path = ExplicitStepper(model, settings)
     run = path.scheme
     path.apply(0.0)
-    path.equilibrate(0)
+    path.equilibrate()
     expected = DiscreteSystem.of(model).elastic_displacement()
     assert expected is not None
     scale = np.abs(expected).max()
@@ -207,16 +208,16 @@ def test_a_block_that_is_too_weak_yields_and_says_so() -> None:
     assembly.add_block(rectangle(0, 0, 0.5, height), zone_size=0.25)
     assembly.rest_on_ground([0], joint=Joint(friction=0.0, cohesion=0.0, tensile_strength=0.0))
     model = assembly.build(EXPLICIT)
-    path = ExplicitPath(model, EXPLICIT)
+    path = ExplicitStepper(model, EXPLICIT)
     run = path.scheme
     assert not run.start_from_elastic_solution()
     run.advance(2000, 0.0, 0.6)  # 0.9 of what it bears
     run.cycle(2000)
-    picture = path.report(0, 0.0, 0, False).zones
+    picture = path.report(Outcome(0.0, balanced=True, collapsed=False)).zones
     assert picture is not None
     assert (picture.state == ZoneState.ELASTIC).all()
     run.advance(2000, 0.0, 1.0)
-    picture = path.report(0, 0.0, 0, False).zones
+    picture = path.report(Outcome(0.0, balanced=True, collapsed=False)).zones
     assert picture is not None
     assert model.mesh is not None
     assert (picture.state == ZoneState.SHEAR).any()

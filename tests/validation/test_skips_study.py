@@ -39,11 +39,11 @@ def test_without_a_skip_there_is_more_to_do_and_the_answer_is_the_same(room: dic
 
 def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -> None:
     from damagepred.solvers.dynamics import run
-    from damagepred.solvers.explicit import load_path
+    from damagepred.solvers.explicit import stepper
     from damagepred.solvers.quasi_static import continuation, equilibrium, linear_system, superelements
     from damagepred.solvers.time_stepping import scheme
 
-    modules = (scheme, load_path, run, linear_system, equilibrium, continuation, superelements)
+    modules = (scheme, stepper, run, linear_system, equilibrium, continuation, superelements)
 
     def picture() -> list[int]:
         paths = (

@@ -2,5 +2,6 @@
 
 ``linear_system``: the linear wall. ``equilibrium``: Newton's method, Coulomb friction by Tresca fixed-point iteration.
 ``continuation``: events from equilibrium to equilibrium, with its ``step_control``. ``dynamic_relaxation``:
-snap-through. ``energy_balance``: where the work goes. ``options``: tolerances, budgets and factors of all of these.
+snap-through. ``energy_balance``: where the work goes. ``stepper``: the solver for the driver over increments.
+``options``: tolerances, budgets and factors of all of these.
 """

@@ -10,25 +10,22 @@ Where Newton's method finds no equilibrium, dynamic relaxation follows the snap-
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
-from damagepred.errors import ConvergenceError
 from damagepred.kernels.concrete_section.forces import commit_sections
 from damagepred.kernels.interface.checks import bond_loads
 from damagepred.kernels.interface.commit import break_in_shear, commit_joint_history
 from damagepred.kernels.interface.internal_force import contact_stresses
-from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically, residual_in_motion
-from damagepred.solvers.quasi_static.energy_balance import Spent, WorkBalance, law_violation
+from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
+from damagepred.solvers.quasi_static.energy_balance import Spent, WorkBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
@@ -38,27 +35,14 @@ from damagepred.solvers.quasi_static.step_control import (
     distance,
     next_target,
 )
-from damagepred.solvers.state.increment import Increment
-from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
+from damagepred.solvers.state.increment import Counters
+from damagepred.solvers.state.joint_history import JointHistory, without_bond
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import (
-    level,
-    supported_after_load,
-    supported_during_load,
     unilateral_supports,
 )
-from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
 from damagepred.time_limit import check_time
-
-
-@dataclass
-class Count:
-    """Newton iterations, factorisations and events so far."""
-
-    newton: int = 0
-    factorisations: int = 0
-    events: int = 0
 
 
 class Continuation:
@@ -136,18 +120,6 @@ class Continuation:
         self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
         self.commit(self.state, unstable=False)
 
-    def lifted_off(self, worst: float) -> bool:
-        """Return whether the dead load lifted the footing off unilateral supports, or found no equilibrium.
-
-        Parameters
-        ----------
-        worst : float
-            Unbalanced force ratio under the dead load.
-        """
-        free, state = unilateral_supports(self.model), self.state
-        rests = worst < self.tolerance and not detached_blocks(self.model, state.displacement, 0.0).any()
-        return bool(free.size) and not (rests and self.never_opened[free].all())
-
     def release_supports(self, model: Model) -> float:
         """Let unilateral supports of the footing open; return the unbalanced force ratio after it."""
         free = unilateral_supports(model)
@@ -169,11 +141,12 @@ class Continuation:
         return worst
 
     @property
-    def count(self) -> Count:
+    def counters(self) -> Counters:
         """Work done so far."""
-        return Count(self.equilibrium.newton, self.equilibrium.equations.factorisations, self.events)
+        equilibrium = self.equilibrium
+        return Counters(equilibrium.newton, 0, self.events, equilibrium.equations.factorisations)
 
-    # -- bonds and memory -------------------------------------------------------------------------------------------
+    # -- bonds and history -------------------------------------------------------------------------------------------
 
     def bond_loads(self, state: State) -> tuple[FloatArray, float]:
         """Return the load of each bond (m, q), 1 at its strength and 0 where it is broken; and the largest."""
@@ -574,68 +547,6 @@ class Continuation:
             set_linear_stresses(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
         return opening, sigma, tau
 
-    def last_equilibrium_message(self) -> str:
-        """Say at which load factor a wall under live load last had an equilibrium."""
-        return (
-            f" The last equilibrium is at load factor {self.last_stable_load_factor:.5g}."
-            if self._locates_collapse
-            else ""
-        )
-
-    def report(self, number: int, worst: float, before: Count, collapsed: bool) -> Increment:
-        """Return the present state as an increment.
-
-        Parameters
-        ----------
-        number : int
-            Of the increment.
-        worst : float
-            Unbalanced force ratio.
-        before : Count
-            At the end of the last increment.
-        collapsed : bool
-            Whether a part of the wall has become detached.
-        """
-        model, state, superelements = self.model, self.state, self.equilibrium.superelements
-        opening, sigma, tau = self.stresses(state)
-        force = self.equilibrium.forces(state)
-        now, balance = self.count, self.balance
-        worst, self.largest_accepted_residual = max(worst, self.largest_accepted_residual), 0.0
-        return Increment(
-            number=number,
-            load_factor=state.load_factor,
-            displacement=state.displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
-            opening=opening,
-            slip=state.history.slip.copy(),
-            normal_stress=sigma,
-            shear_stress=tau,
-            state=contact_states(model, state.history._replace(cracked=state.history.cracked & ~self.never_opened)),
-            unbalanced_force_ratio=worst,
-            base_reaction=self.equilibrium.system.base_reaction(force),
-            newton_iterations=now.newton - before.newton,
-            events=now.events - before.events,
-            factorisations=now.factorisations - before.factorisations,
-            collapsed=collapsed,
-            external_work=balance.external_work,
-            elastic_energy=balance.elastic_energy,
-            friction_work=balance.friction_work,
-            fracture_work=balance.fracture_work,
-            crushing_work=balance.crushing_work,
-            plastic_work=balance.plastic_work,
-            released_energy=balance.released_energy,
-            snap_through_energy=balance.snap_through_energy,
-            energy_error=balance.energy_error,
-            joint_law_violation=law_violation(model, state, sigma, tau),
-            last_stable_load_factor=self.last_stable_load_factor if collapsed else np.nan,
-            support_force=self.equilibrium.system.support_force(force),
-            zones=None if superelements is None else superelements.picture(state.displacement, state.plastic),
-            deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
-            jack_load=np.nan if model.jacks is None else state.jack,
-            broken_at=self.broken_at.copy(),
-        )
-
-    # -- jacks ------------------------------------------------------------------------------------------------------
-
     def control_load(self) -> None:
         """Prescribe the load of the jacks instead of the deflection, from the level state on."""
         jacks, known = self.equilibrium.jacks, self.model.jacks
@@ -643,72 +554,21 @@ class Continuation:
             jacks.level_load, jacks.load = self.state.jack, known.load
             self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
 
-    def carried(self) -> float:
-        """Return the load (N) whose loss ends the path; see ``damagepred.solvers.system.zero_support_load``."""
-        _, sigma, _ = self.stresses(self.state)
-        return carried(self.model, self.state.jack, sigma)
-
-    def checkpoint(self) -> ContinuationCheckpoint:
+    def checkpoint(self) -> Checkpoint:
         """Return a copy of the present point of the path."""
-        return ContinuationCheckpoint(
-            self.state.copy(),
-            self.never_opened.copy(),
-            self.broken_at.copy(),
-            copy(self.balance),
-            self.events,
-            self.carried(),
+        return Checkpoint(
+            self.state.copy(), self.never_opened.copy(), self.broken_at.copy(), copy(self.balance), self.events
         )
 
-    def restore(self, checkpoint: ContinuationCheckpoint) -> None:
+    def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint."""
-        self.state, self.never_opened, self.broken_at = (
-            checkpoint.state.copy(),
-            checkpoint.never_opened.copy(),
-            checkpoint.broken_at.copy(),
-        )
-        self.balance, self.events = copy(checkpoint.balance), checkpoint.events
+        state, never_opened, broken_at, balance, self.events = checkpoint
+        self.state, self.never_opened, self.broken_at = state.copy(), never_opened.copy(), broken_at.copy()
+        self.balance = copy(balance)
         self.equilibrium.find(self.state)
 
-    def find_zero_support_load(self, before: ContinuationCheckpoint, worst: float) -> float:
-        """Locate the load factor at which the support load vanishes, by regula falsi (Illinois).
 
-        Parameters
-        ----------
-        before : ContinuationCheckpoint
-            Point at which the support carries load; the present one is beyond the root.
-        worst : float
-            Unbalanced force ratio of the present state.
-
-        Returns
-        -------
-        float
-            Unbalanced force ratio at the root.
-        """
-        past_zero, options = self.checkpoint(), self.options.jacks
-        search = IllinoisRegulaFalsi(
-            before.state.load_factor,
-            before.carried,
-            past_zero.state.load_factor,
-            past_zero.carried,
-            enough=options.zero_load_ratio * float(np.abs(self.model.supports.load).sum()),
-            close=options.zero_load_bracket,
-        )
-        for _ in range(options.max_iterations):
-            if search.found:
-                break
-            at = search.between()
-            self.restore(before)
-            worst = self.advance(1.0, at)
-            if search.note(at, self.carried()):
-                before = self.checkpoint()
-            else:
-                past_zero = self.checkpoint()
-        else:
-            self.restore(past_zero)
-        return worst
-
-
-class ContinuationCheckpoint(NamedTuple):
+class Checkpoint(NamedTuple):
     """A point of the path to which the continuation can return."""
 
     state: State
@@ -716,69 +576,3 @@ class ContinuationCheckpoint(NamedTuple):
     broken_at: FloatArray
     balance: WorkBalance
     events: int
-    carried: float
-
-
-@each_with_one_blas_thread
-def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
-    """Follow the movement increment by increment.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Tolerances; whether elastic courses are condensed.
-    increments : int
-        Number of equal steps of the movement.
-
-    Yields
-    ------
-    Increment
-        First the state under dead load (number 0), then one each step. The path ends after an increment in which a part
-        of the wall has become detached.
-
-    Raises
-    ------
-    ConvergenceError
-        If no equilibrium is found although no part is detached.
-    """
-    path = Continuation(supported_during_load(model), settings)
-    stops = model.jacks is not None and bool(model.jacks.stop)
-    for number in range(increments + 1):
-        before, checkpoint, ended = replace(path.count), path.checkpoint() if stops and number > 0 else None, False
-        worst = path.advance(1.0, number / increments)
-        if number == 0 and path.lifted_off(worst):
-            path = Continuation(level(path.model), settings)
-            worst = path.advance(1.0, 0.0)
-            worst = path.release_supports(model) if worst < path.tolerance else worst
-        if checkpoint is not None and worst < path.tolerance and path.carried() <= 0.0:
-            worst, ended = path.find_zero_support_load(checkpoint, worst), True
-        if number == 0 and stops and worst < path.tolerance:
-            ended = path.carried() <= 0.0  # nothing is, not even in the level state
-        state = path.state
-        collapsed = bool(detached_blocks(model, state.displacement, state.load_factor).any())
-        if collapsed and not np.isfinite(worst):
-            worst = residual_in_motion(path.model, state)
-        if collapsed and number > 0 and np.isnan(path.last_stable_load_factor):
-            path.last_stable_load_factor = (number - 1) / increments  # it balances again where it has come loose
-        if worst >= path.tolerance and not collapsed:
-            force, _ = path.equilibrium.residual(state, state.displacement)
-            block = int(path.equilibrium.system.block_of_dof[np.abs(force * path.equilibrium.per_weight).argmax()])
-            raise ConvergenceError(
-                f"increment {number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
-                f"{model.describe_block(block)}, allowed is {path.tolerance:g}." + path.last_equilibrium_message(),
-                increment=number,
-                block=block,
-            )
-        increment = path.report(number, worst, before, collapsed)
-        if ended and model.jacks is not None:
-            yield replace(increment, ended=model.jacks.stop)
-            return
-        yield increment
-        if collapsed:
-            return
-        if number == 0:
-            path.control_load()
-        if number == 0 and model.supports.after_load.any():
-            path.change_supports(supported_after_load(model, state.displacement))

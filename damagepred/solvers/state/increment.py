@@ -26,6 +26,29 @@ class ZonePicture(NamedTuple):
     state: Int8Array
 
 
+class Counters(NamedTuple):
+    """Work spent on an increment.
+
+    Attributes
+    ----------
+    newton_iterations : int
+        Of the quasi-static solver.
+    cycles : int
+        Of the explicit solver, or time steps of a dynamic run.
+    events, factorisations : int
+        Of the quasi-static solver: times at which bonds failed, and factorisations of the stiffness.
+    """
+
+    newton_iterations: int = 0
+    cycles: int = 0
+    events: int = 0
+    factorisations: int = 0
+
+    def since(self, before: Counters) -> Counters:
+        """Return the work done since earlier counters."""
+        return Counters(*(now - then for now, then in zip(self, before, strict=True)))
+
+
 @dataclass(frozen=True)
 class Increment:
     """Equilibrium at one point of the path; n blocks, m interfaces with q contacts each.

@@ -1,6 +1,8 @@
-"""End of a path on jacks: the load factor at which the jacks or an outer support carry nothing any more."""
+"""End of a path on jacks: the load factor at which the load of the jacks or of an outer support vanishes."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from damagepred.assembly import Model
 from damagepred.solvers.system.footing_forces import outer_support_loads
 
 
-def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
+def least_support_load(model: Model, jack_load: float, sigma: FloatArray) -> float:
     """Return the load (N) whose loss ends the path: of a jack, or of the less loaded outer support.
 
     Parameters
@@ -34,55 +36,55 @@ def carried(model: Model, jack_load: float, sigma: FloatArray) -> float:
     return float(outer_support_loads(model, jacks.ends, sigma).min())
 
 
+@dataclass
 class IllinoisRegulaFalsi:
-    """Root of the support load along the path: regula falsi, Illinois variant (Dowell and Jarratt 1971).
+    """Root of a falling function: regula falsi, Illinois variant (Dowell and Jarratt 1971).
 
-    Parameters
+    Attributes
     ----------
-    load_factor, load : float
-        End of the bracket where load is carried (1, N).
-    gone, over : float
-        End of the bracket where none is carried, and the load there (1, N, not positive).
-    enough : float
-        Load that counts as none (N).
-    close : float
-        Length of the bracket that ends the search (1).
+    left, right : (float, float)
+        Ends of the bracket: argument and value, positive on the left. Of two trials in a row on the same side, the
+        second halves the value on the other.
+    tolerance : float
+        Value that counts as zero.
+    bracket : float
+        Length of the bracket that ends the search.
     """
 
-    def __init__(
-        self, load_factor: float, load: float, gone: float, over: float, *, enough: float, close: float
-    ) -> None:
-        self.load_factor, self.load, self.gone, self.over = load_factor, load, gone, over
-        self.enough, self.close = enough, close
-        self.vanished, self.last = abs(over) <= enough, 0.0
-        """Load noted last: twice on the same side, the other side's is taken as half."""
+    left: tuple[float, float]
+    right: tuple[float, float]
+    tolerance: float
+    bracket: float
+    _zero: bool = field(init=False)
+    _side: int = 0
+
+    def __post_init__(self) -> None:
+        self._zero = abs(self.right[1]) <= self.tolerance
 
     @property
-    def found(self) -> bool:
-        """Whether the search has converged."""
-        return self.vanished or self.gone - self.load_factor < self.close
+    def converged(self) -> bool:
+        """Whether the root is found."""
+        return self._zero or self.right[0] - self.left[0] < self.bracket
 
-    def between(self) -> float:
-        """Return the next trial load factor."""
-        return self.load_factor + self.load / (self.load - self.over) * (self.gone - self.load_factor)
+    def next_trial(self) -> float:
+        """Return the root of the secant."""
+        (a, value_a), (b, value_b) = self.left, self.right
+        return a + value_a / (value_a - value_b) * (b - a)
 
-    def note(self, load_factor: float, load: float) -> bool:
-        """Narrow the bracket with a trial; return whether load is carried there.
+    def update(self, trial: float, value: float) -> bool:
+        """Narrow the bracket; return whether the trial is on the left of the root.
 
         Parameters
         ----------
-        load_factor : float
-            Of the trial (1).
-        load : float
-            Carried there (N). Twice on the same side: the other end's load is halved (Illinois).
+        trial, value : float
+            Argument and value.
         """
-        if load > self.enough:
-            if self.last > 0.0:
-                self.over /= 2.0
-            self.load_factor, self.load, self.last = load_factor, load, load
+        if value > self.tolerance:
+            if self._side > 0:
+                self.right = self.right[0], 0.5 * self.right[1]
+            self.left, self._side = (trial, value), 1
             return True
-        if self.last < 0.0:
-            self.load /= 2.0
-        self.gone, self.over, self.last = load_factor, load, load
-        self.vanished = abs(load) <= self.enough
+        if self._side < 0:
+            self.left = self.left[0], 0.5 * self.left[1]
+        self.right, self._side, self._zero = (trial, value), -1, abs(value) <= self.tolerance
         return False

@@ -73,7 +73,7 @@ def path_of(model: Model, scene: Scene, curve: Curve, increments: int) -> Iterat
     """Return the increments of a wall; or only its way to rest under dead load."""
     if not curve.only_weight:
         return solve_path(model, scene.solver, increments)
-    from damagepred.solvers.explicit.load_path import explicit_path
+    from damagepred.solvers.explicit.stepper import explicit_path
 
     return islice(explicit_path(model, scene.solver, 1, elastic_start=False), 1)
 

@@ -14,7 +14,7 @@ from damagepred.pipeline import assembled, dynamic_run, model_of
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.run import DynamicRun
-from damagepred.solvers.explicit.load_path import explicit_path
+from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 

@@ -13,8 +13,9 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver
+from damagepred.solvers.driver import Outcome
 from damagepred.solvers.dynamics.time_step import highest_frequency, time_step
-from damagepred.solvers.explicit.load_path import ExplicitPath
+from damagepred.solvers.explicit.stepper import ExplicitStepper
 from stressed.case import Case, Check, Found
 
 STEPS = 1_000_000
@@ -109,16 +110,16 @@ def dry_wall(deformable: bool) -> Assembly:
 
 def goes_on(model: Model, solver: Solver) -> Found:
     """Let the explicit solver settle, and then cycle a million times more."""
-    path = ExplicitPath(model, solver)
+    path = ExplicitStepper(model, solver)
     found, scheme = [], path.scheme
     for number, progress in enumerate((0.0, 1.0)):
+        path.begin_increment(number)
         path.apply(progress)
-        ratio, fell = path.equilibrate(number)
-        found.append(path.report(number, ratio, scheme.cycles, fell))
-    cycles = scheme.cycles
+        found.append(path.report(path.equilibrate()))
+    path.begin_increment(2)
     scheme.cycle(STEPS)
     ratio = float(scheme.unbalanced_force_ratio().max())
-    return Found(model, [*found, path.report(2, ratio, scheme.cycles - cycles, False)])
+    return Found(model, [*found, path.report(Outcome(ratio, balanced=True, collapsed=False))])
 
 
 def chattering(deformable: bool) -> Assembly:

@@ -22,7 +22,7 @@ from damagepred.pipeline import dynamic_run
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics import run as in_time
-from damagepred.solvers.explicit.load_path import explicit_path
+from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.time_stepping import scheme as explicit
 from stressed.case import PERIODS, slowest
 from stressed.proportion import cracking_wall, reference, stack

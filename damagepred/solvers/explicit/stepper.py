@@ -1,9 +1,8 @@
-"""Load path of the explicit solver: each increment is cycled until forces balance or a part of the wall collapses."""
+"""Explicit solver: the wall is cycled until forces balance or a part of it collapses."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,19 +11,20 @@ from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
+from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import Counters, Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
-from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
-from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi, carried
+from damagepred.solvers.system.loading_stages import supported_during_load
+from damagepred.solvers.system.zero_support_load import least_support_load
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 
-class ExplicitPath:
-    """The load path in progress: increments of the movement on one wall; see ``explicit_path``.
+class ExplicitStepper:
+    """Damped time stepping as the driver of the load path uses it.
 
     Parameters
     ----------
@@ -32,6 +32,9 @@ class ExplicitPath:
         The wall.
     settings : Solver
         Damping, tolerance and limits.
+    elastic_start : bool
+        Whether to begin from the elastic solution under dead load, where no joint yields in it: it does not depend on
+        how the load came on. False always cycles.
 
     Attributes
     ----------
@@ -39,50 +42,87 @@ class ExplicitPath:
         The wall in motion.
     """
 
-    def __init__(self, model: Model, settings: Solver) -> None:
+    def __init__(self, model: Model, settings: Solver, elastic_start: bool = True) -> None:
         self.settings, options = settings, SolverOptions.of(settings)
         self.options, self.deflection_tolerance = options.explicit, options.jack_servo.deflection_tolerance
+        self.bracket = Bracket(
+            self.options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
+            self.options.zero_load_bracket,
+            options.jacks.max_iterations,
+            self.options.collapse_bracket,
+        )
         self.scheme = DampedTimeStepping(model, settings)
+        self.number, self._cycles_before, self._elastic_start = 0, 0, elastic_start
         self._displacement_limit = self.options.divergence_displacement * float(
             np.ptp(model.blocks.vertices, axis=0).max()
         )
 
-    def change_supports(self, model: Model) -> None:
-        """Continue from the present state with other supports.
+    @property
+    def load_factor(self) -> float:
+        """Present share of the movement."""
+        return self.scheme.load_factor
 
-        Parameters
-        ----------
-        model : Model
-            The same wall on other supports.
-        """
+    @property
+    def displacement(self) -> FloatArray:
+        """Present displacements, array (size,)."""
+        return self.scheme.motion.displacement
+
+    def begin_increment(self, number: int) -> None:
+        """Count cycles from here on as those of an increment."""
+        self.number, self._cycles_before = number, self.scheme.cycles
+
+    def counters(self) -> Counters:
+        """Return the cycles of the increment so far."""
+        return Counters(cycles=self.scheme.cycles - self._cycles_before)
+
+    def checkpoint(self) -> Checkpoint:
+        """Return a copy of the present state."""
+        return self.scheme.checkpoint()
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Return to a checkpoint."""
+        self.scheme.restore(checkpoint)
+
+    def change_supports(self, model: Model) -> None:
+        """Continue from the present state with other supports of the same wall."""
         before, self.scheme = self.scheme, DampedTimeStepping(model, self.settings)
         self.scheme.broken_at[:] = before.broken_at
         self.scheme.restore(before.checkpoint())
+
+    def end_increment(self) -> None:
+        """Let the pump of jacks follow the movement; from the level state on, load may be prescribed."""
+        if self.scheme.pump is not None:
+            self.scheme.pump.extrapolate_volume(self.load_factor)
+            if self.number == 0:
+                self.scheme.pump.control_load()
+
+    def step_to(self, load_factor: float) -> Outcome:
+        """Go to a load factor and to equilibrium, or to collapse."""
+        if self.number > 0 or not (self._elastic_start and self.scheme.start_from_elastic_solution()):
+            self.apply(load_factor)
+        return self.equilibrate()
 
     def apply(self, load_factor: float) -> None:
         """Ramp up the movement to a load factor, and the dead load if it is not there yet."""
         self.scheme.advance(self.settings.ramp_cycles, load_factor_to=load_factor, load_to=1.0)
         self.scheme.stop()
 
-    def equilibrate(self, increment: int) -> tuple[float, bool]:
-        """Cycle at constant load until forces balance and jacks have reached their deflection.
+    def equilibrate(self) -> Outcome:
+        """Cycle at constant load until forces balance and jacks reach their deflection, or a part collapses.
 
-        Parameters
-        ----------
-        increment : int
-            Number of the increment, for messages.
-
-        Returns
-        -------
-        float, bool
-            Unbalanced force ratio, and whether a part of the wall has collapsed instead.
+        Raises
+        ------
+        ConvergenceError
+            If neither comes about.
+        DivergenceError
+            If blocks move as no load explains.
         """
         try:
-            return self._equilibrate(increment)
+            return self._equilibrate()
         finally:
             self.scheme.damping = self.settings.damping
 
-    def _equilibrate(self, increment: int) -> tuple[float, bool]:
+    def _equilibrate(self) -> Outcome:
         scheme, options, tolerance = self.scheme, self.options, self.settings.tolerance_used
         passed, spent, halved_at = 0, 0, 0
         while True:
@@ -90,13 +130,13 @@ class ExplicitPath:
             spent += options.check_interval
             ratio = scheme.unbalanced_force_ratio()
             largest = float(ratio.max(initial=0.0))
-            detached = self._part_detached(increment, spent)
+            detached = self._part_detached(spent)
             missing = self._missing_deflection()
             passed = passed + 1 if largest < tolerance and missing < self.deflection_tolerance else 0
             if passed >= options.passed_checks:
-                return largest, False
+                return Outcome(largest, balanced=True, collapsed=False)
             if detached:
-                return largest, True
+                return Outcome(largest, balanced=False, collapsed=True)
             if scheme.pump is not None and spent - halved_at >= max(
                 options.gain_halving_cycles, options.gain_halving_time * scheme.pump.time_constant
             ):
@@ -108,22 +148,23 @@ class ExplicitPath:
                 scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, options.minimum_damping))
             if spent >= self.settings.maximum_cycles:
                 if scheme.has_too_much_energy():
-                    scheme.diverge(increment, spent, "blocks swing with more energy than the loads can have given them")
+                    reason = "blocks swing with more energy than the loads can have given them"
+                    scheme.diverge(self.number, spent, reason)
                 if self.collapses():
-                    return largest, True
-                raise self._not_converged(increment, spent, ratio, missing)
+                    return Outcome(largest, balanced=False, collapsed=True)
+                raise self._not_converged(spent, ratio, missing)
 
-    def _not_converged(self, increment: int, spent: int, ratio: FloatArray, missing: float) -> ConvergenceError:
+    def _not_converged(self, spent: int, ratio: FloatArray, missing: float) -> ConvergenceError:
         largest, dof = float(ratio.max()), int(ratio.argmax())
         block = int(self.scheme.system.block_of_dof[dof])
         suspect = self.settings.time_step_safety > self.options.trusted_time_step and largest > 1.0
         short = "" if missing < self.deflection_tolerance else f", the deflection is {missing:.2g} m short"
         return ConvergenceError(
-            f"increment {increment} did not settle within {spent} cycles: the unbalanced force is "
+            f"increment {self.number} did not settle within {spent} cycles: the unbalanced force is "
             f"{largest:.2g} block weights at {self.scheme.model.describe_block(block)}, allowed is "
             f"{self.settings.tolerance_used:g}{short}. Raise solver.maximum_cycles or solver.tolerance"
             + (", or lower solver.time_step_safety." if suspect else "."),
-            increment=increment,
+            increment=self.number,
             block=block,
         )
 
@@ -148,14 +189,8 @@ class ExplicitPath:
         scheme = self.scheme
         return 0.0 if scheme.pump is None else abs(scheme.pump.missing(scheme.load_factor, scheme.motion.displacement))
 
-    def _part_detached(self, increment: int, spent: int) -> bool:
-        """Whether a part of the wall has detached.
-
-        Raises
-        ------
-        DivergenceError
-            If a displacement has no bound, or detached blocks are faster than the loads explain.
-        """
+    def _part_detached(self, spent: int) -> bool:
+        """Return whether a part of the wall is detached; raise DivergenceError if no load explains its motion."""
         scheme = self.scheme
         if not (np.abs(scheme.motion.displacement) < self._displacement_limit).all():
             reason = "a displacement is beyond all bounds or no longer a number"
@@ -165,22 +200,10 @@ class ExplicitPath:
             reason = "blocks fly off with more energy than the loads can have given them"
         else:
             return True
-        scheme.diverge(increment, spent, reason)
+        scheme.diverge(self.number, spent, reason)
 
-    def report(self, number: int, ratio: float, cycles: int, collapsed: bool) -> Increment:
-        """Results of the present state.
-
-        Parameters
-        ----------
-        number : int
-            Increment.
-        ratio : float
-            Unbalanced force ratio.
-        cycles : int
-            Cycles of the increment.
-        collapsed : bool
-            Whether a part of the wall has collapsed.
-        """
+    def report(self, outcome: Outcome) -> Increment:
+        """Return the present state as an increment."""
         scheme = self.scheme
         model, displacement = scheme.model, scheme.motion.displacement
         # blocks have moved once more since the last cycle's joint law
@@ -190,7 +213,7 @@ class ExplicitPath:
             response = section_response_of(model, scheme.sections.memory, displacement)
             set_linear_stresses(model, response, fields.normal_stress, fields.shear_stress)
         return Increment(
-            number=number,
+            number=self.number,
             load_factor=scheme.load_factor,
             displacement=displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
             opening=fields.opening,
@@ -198,10 +221,9 @@ class ExplicitPath:
             normal_stress=fields.normal_stress,
             shear_stress=fields.shear_stress,
             state=contact_states(model, fields.history),
-            unbalanced_force_ratio=ratio,
+            unbalanced_force_ratio=outcome.unbalanced_force_ratio,
             base_reaction=scheme.system.base_reaction(scheme.motion.force),
-            cycles=cycles,
-            collapsed=collapsed,
+            collapsed=outcome.collapsed,
             support_force=scheme.system.support_force(scheme.motion.force),
             zones=None if scheme.zones is None else scheme.zones.picture(displacement),
             deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),
@@ -209,78 +231,13 @@ class ExplicitPath:
             broken_at=scheme.broken_at.copy(),
         )
 
-    def bisect_collapse(self, stable: Checkpoint, number: int) -> tuple[float, float]:
-        """Bracket the collapse load factor by bisection: the last stable load factor, and one of collapse.
-
-        Parameters
-        ----------
-        stable : Checkpoint
-            The last stable state; the wall collapses between it and the present load factor.
-        number : int
-            Increment.
-        """
-        collapsed_at = self.scheme.load_factor
-        while collapsed_at - stable.load_factor > self.options.collapse_bracket:
-            middle = 0.5 * (stable.load_factor + collapsed_at)
-            self.scheme.restore(stable)
-            self.apply(middle)
-            try:
-                _, collapsed = self.equilibrate(number)
-            except ConvergenceError:
-                break  # so near its limit that it neither collapses nor comes to rest
-            if collapsed:
-                collapsed_at = middle
-            else:
-                stable = self.scheme.checkpoint()
-        return stable.load_factor, collapsed_at
-
-    def carried(self) -> float:
-        """Support load (N) at whose end the path ends; see ``damagepred.solvers.system.zero_support_load``."""
+    def support_load(self) -> float:
+        """Return the load (N) whose loss ends the path; see ``least_support_load``."""
         scheme = self.scheme
         if scheme.pump is None:
             return np.inf
         fields = fields_of(scheme.model, scheme.joint_history(), scheme.motion.displacement, scheme.load_factor)
-        return carried(scheme.model, scheme.pump.load, fields.normal_stress)
-
-    def find_zero_support_load(self, before: Checkpoint, load: float, number: int, ratio: float) -> float:
-        """Find the load factor between an earlier state and the present at which the support load vanishes.
-
-        Parameters
-        ----------
-        before : Checkpoint
-            The earlier state.
-        load : float
-            Support load there (N).
-        number : int
-            Increment.
-        ratio : float
-            Unbalanced force ratio of the present state.
-
-        Returns
-        -------
-        float
-            Unbalanced force ratio at that load factor.
-        """
-        search = IllinoisRegulaFalsi(
-            before.load_factor,
-            load,
-            self.scheme.load_factor,
-            self.carried(),
-            enough=self.options.zero_load_ratio * float(np.abs(self.scheme.model.supports.load).sum()),
-            close=self.options.zero_load_bracket,
-        )
-        for _ in range(SolverOptions.of(self.settings).jacks.max_iterations):
-            if search.found:
-                break
-            at = search.between()
-            self.scheme.restore(before)
-            self.apply(at)
-            ratio, collapsed = self.equilibrate(number)
-            if collapsed:
-                break
-            if search.note(at, self.carried()):
-                before = self.scheme.checkpoint()
-        return ratio
+        return least_support_load(scheme.model, scheme.pump.load, fields.normal_stress)
 
 
 @each_with_one_blas_thread
@@ -314,43 +271,5 @@ def explicit_path(
     ConvergenceError
         If an increment does not come to rest; the message names increment and block.
     """
-    path = ExplicitPath(supported_during_load(model), settings)
-    seeks_collapse = bool(model.supports.live_load.any())
-    stops = model.jacks is not None and bool(model.jacks.stop)
-    load = np.inf
-    for number in range(increments + 1):
-        scheme = path.scheme
-        cycles_before = scheme.cycles
-        before = scheme.checkpoint() if seeks_collapse or stops else None
-        if number > 0 or not (elastic_start and scheme.start_from_elastic_solution()):
-            path.apply(number / increments)
-        ratio, collapsed = path.equilibrate(number)
-        load_before, load = load, path.carried() if stops else np.inf
-        ended = load <= 0.0 and not collapsed
-        if ended and before is not None and number > 0:
-            ratio = path.find_zero_support_load(before, load_before, number, ratio)
-        increment = path.report(number, ratio, scheme.cycles - cycles_before, collapsed)
-        if ended and model.jacks is not None:
-            yield replace(increment, ended=model.jacks.stop)
-            return
-        if collapsed:
-            stable_at, collapsed_at = (number - 1) / increments, number / increments
-            if seeks_collapse and before is not None and number > 0:
-                broken_at = scheme.broken_at.copy()
-                stable_at, collapsed_at = path.bisect_collapse(before, number)
-                # bonds that broke beyond the collapse load factor broke in the collapse
-                increment = replace(increment, broken_at=np.minimum(broken_at, collapsed_at))
-            yield replace(
-                increment,
-                load_factor=collapsed_at,
-                last_stable_load_factor=max(stable_at, 0.0),
-                cycles=scheme.cycles - cycles_before,
-            )
-            return
-        yield increment
-        if scheme.pump is not None:
-            scheme.pump.extrapolate_volume(scheme.load_factor)
-            if number == 0:
-                scheme.pump.control_load()
-        if number == 0 and model.supports.after_load.any():
-            path.change_supports(supported_after_load(model, scheme.motion.displacement))
+    stepper = ExplicitStepper(supported_during_load(model), settings, elastic_start)
+    yield from follow_movement(stepper, model, increments)

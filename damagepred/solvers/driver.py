@@ -1,0 +1,202 @@
+"""Driver of a static load path: dead load, then the movement in equal increments; one for both static solvers.
+
+A solver is a ``Stepper``. The path ends at full movement, at collapse, or where jacks or outer supports carry no load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Model
+from damagepred.errors import ConvergenceError
+from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.system.loading_stages import supported_after_load
+from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
+
+CheckpointT = TypeVar("CheckpointT")
+
+
+class Outcome(NamedTuple):
+    """End of a step: largest residual over the mean block weight; whether it is an equilibrium; whether a part fell."""
+
+    unbalanced_force_ratio: float
+    balanced: bool
+    collapsed: bool
+
+
+class Bracket(NamedTuple):
+    """Tolerances with which the end of a path is located.
+
+    Attributes
+    ----------
+    support_load : float
+        Support load that counts as zero (N).
+    load_factor : float
+        Bracket of the load factor of zero support load (1).
+    max_iterations : int
+        Points of the path tried for it.
+    collapse : float or None
+        Bracket of the load factor of collapse under live load (1); None if the steps themselves locate it.
+    """
+
+    support_load: float
+    load_factor: float
+    max_iterations: int
+    collapse: float | None = None
+
+
+class _Start(NamedTuple, Generic[CheckpointT]):
+    """Start of an increment: a checkpoint, its load factor, and the support load there (N)."""
+
+    checkpoint: CheckpointT
+    load_factor: float
+    support_load: float
+
+
+class Stepper(Protocol[CheckpointT]):
+    """A static solver on one wall, as the driver uses it."""
+
+    bracket: Bracket
+
+    @property
+    def load_factor(self) -> float:
+        """Present share of the movement."""
+
+    @property
+    def displacement(self) -> FloatArray:
+        """Present displacements, array (size,)."""
+
+    def begin_increment(self, number: int) -> None:
+        """Count work from here on as that of an increment."""
+
+    def step_to(self, load_factor: float) -> Outcome:
+        """Go to a load factor; raise ConvergenceError if the wall neither balances nor collapses."""
+
+    def support_load(self) -> float:
+        """Return the load (N) whose loss ends the path."""
+
+    def checkpoint(self) -> CheckpointT:
+        """Return a copy of the present state."""
+
+    def restore(self, checkpoint: CheckpointT) -> None:
+        """Return to a checkpoint."""
+
+    def report(self, outcome: Outcome) -> Increment:
+        """Return the present state as an increment, without counters."""
+
+    def counters(self) -> Counters:
+        """Return the work of the increment so far."""
+
+    def end_increment(self) -> None:
+        """Prepare the jacks for the next increment."""
+
+    def change_supports(self, model: Model) -> None:
+        """Continue from the present state with other supports of the same wall."""
+
+
+def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int) -> Iterator[Increment]:
+    """Follow the movement increment by increment.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        The solver, on the unloaded wall.
+    model : Model
+        The wall with all its supports.
+    increments : int
+        Number of equal steps of the movement.
+
+    Yields
+    ------
+    Increment
+        First the state under dead load (number 0), then one each step.
+
+    Raises
+    ------
+    SolverError
+        If the wall neither balances nor collapses in an increment.
+    """
+    stop = "" if model.jacks is None else model.jacks.stop
+    bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
+    for number in range(increments + 1):
+        stepper.begin_increment(number)
+        start = None
+        if number > 0 and (stop or bisects):
+            start = _Start(stepper.checkpoint(), stepper.load_factor, stepper.support_load())
+        outcome = stepper.step_to(number / increments)
+        ended = bool(stop) and outcome.balanced and stepper.support_load() <= 0.0
+        if ended and start is not None:
+            outcome = _locate_zero_support_load(stepper, start, outcome)
+            ended = outcome.balanced
+        increment = stepper.report(outcome)
+        if ended:
+            increment = replace(increment, ended=stop)
+        elif outcome.collapsed:
+            stable = max(number - 1, 0) / increments
+            increment = _locate_collapse(stepper, start if bisects else None, increment, stable)
+        yield replace(increment, **stepper.counters()._asdict())
+        if ended or outcome.collapsed:
+            return
+        stepper.end_increment()
+        if number == 0 and model.supports.after_load.any():
+            stepper.change_supports(supported_after_load(model, stepper.displacement))
+
+
+def _locate_zero_support_load(stepper: Stepper[CheckpointT], start: _Start[CheckpointT], outcome: Outcome) -> Outcome:
+    """Go to the load factor at which the support load vanishes, between a start and the present state."""
+    loaded, unloaded = start.checkpoint, stepper.checkpoint()
+    search = IllinoisRegulaFalsi(
+        (start.load_factor, start.support_load),
+        (stepper.load_factor, stepper.support_load()),
+        tolerance=stepper.bracket.support_load,
+        bracket=stepper.bracket.load_factor,
+    )
+    for _ in range(stepper.bracket.max_iterations):
+        if search.converged:
+            return outcome
+        load_factor = search.next_trial()
+        stepper.restore(loaded)
+        outcome = stepper.step_to(load_factor)
+        if not outcome.balanced:
+            return outcome
+        if search.update(load_factor, stepper.support_load()):
+            loaded = stepper.checkpoint()
+        else:
+            unloaded = stepper.checkpoint()
+    stepper.restore(unloaded)
+    return outcome
+
+
+def _locate_collapse(
+    stepper: Stepper[CheckpointT], start: _Start[CheckpointT] | None, increment: Increment, stable: float
+) -> Increment:
+    """Bracket collapse, by bisection from the start of the increment if there is one; return the increment with it."""
+    if np.isfinite(increment.last_stable_load_factor):  # the steps have located it
+        return increment
+    if start is None or stepper.bracket.collapse is None:
+        return replace(increment, last_stable_load_factor=stable)
+    checkpoint, collapse = start.checkpoint, increment.load_factor
+    while collapse - stable > stepper.bracket.collapse:
+        middle = 0.5 * (stable + collapse)
+        stepper.restore(checkpoint)
+        try:
+            outcome = stepper.step_to(middle)
+        except ConvergenceError:
+            break  # so near its limit that it neither collapses nor comes to rest
+        if outcome.collapsed:
+            collapse = middle
+        else:
+            checkpoint, stable = stepper.checkpoint(), middle
+    broken_at = increment.broken_at
+    return replace(
+        increment,
+        load_factor=collapse,
+        last_stable_load_factor=stable,
+        # bonds that broke beyond the collapse load factor broke in the collapse
+        broken_at=None if broken_at is None else np.minimum(broken_at, collapse),
+    )

@@ -1,0 +1,189 @@
+"""Quasi-static solver as the driver of the load path uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Model
+from damagepred.errors import ConvergenceError
+from damagepred.one_thread import each_with_one_blas_thread
+from damagepred.scene import Solver
+from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuation
+from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
+from damagepred.solvers.quasi_static.energy_balance import law_violation
+from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.state.joint_history import contact_states
+from damagepred.solvers.system.detached_blocks import detached_blocks
+from damagepred.solvers.system.loading_stages import level, supported_during_load, unilateral_supports
+from damagepred.solvers.system.zero_support_load import least_support_load
+
+
+class QuasiStaticStepper:
+    """Continuation of equilibria; a footing on unilateral supports is first brought to its level state.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Tolerances, and whether elastic courses are condensed.
+    """
+
+    def __init__(self, model: Model, settings: Solver) -> None:
+        self.model, self.settings = model, settings
+        self.path = Continuation(supported_during_load(model), settings)
+        options = self.path.options.jacks
+        self.bracket = Bracket(
+            options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
+            options.zero_load_bracket,
+            options.max_iterations,
+        )
+        self.number, self._before = 0, Counters()
+
+    @property
+    def load_factor(self) -> float:
+        """Present share of the movement."""
+        return self.path.state.load_factor
+
+    @property
+    def displacement(self) -> FloatArray:
+        """Present displacements, array (size,)."""
+        return self.path.state.displacement
+
+    def begin_increment(self, number: int) -> None:
+        """Count work from here on as that of an increment."""
+        self.number, self._before = number, self.path.counters
+
+    def counters(self) -> Counters:
+        """Return the work of the increment so far."""
+        return self.path.counters.since(self._before)
+
+    def checkpoint(self) -> Checkpoint:
+        """Return a copy of the present point of the path."""
+        return self.path.checkpoint()
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Return to a checkpoint."""
+        self.path.restore(checkpoint)
+
+    def change_supports(self, model: Model) -> None:
+        """Continue from the present equilibrium with other supports of the same wall."""
+        self.path.change_supports(model)
+
+    def end_increment(self) -> None:
+        """From the level state on, the load of jacks may be prescribed."""
+        if self.number == 0:
+            self.path.control_load()
+
+    def support_load(self) -> float:
+        """Return the load (N) whose loss ends the path; see ``least_support_load``."""
+        path = self.path
+        return least_support_load(path.model, path.state.jack, path.stresses(path.state)[1])
+
+    def step_to(self, load_factor: float) -> Outcome:
+        """Follow the path to a load factor, or to collapse.
+
+        Raises
+        ------
+        ConvergenceError
+            If no equilibrium is found although no part is detached.
+        """
+        path, worst = self.path, self.path.advance(1.0, load_factor)
+        if self.number == 0 and self._lifted_off(worst):
+            path = self.path = Continuation(level(path.model), self.settings)
+            worst = path.advance(1.0, 0.0)
+            worst = path.release_supports(self.model) if worst < path.tolerance else worst
+        state, balanced = path.state, worst < path.tolerance
+        collapsed = bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
+        if not (balanced or collapsed):
+            raise self._not_converged(worst)
+        if collapsed and not np.isfinite(worst):
+            worst = residual_in_motion(path.model, state)
+        return Outcome(worst, balanced, collapsed)
+
+    def _lifted_off(self, worst: float) -> bool:
+        """Return whether the dead load lifted the footing off unilateral supports, or found no equilibrium."""
+        path, free = self.path, unilateral_supports(self.model)
+        rests = worst < path.tolerance and not detached_blocks(path.model, path.state.displacement, 0.0).any()
+        return bool(free.size) and not (rests and path.never_opened[free].all())
+
+    def _not_converged(self, worst: float) -> ConvergenceError:
+        path = self.path
+        force, _ = path.equilibrium.residual(path.state, path.state.displacement)
+        block = int(path.equilibrium.system.block_of_dof[np.abs(force * path.equilibrium.per_weight).argmax()])
+        message = (
+            f"increment {self.number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
+            f"{self.model.describe_block(block)}, allowed is {path.tolerance:g}."
+        )
+        if self.model.supports.live_load.any():
+            message += f" The last equilibrium is at load factor {path.last_stable_load_factor:.5g}."
+        return ConvergenceError(message, increment=self.number, block=block)
+
+    def report(self, outcome: Outcome) -> Increment:
+        """Return the present state as an increment."""
+        path = self.path
+        model, state, superelements = path.model, path.state, path.equilibrium.superelements
+        opening, sigma, tau = path.stresses(state)
+        force = path.equilibrium.forces(state)
+        balance = path.balance
+        accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
+        return Increment(
+            number=self.number,
+            load_factor=state.load_factor,
+            displacement=state.displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
+            opening=opening,
+            slip=state.history.slip.copy(),
+            normal_stress=sigma,
+            shear_stress=tau,
+            state=contact_states(model, state.history._replace(cracked=state.history.cracked & ~path.never_opened)),
+            unbalanced_force_ratio=max(outcome.unbalanced_force_ratio, accepted),
+            base_reaction=path.equilibrium.system.base_reaction(force),
+            collapsed=outcome.collapsed,
+            external_work=balance.external_work,
+            elastic_energy=balance.elastic_energy,
+            friction_work=balance.friction_work,
+            fracture_work=balance.fracture_work,
+            crushing_work=balance.crushing_work,
+            plastic_work=balance.plastic_work,
+            released_energy=balance.released_energy,
+            snap_through_energy=balance.snap_through_energy,
+            energy_error=balance.energy_error,
+            joint_law_violation=law_violation(model, state, sigma, tau),
+            last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
+            support_force=path.equilibrium.system.support_force(force),
+            zones=None if superelements is None else superelements.picture(state.displacement, state.plastic),
+            deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
+            jack_load=np.nan if model.jacks is None else state.jack,
+            broken_at=path.broken_at.copy(),
+        )
+
+
+@each_with_one_blas_thread
+def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
+    """Follow the movement increment by increment.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Tolerances; whether elastic courses are condensed.
+    increments : int
+        Number of equal steps of the movement.
+
+    Yields
+    ------
+    Increment
+        First the state under dead load (number 0), then one each step. The path ends after an increment in which a part
+        of the wall has become detached.
+
+    Raises
+    ------
+    ConvergenceError
+        If no equilibrium is found although no part is detached.
+    """
+    yield from follow_movement(QuasiStaticStepper(model, settings), model, increments)
