@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arguments import checked, require_alike, require_weights
+from damagepred.arguments import checked, require_alike
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 
@@ -111,8 +111,9 @@ def normalised_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | 
         Walls that did not fail.
     """
     require_alike(weight=weight, upper=upper, good=good)
-    require_weights("weight", weight)
     weight, upper = np.asarray(weight, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+    if not (np.isfinite(weight).all() and (weight >= 0).all() and (weight > 0).any()):
+        raise InputError("weight: must be finite, not negative, and not all 0.")
     reached = np.isfinite(upper) & (weight > 0)
     if good is not None:
         reached &= good
