@@ -30,13 +30,8 @@ from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError
 from damagepred.uq.intensity import check_states, intensity_values
 
-"""Values of a sample's status that the fit uses; what is missing is left out."""
-
 ROUNDING = 1e-9
 """Movements that differ by this share of themselves are equal: increments are multiples that round."""
-
-CHUNK = 50_000
-"""Walls read at a time, so that a million of them need no arrays of their own size but the capacities."""
 
 
 class Capacities(NamedTuple):
@@ -60,7 +55,7 @@ class Capacities(NamedTuple):
 
 
 class StudyCapacities(NamedTuple):
-    """All that fits read of a study.
+    """Capacities of a study's walls, with the design of the study that fits need.
 
     Attributes
     ----------
@@ -93,24 +88,24 @@ class StudyCapacities(NamedTuple):
 
 
 def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:
-    """Check that the damage table of a study has the categories asked for.
+    """Check that the damage table of a study has some categories.
 
     Parameters
     ----------
     ds : xarray.Dataset
         A study.
     categories : sequence of int
-        Those asked for.
+        The categories.
 
     Raises
     ------
     InputError
-        If it has not; the message says which there are.
+        If it lacks one; the message names those it has.
     """
     highest = highest_category(ds)
     if wrong := [c for c in categories if not 1 <= c <= highest]:
-        asked = f"category = {wrong[0]}" if len(categories) == 1 else f"categories = {list(categories)}"
-        raise InputError(f"{asked}: the study's damage table has categories 1 to {highest}.")
+        given = f"category = {wrong[0]}" if len(categories) == 1 else f"categories = {list(categories)}"
+        raise InputError(f"{given}: the study's damage table has categories 1 to {highest}.")
 
 
 def sample_weights(ds: xr.Dataset) -> FloatArray:
@@ -144,26 +139,29 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 
 
 @checked
-def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -> StudyCapacities:
-    """Read each wall's capacity for several categories from a study.
+def read_capacities(
+    ds: xr.Dataset, categories: Sequence[int], intensity: str, *, walls_at_once: int = 50_000
+) -> StudyCapacities:
+    """Read each wall's capacity for several categories from a study; see the module for its definition.
 
-    See the module for what a capacity is. Where a study keeps the end of each wall's movement alone, it lies below that
-    or above.
+    Where a study keeps only the end of each wall's movement, the capacity lies below it or above.
 
     Parameters
     ----------
     ds : xarray.Dataset
         With ``damage_category`` and the intensity on (sample, increment) or on (sample,), and ``status`` on (sample,).
-        It is read ``CHUNK`` walls at a time, so it may be one that is still on disk.
+        It may be on disk.
     categories : sequence of int
         Each counts as reached from itself upwards.
     intensity : str
         Name of the movement's measure.
+    walls_at_once : int
+        Walls read at a time: a million need no other arrays of their own size than the capacities.
 
     Raises
     ------
     InputError
-        If paths cannot be read in between, see ``check_states``.
+        If the states along the paths are not usable, see ``check_states``.
     """
     if ds["damage_category"].ndim > 1:
         check_states(ds, intensity)
@@ -175,53 +173,40 @@ def read_capacities(ds: xr.Dataset, categories: Sequence[int], intensity: str) -
     marks: FloatArray | None = None
     alike, largest, done = True, 0.0, 0
     single = ds["damage_category"].ndim == 1
-    names = [n for n in ds.variables if ds[n].dims[:1] == ("sample",)]
-    light = ds[names]
-    for first in range(0, len(status), CHUNK):
-        here = known[first : first + CHUNK]
+    by_sample = ds[[n for n in ds.variables if ds[n].dims[:1] == ("sample",)]]
+    for first in range(0, len(status), walls_at_once):
+        here = known[first : first + walls_at_once]
         if not here.any():
             continue
-        some = light.isel(sample=slice(first, first + CHUNK))
+        some = by_sample.isel(sample=slice(first, first + walls_at_once))
         reached = np.asarray(some["damage_category"].values)[here]
         movement = intensity_values(some, intensity)[here]
         if single:
             reached, movement = reached[:, None], movement[:, None]
         to = slice(done, done + len(reached))
         for k, category in enumerate(categories):
-            lower[k, to], upper[k, to] = capacity_intervals(reached, movement, category)
+            lower[k, to], upper[k, to] = _capacity_intervals(reached, movement, category)
         end[to] = np.where(np.isfinite(movement), movement, 0.0).max(axis=1)
         largest = max(largest, float(end[to].max(initial=0.0)))
         marks = movement[0].copy() if marks is None else marks
         alike = alike and not single and bool((movement == marks).all())
         done = to.stop
-    end = np.where(end > 0, end, largest)  # a wall of which nothing is known was to go as far as any
+    end = np.where(end > 0, end, largest)  # a wall without a known state was to be followed as far as any
     failed = (status[known] == SampleStatus.FAILED)[None, :] & np.isinf(upper)
-    weight = sample_weights(ds)[known]
-    increments = 1 if single else ds.sizes["increment"] - 1
     return StudyCapacities(
         Capacities(lower, upper, failed, end),
-        weight,
-        single,
-        marks if alike else None,
-        largest,
-        increments,
-        np.flatnonzero(known),
-        bool(int(ds.attrs.get("crossed", 0))),
+        weight=sample_weights(ds)[known],
+        single=single,
+        marks=marks if alike else None,
+        largest=largest,
+        increments=1 if single else ds.sizes["increment"] - 1,
+        sample=np.flatnonzero(known),
+        crossed=bool(int(ds.attrs.get("crossed", 0))),
     )
 
 
-def capacity_intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
-    """Return the intervals (lower, upper] in which walls reach a category, arrays (walls,).
-
-    Parameters
-    ----------
-    reached : array of int (walls, increments)
-        Category of each state, -1 where it is not known.
-    given : array (walls, increments)
-        Movement of each state, NaN where it is not known.
-    category : int
-        Counts as reached from here upwards.
-    """
+def _capacity_intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
+    """Return the intervals (lower, upper] from categories (-1: unknown) and movements (NaN) of (walls, increments)."""
     movement = np.where(np.isfinite(given), np.fmax.accumulate(given, axis=1), np.nan)
     hit = reached >= category
     ever = hit.any(axis=1)
@@ -292,6 +277,6 @@ def interpolated_capacity(ends: tuple[float, float], widths: tuple[float, float]
 
 
 def without_damaged_at_start(found: Capacities) -> Capacities:
-    """Return capacities in which those reached before any movement say nothing: what is left is of the other walls."""
+    """Return the capacities with walls that are damaged before any movement censored at 0: no information."""
     before = found.upper <= 0
     return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)

@@ -1,20 +1,20 @@
-"""A coarse wall beside the fine one: a control variate whose mean many cheap walls tell.
+"""Two levels: results of a coarse model as a control variate, whose mean comes from many cheap walls.
 
 With fine results f and coarse results c of the same samples, and coarse results alone of further samples, the estimate
 is ``mean(f - a c) + a mean(further c)``. It is unbiased for any a that the averaged samples did not choose. So a is
 chosen for each fifth of the samples by the other four (cross-fitting), for each scramble of Sobol points by the others.
 
-Nor may the averaged samples choose how many of them there are: a pilot run decides on that and does not count. (Where
-its hits by chance are few, they seem to be of no use, and other numbers of walls follow: counted among them, estimates
-of a probability of 0.05 came out 13 % too high.)
+Nor may the averaged samples decide on their own number: that is for a pilot run, which is not averaged. (The allocation
+depends on the pilot's hits. With the pilot averaged, estimates of a probability of 0.05 were 13 % too high.)
 
-Does it pay? With correlation r and cost ratio k = coarse over fine, the best allocation needs
+Efficiency: with correlation r and cost ratio k = coarse over fine, the best allocation needs
 ``(sqrt(1 - r^2) + sqrt(k r^2))^2`` of the cost of plain sampling for the same error (Peherstorfer, Willcox and
 Gunzburger 2016, for two models).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,17 +23,34 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, student_factor
 
-WORTH_IT = 0.8
-"""It pays if it is to cost no more than this share of plain sampling, and no more than all of it at the pessimistic end
-of what the pilot says of the correlation."""
 
-FOLDS = 5
-FEWEST = 2 * FOLDS
-"""Fine results at least."""
+@dataclass(frozen=True)
+class ControlVariateOptions:
+    """Decision for a control variate, and the cross-fitting of its coefficient.
+
+    Attributes
+    ----------
+    worthwhile_cost : float
+        Largest cost, relative to plain sampling, at which it is used (1); at the less favourable end of the interval of
+        the correlation the cost may not exceed that of plain sampling.
+    folds : int
+        Parts of the samples; the coefficient of each is estimated from the others.
+    """
+
+    worthwhile_cost: float = 0.8
+    folds: int = 5
+
+    @property
+    def fewest(self) -> int:
+        """Fine results needed: two for each part."""
+        return 2 * self.folds
+
+
+DEFAULT = ControlVariateOptions()
 
 
 class PilotReport(NamedTuple):
-    """What a pilot run says of a control variate.
+    """Efficiency of a control variate, as estimated from a pilot run.
 
     Attributes
     ----------
@@ -62,13 +79,15 @@ class PilotReport(NamedTuple):
     coarse_per_fine: float
     pays: bool
 
-    def allocation(self, budget: float) -> tuple[int, int]:
-        """Return how many fine and coarse results a budget allows.
+    def allocation(self, budget: float, options: ControlVariateOptions = DEFAULT) -> tuple[int, int]:
+        """Return the numbers of fine and coarse results that a budget allows.
 
         Parameters
         ----------
         budget : float
-            In fine results' cost; it is kept to, but for a few walls of rounding.
+            In units of a fine result's cost; it is kept but for rounding by a few walls.
+        options : ControlVariateOptions
+            Its ``fewest`` fine results.
 
         Returns
         -------
@@ -78,12 +97,12 @@ class PilotReport(NamedTuple):
         """
         if not self.pays:
             return max(int(budget), 1), 0
-        fine = max(int(budget / (1 + self.coarse_per_fine * self.cost_ratio)), FEWEST)
+        fine = max(int(budget / (1 + self.coarse_per_fine * self.cost_ratio)), options.fewest)
         coarse = min(round(fine * self.coarse_per_fine), int((budget - fine) / self.cost_ratio))
         return (fine, coarse) if coarse >= fine + 2 else (max(int(budget), 1), 0)
 
     def line(self) -> str:
-        """Say it in a sentence."""
+        """Return it in a sentence."""
         return (
             f"correlation {self.correlation:.2f} ({self.correlation_lower:.2f} to {self.correlation_upper:.2f}, 90 %), "
             f"a coarse wall costs {self.cost_ratio:.2f} of a fine one: the same error for {self.relative_cost:.2f} of "
@@ -109,8 +128,14 @@ def relative_cost(correlation: float, cost_ratio: float, most: float = 1.0 - 1e-
     return float((1 - shared + shared / each) * (1 + each * cost_ratio)), float(each)
 
 
-def read_pilot(fine: FloatArray, coarse: FloatArray, fine_cost: float, coarse_cost: float) -> PilotReport:
-    """Judge a control variate by results of the same samples.
+def read_pilot(
+    fine: FloatArray,
+    coarse: FloatArray,
+    fine_cost: float,
+    coarse_cost: float,
+    options: ControlVariateOptions = DEFAULT,
+) -> PilotReport:
+    """Estimate the efficiency of a control variate from results of the same samples.
 
     Parameters
     ----------
@@ -118,6 +143,8 @@ def read_pilot(fine: FloatArray, coarse: FloatArray, fine_cost: float, coarse_co
         Results.
     fine_cost, coarse_cost : float
         Of one result each, in the same unit.
+    options : ControlVariateOptions
+        Its ``worthwhile_cost``.
     """
     count, ratio = len(fine), coarse_cost / fine_cost
     spread = float(np.std(fine)) * float(np.std(coarse))
@@ -127,17 +154,24 @@ def read_pilot(fine: FloatArray, coarse: FloatArray, fine_cost: float, coarse_co
     centre = np.arctanh(np.clip(found, -1 + 1e-9, 1 - 1e-9))
     low, high = (float(np.tanh(centre + sign * 1.645 / np.sqrt(count - 3))) for sign in (-1, 1))
     near = 0.0 if low * high < 0 else min(abs(low), abs(high))
-    # hits that all agree may differ in the next sample: no pilot tells more than that
+    # results that all agree may differ in the next sample
     most = 1.0 - 1.0 / count
     cost, each = relative_cost(found, ratio, most)
     worst = relative_cost(near, ratio, most)[0]
-    return PilotReport(count, found, low, high, ratio, cost, worst, each, bool(cost <= WORTH_IT and worst <= 1.0))
+    pays = bool(cost <= options.worthwhile_cost and worst <= 1.0)
+    return PilotReport(count, found, low, high, ratio, cost, worst, each, pays)
 
 
 def two_level(
-    fine: FloatArray, coarse: FloatArray, further: FloatArray, *, replicates: int = 1, confidence: float = 0.9
+    fine: FloatArray,
+    coarse: FloatArray,
+    further: FloatArray,
+    *,
+    replicates: int = 1,
+    confidence: float = 0.9,
+    options: ControlVariateOptions = DEFAULT,
 ) -> Estimate:
-    """Estimate the mean of the fine results.
+    """Estimate the mean of the fine results, with the coarse ones as control variate.
 
     Parameters
     ----------
@@ -149,6 +183,8 @@ def two_level(
         Independent scrambles of Sobol points that take turns as samples, 4 or more; 1: samples are random.
     confidence : float
         Of the interval.
+    options : ControlVariateOptions
+        Its ``folds``.
 
     Returns
     -------
@@ -166,7 +202,7 @@ def two_level(
         value, error, freedom = _of_scrambles(fine, coarse, further, replicates)
         wide = error
     else:
-        value, error, wide = _of_random(fine, coarse, further)
+        value, error, wide = _of_random(fine, coarse, further, options.folds)
         freedom = n - 1.0
     # of whole samples no error is smaller than what half of one makes
     error, wide = max(error, 0.5 / n), max(wide, 0.5 / n)
@@ -176,16 +212,16 @@ def two_level(
     return Estimate(value, error, min(lower, value), max(upper, value), confidence, n, like)
 
 
-def _of_random(fine: FloatArray, coarse: FloatArray, further: FloatArray) -> tuple[float, float, float]:
-    """Return mean, standard error and the error that the interval is made with, of random samples."""
+def _of_random(fine: FloatArray, coarse: FloatArray, further: FloatArray, folds: int) -> tuple[float, float, float]:
+    """Return the mean of random samples, its standard error, and the error that the interval is made with."""
     n, m = len(fine), len(further)
-    fold = np.arange(n) % FOLDS
-    coefficient = np.array([_coefficient(fine[fold != k], coarse[fold != k]) for k in range(FOLDS)])[fold] * m / (n + m)
+    fold = np.arange(n) % folds
+    coefficient = np.array([_coefficient(fine[fold != k], coarse[fold != k]) for k in range(folds)])[fold] * m / (n + m)
     rest, common = fine - coefficient * coarse, float(coefficient.mean())
     value = float(rest.mean() + common * further.mean())
-    # another coefficient shifts a fold's mean, which the coarse mean takes back: no scatter of the samples
+    # the coefficients of the folds differ: the coarse mean is added back, so that this is no variance of the samples
     centred = rest + coefficient * float(np.concatenate((coarse, further)).mean())
-    # a sample more in which fine and coarse differ to either side: so much few samples leave open (Agresti and Coull)
+    # two more samples, with fine above and below coarse, widen the interval of few samples (Agresti and Coull)
     rest_error, common_error = centred.var(ddof=1) / n, common**2 * further.var(ddof=1) / m
     wide = (centred.var() * n + 2.0) / (n + 2.0) ** 2
     return value, float(np.sqrt(rest_error + common_error)), float(np.sqrt(wide + common_error))
@@ -194,7 +230,7 @@ def _of_random(fine: FloatArray, coarse: FloatArray, further: FloatArray) -> tup
 def _of_scrambles(
     fine: FloatArray, coarse: FloatArray, further: FloatArray, replicates: int
 ) -> tuple[float, float, float]:
-    """Return mean, standard error and its degrees of freedom: each scramble makes an estimate of its own."""
+    """Return the mean, its standard error and degrees of freedom: each scramble is an independent estimate."""
     if replicates < ENOUGH_REPLICATES or len(fine) < replicates or len(further) < replicates:
         raise InputError(f"replicates = {replicates}: must be {ENOUGH_REPLICATES} or more, with samples of each.")
     which, beyond = np.arange(len(fine)) % replicates, (len(fine) + np.arange(len(further))) % replicates

@@ -16,8 +16,8 @@ from damagepred.uq.marginals import Marginal, breaks, from_normal
 _TERMS = 300
 """Terms of the series in the correlation of the normals."""
 
-_REACH = 12.0
-"""Standard normals beyond do not count."""
+_LARGEST_NORMAL = 12.0
+"""End of the integrals over standard normals."""
 
 
 @one_blas_thread()
@@ -87,13 +87,7 @@ class NatafCurve:
         self._rest = self.high - self._terms.sum(), self.low - (sign * self._terms).sum()
 
     def __call__(self, rho: ArrayLike) -> FloatArray:
-        """Return the correlation of the variables.
-
-        Parameters
-        ----------
-        rho : array
-            Of the normals, -1 to 1.
-        """
+        """Return the correlation of the variables for that of the normals."""
         at = np.asarray(rho, dtype=np.float64)
         with np.errstate(divide="ignore"):
             decay = np.minimum(-(_TERMS + 0.5) * np.log(np.abs(at)), 700.0)
@@ -105,7 +99,7 @@ class NatafCurve:
 
 def _nodes(extra: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points and weights for integrals over a standard normal: Gauss-Legendre in panels between breaks."""
-    edges = np.union1d(np.linspace(-_REACH, _REACH, 241), extra[np.abs(extra) < _REACH])
+    edges = np.union1d(np.linspace(-_LARGEST_NORMAL, _LARGEST_NORMAL, 241), extra[np.abs(extra) < _LARGEST_NORMAL])
     point, weight = np.polynomial.legendre.leggauss(8)
     half = 0.5 * np.diff(edges)[:, None]
     z = (edges[:-1, None] + half * (1.0 + point)).ravel()

@@ -1,15 +1,17 @@
 """Shares of variance of two groups of inputs, from tables in which both are crossed.
 
-Each table has two walls and two fields (all that varies from joint to joint) in every combination: value [i, j] is of
-wall i with field j. Tables are independent. Differences within a table show what changing the field alone does, the
-wall alone, and what both do together beyond that (interaction): analysis of variance with random effects. The three
-parts are unbiased and add up to the variance; inputs in a group may depend on each other in any way.
+Each table has two walls and two fields (all values that vary from joint to joint) in every combination: value [i, j]
+is of wall i with field j. Tables are independent. Differences within a table give the main effects of the field and of
+the wall and their interaction (analysis of variance with random effects). The three components are unbiased and add up
+to the variance; inputs in a group may depend on each other in any way.
 
 Intervals are bootstrap-t from resampled tables (Efron and Tibshirani 1993, ch. 12); that of the interaction, a mean of
 squares, is of its logarithm.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -20,18 +22,38 @@ from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.samplers import Stream, generator
 
-FEWEST = 20
-"""Tables from which on there are intervals."""
 
-FEWEST_TOGETHER = 50
-"""Tables from which on there is one of the interaction."""
+@dataclass(frozen=True)
+class CrossedOptions:
+    """Tables from which there are intervals: of fewer, they cover the truth too rarely (studies/coverage).
+
+    Attributes
+    ----------
+    fewest_tables : int
+        Tables for intervals of the first-order and total shares.
+    fewest_tables_interaction : int
+        Tables for an interval of the interaction.
+    """
+
+    fewest_tables: int = 20
+    fewest_tables_interaction: int = 50
+
+
+DEFAULT = CrossedOptions()
 
 GROUPS = ("wall", "joints")
 """What the rows and columns of a table are."""
 
 
 @one_blas_thread()
-def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int = 1000, seed: int = 0) -> xr.Dataset:
+def crossed_shares(
+    values: ArrayLike,
+    *,
+    confidence: float = 0.9,
+    resamples: int = 1000,
+    seed: int = 0,
+    options: CrossedOptions = DEFAULT,
+) -> xr.Dataset:
     """Return the shares of variance of what holds for a wall and of what varies from joint to joint.
 
     Parameters
@@ -42,13 +64,14 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
         Of the intervals.
     resamples, seed : int
         Of the bootstrap of tables.
+    options : CrossedOptions
+        Tables from which there are intervals.
 
     Returns
     -------
     xarray.Dataset
         ``first_order`` (by itself) and ``total`` (with the interaction) on (group,), "wall" and "joints", and
-        ``interaction``; each with ``_error``, ``_lower`` and ``_upper``. Of fewer than 20 tables there are no
-        intervals, of fewer than 50 none of the interaction: they would hold less than they say (studies/coverage).
+        ``interaction``; each with ``_error``, ``_lower`` and ``_upper``; NaN where there are too few tables.
 
     Raises
     ------
@@ -75,7 +98,10 @@ def crossed_shares(values: ArrayLike, *, confidence: float = 0.9, resamples: int
         again, errors = _variance_shares(parts, drawn)
         error = np.nanstd(again, axis=0, ddof=1)
         low, high = _bootstrap_t(best, stated, again, errors, confidence)
-    for few, which in ((FEWEST, slice(4)), (FEWEST_TOGETHER, slice(4, 5))):
+    for few, which in (
+        (options.fewest_tables, slice(4)),
+        (options.fewest_tables_interaction, slice(4, 5)),
+    ):
         if len(y) < few:
             low[which] = high[which] = np.nan
     columns: dict[str, tuple[str | tuple[()], FloatArray, dict[str, str]]] = {}
@@ -96,20 +122,7 @@ def _variance_components(y: FloatArray) -> FloatArray:
 
 
 def _variance_shares(parts: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return shares of variance and their standard errors by the delta method, arrays (resamples, 5).
-
-    Parameters
-    ----------
-    parts : array (tables, 3)
-        As ``_variance_components`` returns them.
-    drawn : array (resamples, tables)
-        Share of each table in each resample.
-
-    Returns
-    -------
-    tuple of array
-        First order of wall and joints, total of both, interaction.
-    """
+    """Return first order and total of wall and joints and the interaction, (resamples, 5), with delta-method errors."""
     each = parts @ np.array([[1, 0, 1, 0, 0], [0, 1, 0, 1, 0], [-1, -1, 0, 0, 1]])
     variance = parts @ np.array([1, 1, -1])
     mean, whole = drawn @ each, (drawn @ variance)[:, None]
@@ -123,17 +136,7 @@ def _variance_shares(parts: FloatArray, drawn: FloatArray) -> tuple[FloatArray, 
 def _bootstrap_t(
     best: FloatArray, error: FloatArray, again: FloatArray, errors: FloatArray, confidence: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the ends of bootstrap-t intervals, the last of the numbers by its logarithm.
-
-    Parameters
-    ----------
-    best, error : array (numbers,)
-        Estimates and their standard errors.
-    again, errors : array (resamples, numbers)
-        The same of the resamples.
-    confidence : float
-        Level of the intervals.
-    """
+    """Return the ends of bootstrap-t intervals of estimates with their resamples, the last one by its logarithm."""
     tails = [0.5 * (1 - confidence), 0.5 * (1 + confidence)]
     ends = np.full((2, len(best)), np.nan)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -1,4 +1,4 @@
-"""The design of a study: what every sample's inputs are."""
+"""The design of a study: the inputs of every sample."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Design:
     lag : mapping of str to float
         For places with one value a joint, the correlation of the underlying normals along a course.
     innovation_factor : array
-        Cholesky factor of the correlation of what is new from one joint of a course to the next.
+        Cholesky factor of the correlation of the innovations along a course.
     by_distance : WallFields or None
         The fields, unless each joint depends on the one before it alone.
     joint_quantiles : mapping of str to JointQuantile
@@ -158,26 +158,15 @@ class Design:
                     f'[correlation] "{a}" with "{b}": one has a value a wall, the other one a joint; give both a field '
                     "or neither."
                 )
-        quantiles = {place: JointQuantile(marginals[place]) for place in joint}
         fields = {place: f for place in joint if (f := variables[place].field) is not None}
         joint_factor = cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)})
         wall_factor = cholesky(wall, marginals, {p: c for p, c in correlation.items() if p <= set(wall)})
-        if not all(f.by_course for f in fields.values()):
+        by_distance, lag, innovation = None, {}, joint_factor
+        if all(f.by_course for f in fields.values()):
+            lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
+            innovation = innovation_factor(joint_factor, [lag[place] for place in joint])
+        else:
             by_distance = WallFields(joint, fields, marginals, joint_factor)
-            return cls(
-                seed,
-                sampler,
-                marginals,
-                wall,
-                joint,
-                wall_factor,
-                joint_factor,
-                {},
-                joint_factor,
-                by_distance,
-                quantiles,
-            )
-        lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
         return cls(
             seed,
             sampler,
@@ -187,9 +176,9 @@ class Design:
             wall_factor,
             joint_factor,
             lag,
-            innovation_factor(joint_factor, [lag[place] for place in joint]),
-            None,
-            quantiles,
+            innovation,
+            by_distance,
+            joint_quantiles={place: JointQuantile(marginals[place]) for place in joint},
         )
 
     @one_blas_thread()

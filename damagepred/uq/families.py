@@ -1,4 +1,4 @@
-"""Families of distributions: which parameters each takes, and what it makes of them."""
+"""Families of distributions and the parameters that each takes."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy import optimize, special
 
 from damagepred.errors import InputError, nearest
 from damagepred.uq.marginals import Table
 
 Given = Mapping[str, float]
-
-MOST_VALUES = 100_000
-"""Values of a discrete distribution of scipy.stats beyond which it is refused."""
 
 
 def make(family: str, where: str, given: Given) -> Any:
@@ -52,21 +50,8 @@ def _positive(where: str, given: Given, *names: str) -> None:
             raise InputError(f"{where} {name} = {given[name]:g}: must be greater than 0.")
 
 
-def standard_deviation(where: str, given: Given) -> float:
-    """Return the standard deviation from ``std``, or from ``cov`` and ``mean``.
-
-    Parameters
-    ----------
-    where : str
-        Place in the study, for messages.
-    given : mapping of str to float
-        Parameters of the distribution, in SI.
-
-    Raises
-    ------
-    InputError
-        If it is not positive.
-    """
+def _standard_deviation(where: str, given: Given) -> float:
+    """Return the standard deviation from ``std``, or from ``cov`` and ``mean``."""
     found = given["std"] if "std" in given else abs(given["mean"]) * given["cov"]
     if not found > 0:
         raise InputError(f"{where}: its standard deviation is {found:g}; a mean of 0 needs std instead of cov.")
@@ -84,53 +69,43 @@ def _above(where: str, given: Given) -> tuple[float, float, float]:
     if not given["mean"] > lower:
         raise InputError(f"{where} mean = {given['mean']:g}: must be greater than {lower:g}.")
     mean = given["mean"] - lower
-    return lower, mean, standard_deviation(where, given) / mean
+    return lower, mean, _standard_deviation(where, given) / mean
 
 
 def _lognormal(where: str, given: Given) -> Any:
-    from scipy import stats
-
     if "median" in given:
         _positive(where, given, "median")
-        return stats.lognorm(s=given["dispersion"], scale=given["median"])
+        return scipy.stats.lognorm(s=given["dispersion"], scale=given["median"])
     _positive(where, given, "mean")
-    variance = np.log1p((standard_deviation(where, given) / given["mean"]) ** 2)
-    return stats.lognorm(s=np.sqrt(variance), scale=given["mean"] * np.exp(-variance / 2))
+    variance = np.log1p((_standard_deviation(where, given) / given["mean"]) ** 2)
+    return scipy.stats.lognorm(s=np.sqrt(variance), scale=given["mean"] * np.exp(-variance / 2))
 
 
 def _normal(where: str, given: Given) -> Any:
-    from scipy import stats
-
-    return stats.norm(loc=given["mean"], scale=standard_deviation(where, given))
+    return scipy.stats.norm(loc=given["mean"], scale=_standard_deviation(where, given))
 
 
 def _truncated_normal(where: str, given: Given) -> Any:
-    from scipy import stats
-
     _ordered(where, given)
-    mean, std = given["mean"], standard_deviation(where, given)
+    mean, std = given["mean"], _standard_deviation(where, given)
     cut = ((given["lower"] - mean) / std, (given["upper"] - mean) / std)
-    if stats.norm.cdf(cut[1]) - stats.norm.cdf(cut[0]) < 1e-9:
+    if scipy.stats.norm.cdf(cut[1]) - scipy.stats.norm.cdf(cut[0]) < 1e-9:
         raise InputError(f"{where}: nothing of the distribution lies between lower and upper.")
-    return stats.truncnorm(*cut, loc=mean, scale=std)
+    return scipy.stats.truncnorm(*cut, loc=mean, scale=std)
 
 
 def _uniform(where: str, given: Given) -> Any:
-    from scipy import stats
-
     if "mean" in given:
-        half = np.sqrt(3.0) * standard_deviation(where, given)
-        return stats.uniform(loc=given["mean"] - half, scale=2.0 * half)
+        half = np.sqrt(3.0) * _standard_deviation(where, given)
+        return scipy.stats.uniform(loc=given["mean"] - half, scale=2.0 * half)
     _ordered(where, given)
-    return stats.uniform(loc=given["lower"], scale=given["upper"] - given["lower"])
+    return scipy.stats.uniform(loc=given["lower"], scale=given["upper"] - given["lower"])
 
 
 def _weibull(where: str, given: Given) -> Any:
-    from scipy import stats
-
     if "shape" in given:
         _positive(where, given, "scale")
-        return stats.weibull_min(given["shape"], loc=given.get("lower", 0.0), scale=given["scale"])
+        return scipy.stats.weibull_min(given["shape"], loc=given.get("lower", 0.0), scale=given["scale"])
     lower, mean, cov = _above(where, given)
     if not 0.005 <= cov <= 10.0:
         raise InputError(
@@ -142,27 +117,23 @@ def _weibull(where: str, given: Given) -> Any:
         return float(special.gammaln(1 + 2 * inverse) - 2 * special.gammaln(1 + inverse) - np.log1p(cov**2))
 
     shape = float(np.exp(optimize.brentq(excess, np.log(0.1), np.log(500.0), xtol=1e-14)))
-    return stats.weibull_min(shape, loc=lower, scale=mean / special.gamma(1 + 1 / shape))
+    return scipy.stats.weibull_min(shape, loc=lower, scale=mean / special.gamma(1 + 1 / shape))
 
 
 def _gamma(where: str, given: Given) -> Any:
-    from scipy import stats
-
     if "shape" in given:
         _positive(where, given, "scale")
-        return stats.gamma(given["shape"], loc=given.get("lower", 0.0), scale=given["scale"])
+        return scipy.stats.gamma(given["shape"], loc=given.get("lower", 0.0), scale=given["scale"])
     lower, mean, cov = _above(where, given)
-    return stats.gamma(cov**-2, loc=lower, scale=mean * cov**2)
+    return scipy.stats.gamma(cov**-2, loc=lower, scale=mean * cov**2)
 
 
 def _beta(where: str, given: Given) -> Any:
-    from scipy import stats
-
     _ordered(where, given)
     lower, width = given["lower"], given["upper"] - given["lower"]
     if "alpha" in given:
-        return stats.beta(given["alpha"], given["beta"], loc=lower, scale=width)
-    mean, std = (given["mean"] - lower) / width, standard_deviation(where, given) / width
+        return scipy.stats.beta(given["alpha"], given["beta"], loc=lower, scale=width)
+    mean, std = (given["mean"] - lower) / width, _standard_deviation(where, given) / width
     if not 0 < mean < 1:
         raise InputError(f"{where} mean = {given['mean']:g}: must lie between lower and upper.")
     total = mean * (1 - mean) / std**2 - 1
@@ -172,7 +143,7 @@ def _beta(where: str, given: Given) -> Any:
             f"{where}: with this mean a beta distribution has a standard deviation below {most:g}; given: "
             f"{std * width:g}."
         )
-    return stats.beta(mean * total, (1 - mean) * total, loc=lower, scale=width)
+    return scipy.stats.beta(mean * total, (1 - mean) * total, loc=lower, scale=width)
 
 
 Form = Callable[[str, Given], Any]
@@ -181,7 +152,7 @@ _SCATTER: tuple[tuple[str, ...], ...] = (("mean", "cov"), ("mean", "std"))
 
 
 def _forms(build: Form, native: tuple[str, ...], *, lower: bool = False) -> dict[tuple[str, ...], Form]:
-    """Return the parameters of a family by mean and scatter or its own, with a lower end if it may be moved."""
+    """Return a family's parameters: mean with cov or std, or its own; with a lower end where it may be shifted."""
     ways = (*_SCATTER, native)
     return {names: build for way in ways for names in ((way, (*way, "lower")) if lower else (way,))}
 
@@ -195,10 +166,10 @@ FORMS: dict[str, dict[tuple[str, ...], Form]] = {
     "gamma": _forms(_gamma, ("shape", "scale"), lower=True),
     "beta": {(*names, "lower", "upper"): _beta for names in (*_SCATTER, ("alpha", "beta"))},
 }
-"""What each family takes, and how it is made of it."""
+"""Parameters of each family, and the function that makes its distribution of them."""
 
 
-def scipy_distribution(where: str, name: str, parameters: Given, given: Given) -> Any:
+def scipy_distribution(where: str, name: str, parameters: Given, given: Given, *, max_values: int = 100_000) -> Any:
     """Return a distribution of scipy.stats by its name.
 
     Parameters
@@ -211,14 +182,15 @@ def scipy_distribution(where: str, name: str, parameters: Given, given: Given) -
         Its own: shapes, loc and scale.
     given : mapping of str to float
         Nothing, or mean with cov or std, from which loc and scale follow.
+    max_values : int
+        Values of a discrete distribution beyond which it is refused.
 
     Raises
     ------
     InputError
         If there is no such distribution, or the parameters make none.
     """
-    from scipy import stats
-
+    stats = scipy.stats
     known = [n for n in dir(stats) if isinstance(getattr(stats, n), stats.rv_continuous | stats.rv_discrete)]
     if name not in known:
         raise InputError(f"{where} name = {name!r}: scipy.stats has no such distribution." + nearest(name, known))
@@ -244,23 +216,23 @@ def scipy_distribution(where: str, name: str, parameters: Given, given: Given) -
     frozen = family(**parameters)
     middle = float(frozen.ppf(0.5))
     if not np.isfinite(middle):
-        told = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
-        raise InputError(f"{where} parameters: scipy.stats.{name} has no distribution with {told or 'none'}.")
+        given_text = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
+        raise InputError(f"{where} parameters: scipy.stats.{name} has no distribution with {given_text or 'none'}.")
     if discrete:
-        return _tabulated(where, name, frozen)
+        return _tabulated(where, name, frozen, max_values)
     if given:
         mean, std = float(frozen.mean()), float(frozen.std())
         if not (np.isfinite(mean) and np.isfinite(std) and std > 0):
             raise InputError(f"{where}: scipy.stats.{name} has no mean and scatter here; give loc and scale.")
-        scale = standard_deviation(where, given) / std
+        scale = _standard_deviation(where, given) / std
         frozen = family(**parameters, loc=given["mean"] - scale * mean, scale=scale)
     return frozen
 
 
-def _tabulated(where: str, name: str, frozen: Any) -> Table:
+def _tabulated(where: str, name: str, frozen: Any, max_values: int) -> Table:
     low, high = float(frozen.ppf(1e-16)), float(frozen.isf(1e-16))
-    if not high - low < MOST_VALUES:
-        raise InputError(f"{where}: scipy.stats.{name} takes more than {MOST_VALUES} values here.")
+    if not high - low < max_values:
+        raise InputError(f"{where}: scipy.stats.{name} takes more than {max_values} values here.")
     values = np.arange(low, high + 1.0)
     weights = frozen.pmf(values)
     return Table(values[weights > 0], weights[weights > 0])

@@ -2,14 +2,15 @@
 
 - Rank correlation (Spearman): whether capacity rises or falls with an input, from -1 to 1. Partial: with what the other
   inputs explain taken out of both, as inputs that are correlated need it.
-- First-order share: how much of the output's variance its mean over walls of the same input explains, also where it
-  rises and falls. From slices of as many walls each along the input, corrected for what so many slices explain by
-  chance.
+- First-order share: the variance of the output's conditional mean given the input, over its variance, also where the
+  mean is not monotone. It comes from slices of equally many walls along the input, corrected for the share that so many
+  slices explain by chance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -21,11 +22,24 @@ from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.ranks import ranks
 from damagepred.uq.samplers import Stream, generator
 
-FEWEST = 10
-"""Walls that it takes at least."""
 
-MOST = 20_000
-"""Walls resampled for the errors; of more, the error is taken from so many and scaled by the root of the number."""
+@dataclass(frozen=True)
+class GivenDataOptions:
+    """Numbers of walls of given-data sensitivity.
+
+    Attributes
+    ----------
+    fewest_walls : int
+        Walls below which it is refused.
+    bootstrap_walls : int
+        Walls in a resample at most; the error of more walls is scaled by the root of their number.
+    """
+
+    fewest_walls: int = 10
+    bootstrap_walls: int = 20_000
+
+
+DEFAULT = GivenDataOptions()
 
 
 @one_blas_thread()
@@ -37,6 +51,7 @@ def rank_correlation(
     confidence: float = 0.9,
     resamples: int = 500,
     seed: int = 0,
+    options: GivenDataOptions = DEFAULT,
 ) -> xr.Dataset:
     """Return Spearman's and the partial rank correlation of an output with each input.
 
@@ -52,6 +67,8 @@ def rank_correlation(
         Of the intervals.
     resamples, seed : int
         Of the bootstrap.
+    options : GivenDataOptions
+        Numbers of walls.
 
     Returns
     -------
@@ -64,12 +81,12 @@ def rank_correlation(
     InputError
         If a value is not finite, or the output does not vary.
     """
-    names, x, y, w = _checked(inputs, output, weight, confidence)
+    names, x, y, w = _checked(inputs, output, weight, confidence, options.fewest_walls)
 
     def both(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
         return np.arctanh(np.clip(_correlations(x, y, w), -1 + 1e-12, 1 - 1e-12))
 
-    best, error = _bootstrap_errors(both, x, y, w, resamples, seed)
+    best, error = _bootstrap_errors(both, x, y, w, resamples, seed, options)
     reach = normal_factor(confidence) * error
     columns = {
         name: ("variable", np.tanh(value), {"units": "1", "long_name": words})
@@ -88,12 +105,13 @@ def first_order(
     confidence: float = 0.9,
     resamples: int = 500,
     seed: int = 0,
+    options: GivenDataOptions = DEFAULT,
 ) -> xr.Dataset:
     """Return the share of an output's variance that each input brings about by itself.
 
     Parameters
     ----------
-    inputs, output, weight, confidence, resamples, seed
+    inputs, output, weight, confidence, resamples, seed, options
         See ``rank_correlation``.
 
     Returns
@@ -107,8 +125,8 @@ def first_order(
     InputError
         If a value is not finite, or the output does not vary.
     """
-    names, x, y, w = _checked(inputs, output, weight, confidence)
-    best, error = _bootstrap_errors(_sliced_first_order, x, y, w, resamples, seed)
+    names, x, y, w = _checked(inputs, output, weight, confidence, options.fewest_walls)
+    best, error = _bootstrap_errors(_sliced_first_order, x, y, w, resamples, seed, options)
     reach = normal_factor(confidence) * error
     words = {"units": "1", "long_name": "share of variance that the input brings about by itself"}
     columns = (("", best), ("_error", error), ("_lower", best - reach), ("_upper", best + reach))
@@ -120,7 +138,7 @@ def first_order(
 
 
 def _checked(
-    inputs: Mapping[str, FloatArray], output: FloatArray, weight: FloatArray | None, confidence: float
+    inputs: Mapping[str, FloatArray], output: FloatArray, weight: FloatArray | None, confidence: float, fewest: int
 ) -> tuple[list[str], FloatArray, FloatArray, FloatArray]:
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
@@ -138,10 +156,10 @@ def _checked(
     varying = {name: v for name, v in columns.items() if np.ptp(v) > 0}
     if not varying:
         raise InputError("inputs: none of them varies.")
-    if len(y) < FEWEST or np.ptp(y) == 0:
+    if len(y) < fewest or np.ptp(y) == 0:
         raise InputError(
             f"the output: has {len(y)} values, from {y.min(initial=np.inf):g} to {y.max(initial=-np.inf):g}; "
-            f"sensitivity takes at least {FEWEST} walls that differ."
+            f"sensitivity takes at least {fewest} walls that differ."
         )
     return list(varying), np.array(list(varying.values())), y, w
 
@@ -153,14 +171,15 @@ def _bootstrap_errors(
     w: FloatArray,
     resamples: int,
     seed: int,
+    options: GivenDataOptions,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return numbers of all walls and their standard errors from walls drawn again."""
+    """Return a statistic of all walls and its bootstrap standard error."""
     best = of(x, y, w)
     if resamples < 2:
         return best, np.full_like(best, np.nan)
     random = generator(seed, Stream.BOOTSTRAP, 0)
     walls = len(y)
-    size = min(walls, MOST)
+    size = min(walls, options.bootstrap_walls)
     some = random.permutation(walls)[:size] if size < walls else np.arange(walls)
     again = []
     for _ in range(resamples):

@@ -1,4 +1,4 @@
-"""Marginal distributions that scipy.stats has not: tables of values, and mixtures. Both answer as frozen ones do."""
+"""Marginal distributions that scipy.stats lacks, with the methods of frozen ones: tables of values, and mixtures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from damagepred.arrays import FloatArray
 
 
 class Marginal(Protocol):
-    """What a distribution must answer to be sampled and correlated; every frozen scipy.stats distribution does."""
+    """Interface of a distribution that can be sampled and correlated; every frozen scipy.stats distribution has it."""
 
     def cdf(self, x: ArrayLike) -> Any:
         """Return the probability of at most x."""
@@ -216,17 +216,7 @@ class Mixture:
         return each.min(axis=0), each.max(axis=0)
 
     def _solve(self, z: FloatArray, low: FloatArray, high: FloatArray, near: FloatArray | None = None) -> FloatArray:
-        """Find the values with given normal scores between bounds, by the Illinois method and bisection in turn.
-
-        Parameters
-        ----------
-        z : array (n,)
-            Normal scores.
-        low, high : array (n,)
-            Bounds of the values.
-        near : array (n,), optional
-            Where to look first.
-        """
+        """Return the values with normal scores z between bounds, by the Illinois method safeguarded by bisection."""
         x = np.where(np.isneginf(z), low, high)
         is_atom = np.zeros(len(z), dtype=bool)
         for atom, first, last in zip(self.atoms, self._atom_from, self._atom_to):

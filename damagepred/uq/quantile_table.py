@@ -1,11 +1,12 @@
-"""Values of joints from standard normals, quickly also where a distribution's quantiles are slow to find.
+"""Values of joints from standard normals, by a table of piecewise polynomials where quantiles are slow to compute.
 
-A sample needs thousands of quantiles of each field. Those of most distributions take microseconds each, some far more;
-as functions of the standard normal they are smooth between a few breaks, and a polynomial on each of some dozen cells
-gives them as well.
+A sample needs thousands of quantiles of each field. As functions of the standard normal they are smooth between a few
+breaks: a polynomial on each of some dozen cells approximates them to the tolerance.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -14,18 +15,33 @@ from numpy.typing import ArrayLike
 from damagepred.arrays import FloatArray
 from damagepred.uq.marginals import Marginal, Table, breaks, from_normal
 
-TOLERANCE = 3e-10
-"""Largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation."""
 
-REACH = 6.0
-"""Standard normals beyond are rarer than two in 10^9: they are done one by one. (Far beyond, quantiles of scipy are not
-reliable.)"""
+@dataclass(frozen=True)
+class QuantileTableOptions:
+    """Accuracy and cells of a table of quantiles.
 
-FIRST_CELL = 0.5
-SMALLEST_CELL = 2e-4
-"""Width in standard normals; cells as small as this that have no good polynomial are done one by one, too."""
+    Attributes
+    ----------
+    tolerance : float
+        Largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation (1).
+    largest_normal : float
+        Standard normals beyond are solved one by one: they are rarer than two in 10^9, and far beyond the quantiles of
+        scipy are not reliable.
+    initial_cell, smallest_cell : float
+        Width of the cells in standard normals; a cell of the smallest width without a good polynomial is solved one by
+        one, too.
+    degree : int
+        Degree of the polynomials.
+    """
 
-DEGREE = 7
+    tolerance: float = 3e-10
+    largest_normal: float = 6.0
+    initial_cell: float = 0.5
+    smallest_cell: float = 2e-4
+    degree: int = 7
+
+
+DEFAULT = QuantileTableOptions()
 
 CLOSED = frozenset(
     {
@@ -55,50 +71,46 @@ class JointQuantile:
     ----------
     marginal : Marginal
         The distribution.
+    options : QuantileTableOptions
+        Of the table.
     """
 
-    def __init__(self, marginal: Marginal) -> None:
-        self.marginal = marginal
+    def __init__(self, marginal: Marginal, options: QuantileTableOptions = DEFAULT) -> None:
+        self.marginal, self.options = marginal, options
         self.quick = isinstance(marginal, Table) or getattr(getattr(marginal, "dist", None), "name", "") in CLOSED
         self._table: tuple[FloatArray, FloatArray] | None = None
 
     def __call__(self, z: ArrayLike) -> FloatArray:
-        """Return the values: array like z.
-
-        Parameters
-        ----------
-        z : array (n,)
-            Standard normals.
-        """
+        """Return the values that standard normals z (n,) stand for, array (n,)."""
         z = np.asarray(z, dtype=np.float64)
         if self.quick:
             return from_normal(self.marginal, z)
         if self._table is None:
-            self._table = _table(self.marginal)
+            self._table = _table(self.marginal, self.options)
         edges, coefficients = self._table
         # of a break, the value on its left: quantiles are continuous from there
         cell = np.clip(np.searchsorted(edges, z, side="left") - 1, 0, len(edges) - 2)
         low, high = edges[cell], edges[cell + 1]
         at = ((z - low) - (high - z)) / (high - low)
-        found = coefficients[DEGREE, cell]
-        for power in range(DEGREE - 1, -1, -1):
+        found = coefficients[-1, cell]
+        for power in range(len(coefficients) - 2, -1, -1):
             found = found * at + coefficients[power, cell]
-        alone = np.isnan(found) | (np.abs(z) > REACH)
-        if alone.any():
-            found[alone] = from_normal(self.marginal, z[alone])
+        outside = np.isnan(found) | (np.abs(z) > self.options.largest_normal)
+        if outside.any():
+            found[outside] = from_normal(self.marginal, z[outside])
         return np.asarray(found)
 
 
-def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
-    """Return the edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1 (8, n).
+def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArray, FloatArray]:
+    """Return the edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1.
 
-    Cells are halved until their polynomial is as good as it is to be; coefficients are NaN where it never is.
+    Cells are bisected until their polynomials meet the tolerance; coefficients are NaN where they never do.
     """
-    given = breaks(marginal)
-    steps = round(2 * REACH / FIRST_CELL)
-    edges = np.union1d(np.linspace(-REACH, REACH, steps + 1), given[np.abs(given) < REACH])
+    given, reach, degree = breaks(marginal), options.largest_normal, options.degree
+    steps = round(2 * reach / options.initial_cell)
+    edges = np.union1d(np.linspace(-reach, reach, steps + 1), given[np.abs(given) < reach])
     left, right = edges[:-1], edges[1:]
-    node, between = chebyshev.chebpts1(DEGREE + 1), np.append(chebyshev.chebpts1(DEGREE + 3), (-0.9999, 0.9999))
+    node, between = chebyshev.chebpts1(degree + 1), np.append(chebyshev.chebpts1(degree + 3), (-0.9999, 0.9999))
     to_powers = np.linalg.inv(np.vander(node, increasing=True))
     least = 1e-6 * float(marginal.std())
     done_left, done_right, done = [], [], []
@@ -109,12 +121,12 @@ def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
             for places in (node, between)
         )
         powers = to_powers @ x
-        level = (x == x[0]).all(axis=0)  # atoms are what they are, without rounding
-        powers[:, level] = 0.0
-        powers[0, level] = x[0, level]
-        error = np.abs(np.vander(between, DEGREE + 1, increasing=True) @ powers - between_x).max(axis=0)
-        good = error <= TOLERANCE * np.maximum(np.abs(x).max(axis=0), least)
-        given_up = ~good & (half < SMALLEST_CELL)
+        constant = (x == x[0]).all(axis=0)  # an atom is its value, without rounding
+        powers[:, constant] = 0.0
+        powers[0, constant] = x[0, constant]
+        error = np.abs(np.vander(between, degree + 1, increasing=True) @ powers - between_x).max(axis=0)
+        good = error <= options.tolerance * np.maximum(np.abs(x).max(axis=0), least)
+        given_up = ~good & (half < options.smallest_cell)
         powers[:, given_up] = np.nan
         settled = good | given_up
         done_left.append(left[settled])

@@ -1,4 +1,4 @@
-"""How an estimate settles as walls are added."""
+"""Convergence of an estimate with the number of walls."""
 
 from __future__ import annotations
 
@@ -10,18 +10,15 @@ import xarray as xr
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.exceedance import category_capacities, estimate_exceedance
 
-LOOKS = 60
-"""Numbers of walls at which an estimate is shown, at most."""
-
 
 class Running(NamedTuple):
-    """A probability as found from the first walls of a study, more and more of them.
+    """Running estimate of a probability from the first walls of a study.
 
     Attributes
     ----------
-    counted : array of int (looks,)
+    counted : array of int (points,)
         Walls that count.
-    value, lower, upper : array (looks,)
+    value, lower, upper : array (points,)
         Estimate and confidence interval from these.
     """
 
@@ -32,12 +29,18 @@ class Running(NamedTuple):
 
 
 def running_probability(
-    ds: xr.Dataset, category: int, at: float, *, confidence: float = 0.9, intensity: str | None = None
+    ds: xr.Dataset,
+    category: int,
+    at: float,
+    *,
+    confidence: float = 0.9,
+    intensity: str | None = None,
+    points: int = 60,
 ) -> Running:
-    """Estimate the probability of a category at a movement from the first walls, the first few more, and so on.
+    """Estimate the probability of a category at a movement from increasing numbers of walls.
 
-    Each interval is one of that many walls alone; who stops at the first one that pleases is wrong more often than it
-    says (see ``damagepred.uq.stopping``).
+    Each interval holds for its number of walls alone, not for a study that stops at a chosen one (see
+    ``damagepred.uq.stopping``).
 
     Parameters
     ----------
@@ -51,10 +54,14 @@ def running_probability(
         Of the intervals.
     intensity : str, optional
         Measure of the movement; by default the study's own.
+    points : int
+        Numbers of walls at most.
     """
     known = category_capacities(ds, category, intensity)
     total = len(known.lower)
-    count = np.unique(np.geomspace(min(2, total), total, LOOKS).round().astype(np.int64)) if total else np.empty(0, int)
+    count = (
+        np.unique(np.geomspace(min(2, total), total, points).round().astype(np.int64)) if total else np.empty(0, int)
+    )
     found = [estimate_exceedance(known.part(slice(n)), at, confidence).estimate for n in count]
     return Running(
         count,

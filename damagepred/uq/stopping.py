@@ -1,12 +1,12 @@
-"""When enough walls have been run: looks fixed beforehand, and intervals that hold at all of them at once.
+"""Sequential stopping rule: interim analyses at fixed numbers of walls, with simultaneous confidence intervals.
 
-Whoever looks at an interval after every wall and stops when it pleases is wrong more often than the interval says. So
-a study looks only when the number of walls has doubled, and each look's interval is so much wider that all looks
-together hold the truth with the stated confidence. However a study stops, its interval is then good.
+A study that stops at the first narrow interval of many would cover the truth less often than stated. So interim
+analyses are made only where the number of walls has doubled, and their intervals are widened until all together cover
+the truth with the stated confidence.
 
-For random samples the looks' errors belong together as those of a growing sum do (correlation sqrt(n/m) of looks at n
-and m walls), and the factor follows by integrating from look to look (Armitage, McPherson and Rowe 1969). For
-replicated Sobol points this is not known, and Sidak's inequality stands in, which holds for any correlation.
+For random samples the errors of analyses at n and m walls have the correlation sqrt(n/m), and the factor follows by
+recursive integration (Armitage, McPherson and Rowe 1969). For replicated Sobol points the correlation is not known:
+Sidak's inequality holds for any.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class StopWhen:
     category : int
         Category, or worse.
     quantity : {"probability", "median"}
-        What is to be known: the probability of it at the movement ``at``, or its median movement.
+        The probability of it at the movement ``at``, or its median movement.
     at : float or None
         Movement (m), for a probability.
     half_width : float or None
@@ -47,9 +47,9 @@ class StopWhen:
     relative_half_width : float or None
         The same over the estimate.
     confidence : float
-        Of the interval, over all looks.
+        Of all intervals together.
     first : int
-        Walls at the first look; each further look is at twice as many.
+        Walls at the first interim analysis; each further one is at twice as many.
     """
 
     category: Annotated[Count, Field(ge=1)]
@@ -61,12 +61,12 @@ class StopWhen:
     first: Count = Field(default=64, ge=8)
 
     def check(self) -> None:
-        """Check what goes together.
+        """Check the combination of fields.
 
         Raises
         ------
         InputError
-            If it does not.
+            If fields are missing or contradict each other.
         """
         if (self.half_width is None) == (self.relative_half_width is None):
             raise InputError("[study.stop_when]: takes half_width or relative_half_width, one of them.")
@@ -103,7 +103,7 @@ class StopWhen:
 
 
 def interim_sizes(first: int, most: int) -> list[int]:
-    """Return the numbers of walls at which a study looks: doubled from the first, and the most that are allowed.
+    """Return the numbers of walls of the interim analyses: doubled from the first up to the most that are allowed.
 
     Parameters
     ----------
@@ -118,14 +118,14 @@ def interim_sizes(first: int, most: int) -> list[int]:
 
 @one_blas_thread()
 def interim_confidence(at: list[int], confidence: float, replicated: bool) -> float:
-    """Return the confidence of each look's interval, so that all hold at once with the confidence wanted.
+    """Return the confidence of each interval, so that all hold at once with the confidence wanted.
 
     Parameters
     ----------
     at : list of int
-        Walls at each look.
+        Walls at each interim analysis.
     confidence : float
-        Wanted over all looks.
+        Wanted for all intervals together.
     replicated : bool
         Whether errors come from replicates of Sobol points.
     """
@@ -139,7 +139,7 @@ def interim_confidence(at: list[int], confidence: float, replicated: bool) -> fl
 
 
 def _simultaneous_coverage(factor: float, sizes: FloatArray) -> float:
-    """Return the probability that the means of a growing sample are all within so many of their standard errors."""
+    """Return the probability that the means of a growing sample all lie within ``factor`` standard errors."""
     z, dz = factor * _NODES, factor * _WEIGHTS
     density = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)
     for before, now in itertools.pairwise(sizes):

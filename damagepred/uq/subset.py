@@ -1,18 +1,19 @@
 """Subset simulation: small probabilities as products of larger ones (Au and Beck 2001).
 
-Samples in standard-normal space climb level by level towards failure. At each level the worst share is kept, and
-Markov chains that start there draw new samples no better than its limit. New samples of a chain are drawn by
-conditional sampling (Papaioannou, Betz, Zwirglmaier and Straub 2015): ``sqrt(1 - s^2) z + s xi`` is standard normal
-like z, in any number of dimensions, so that fields with a value a joint are as good as single variables. The step s
-follows the share that is accepted, which is best near 0.44.
+Samples in standard-normal space approach failure level by level. The share of samples with the smallest margins are
+the seeds of Markov chains, which draw the samples of the next level within the intermediate failure domain. The chains
+use conditional sampling (Papaioannou, Betz, Zwirglmaier and Straub 2015): the candidate ``sqrt(1 - s^2) z + s xi`` is
+standard normal like z, in any number of dimensions, so a random field counts like single variables. The step s is
+adapted to the acceptance rate, whose optimum is near 0.44.
 
-The innovation xi of evaluation e depends on (seed, e) alone, and everything else on what evaluations brought. So a run
-whose evaluations were kept can be followed again without doing them again.
+The innovation xi of evaluation e depends on (seed, e) alone, and all else on the results of evaluations. So a run whose
+evaluations were stored can be repeated without them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -26,10 +27,30 @@ from damagepred.uq.samplers import Stream, generator
 
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
-BEST_ACCEPTANCE = 0.44
-MOST_NORMALS = 10**9
-"""Standard normals of a level."""
-FIRST_STEP = 0.6
+
+@dataclass(frozen=True)
+class SubsetOptions:
+    """Adaptation of the conditional sampler, and its size.
+
+    Attributes
+    ----------
+    target_acceptance : float
+        Acceptance rate to which the step is adapted (1).
+    initial_step : float
+        Step s of the first level with chains (1).
+    smallest_step : float
+        Smallest step (1).
+    max_normals : int
+        Standard normals of a level beyond which it is refused.
+    """
+
+    target_acceptance: float = 0.44
+    initial_step: float = 0.6
+    smallest_step: float = 0.05
+    max_normals: int = 10**9
+
+
+DEFAULT = SubsetOptions()
 
 
 class Level(NamedTuple):
@@ -54,7 +75,7 @@ class Level(NamedTuple):
 
 
 class SubsetEstimate(NamedTuple):
-    """What subset simulation found.
+    """Result of subset simulation.
 
     Attributes
     ----------
@@ -108,6 +129,7 @@ def subset_simulation(
     failed_reached: bool = False,
     runs: int = 1,
     on_level: Callable[[Level], None] | None = None,
+    options: SubsetOptions = DEFAULT,
 ) -> SubsetEstimate:
     """Estimate a small probability.
 
@@ -132,12 +154,14 @@ def subset_simulation(
         Whether NaN counts as reached. The probability lies between those of two runs, one each way: a run estimates
         what it counts without bias, whatever the regions look like in which nothing is known.
     runs : int
-        Independent runs whose mean is taken. Levels of one run depend on each other, and a run that starts with none of
-        a region's samples may never find it: the interval of a single run holds the truth less often than it says
-        (studies/coverage). That of several is from their scatter by Student's distribution, or from what the runs say
-        of themselves where that is more.
+        Independent runs whose mean is taken. Levels of one run are correlated, and a run without initial samples in
+        one of several failure regions may never find it: the interval of a single run covers the truth less often than
+        its confidence (studies/coverage). That of several is Student's, with the larger of their standard error and
+        the one that follows from the runs' own coefficients of variation.
     on_level : callable, optional
         Called with each ``Level`` as it is known.
+    options : SubsetOptions
+        Adaptation of the sampler.
 
     Returns
     -------
@@ -160,55 +184,40 @@ def subset_simulation(
     for name, value in (("runs", runs), ("dimensions", dimensions), ("max_levels", max_levels)):
         require_count(name, value)
     require_count("seed", seed, 0)
-    require_number("samples x dimensions", samples * dimensions, 1, MOST_NORMALS)
+    require_number("samples x dimensions", samples * dimensions, 1, options.max_normals)
     require_number("confidence", confidence, 0.0, 0.9999, open_low=True)
     margin = _NumberedLimitState(limit_state, failed_reached)
-    found: list[SubsetEstimate] = []
-    for run in range(runs):
-        levels, g, z = _run(margin, dimensions, samples, chains, length, seed, run, max_levels, on_level)
-        found.append(_estimate(levels, g, z, margin, confidence))
+
+    def one_run(run: int) -> SubsetEstimate:
+        """Carry out one run of subset simulation."""
+        first = margin.count
+        z = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(dimensions) for i in range(samples)])
+        g = margin(z)
+        levels: list[Level] = []
+        step, acceptance, chained = options.initial_step, np.nan, False
+        while True:
+            ordered = np.sort(g)
+            limit = float(0.5 * (ordered[chains - 1] + ordered[chains])) if ordered[chains - 1] > 0 else 0.0
+            reached = g <= limit
+            share = float(reached.mean())
+            levels.append(Level(limit, share, _variation(reached, share, chains if chained else samples), acceptance))
+            if on_level is not None:
+                on_level(levels[-1])
+            # no further level follows where most samples share one margin
+            if limit == 0.0 or len(levels) == max_levels or not np.isfinite(limit) or share > 0.5:
+                return _estimate(levels, g, z, margin, confidence)
+            # of equal margins more samples than chains may have reached the limit: the seeds are drawn from all of them
+            random = generator(seed, Stream.SUBSET_START, run * max_levels + len(levels))
+            start = random.permutation(np.flatnonzero(reached))[:chains]
+            z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed, options)
+            chained = True
+
+    found = [one_run(run) for run in range(runs)]
     return found[0] if runs == 1 else _mean_of_runs(found)
 
 
-def _run(
-    margin: _NumberedLimitState,
-    dimensions: int,
-    samples: int,
-    chains: int,
-    length: int,
-    seed: int,
-    run: int,
-    max_levels: int,
-    on_level: Callable[[Level], None] | None,
-) -> tuple[list[Level], FloatArray, FloatArray]:
-    """Climb once; return the levels, and margins and samples of the last."""
-    first = margin.count
-    z = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(dimensions) for i in range(samples)])
-    g = margin(z)
-    levels: list[Level] = []
-    step, acceptance, chained = FIRST_STEP, np.nan, False
-    while True:
-        worst = np.sort(g)
-        limit = float(0.5 * (worst[chains - 1] + worst[chains])) if worst[chains - 1] > 0 else 0.0
-        reached = g <= limit
-        share = float(reached.mean())
-        levels.append(Level(limit, share, _variation(reached, share, chains if chained else samples), acceptance))
-        if on_level is not None:
-            on_level(levels[-1])
-        # a limit that most samples share cannot be climbed
-        if limit == 0.0 or len(levels) == max_levels or not np.isfinite(limit) or share > 0.5:
-            break
-        # of equal margins more may have reached the limit than there are chains: any of all those, not the worst
-        start = generator(seed, Stream.SUBSET_START, run * max_levels + len(levels)).permutation(
-            np.flatnonzero(reached)
-        )[:chains]
-        z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed)
-        chained = True
-    return levels, g, z
-
-
 def _mean_of_runs(found: list[SubsetEstimate]) -> SubsetEstimate:
-    """Return the mean of independent runs, its interval lognormal."""
+    """Return the mean of independent runs, with a lognormal interval."""
     each, last = np.array([one.probability for one in found]), found[-1]
     mean, count = float(each.mean()), len(found)
     stated = np.array([one.variation for one in found]) * each
@@ -270,9 +279,16 @@ class _NumberedLimitState:
 
 
 def _sample_level(
-    margin: _NumberedLimitState, z: FloatArray, g: FloatArray, limit: float, length: int, step: float, seed: int
+    margin: _NumberedLimitState,
+    z: FloatArray,
+    g: FloatArray,
+    limit: float,
+    length: int,
+    step: float,
+    seed: int,
+    options: SubsetOptions,
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    """Return the next level's samples, chains side by side within each step, share accepted and last step size."""
+    """Return the next level's samples and margins, the acceptance rate and the last step, all chains side by side."""
     chains = len(z)
     all_z, all_g = [z], [g]
     accepted = 0
@@ -286,15 +302,13 @@ def _sample_level(
         all_z.append(z)
         all_g.append(g)
         accepted += int(take.sum())
-        step = float(np.clip(step * np.exp((take.mean() - BEST_ACCEPTANCE) / np.sqrt(k)), 0.05, 1.0))
+        adapted = step * np.exp((take.mean() - options.target_acceptance) / np.sqrt(k))
+        step = float(np.clip(adapted, options.smallest_step, 1.0))
     return np.concatenate(all_z), np.concatenate(all_g), accepted / (chains * (length - 1)), step
 
 
 def _variation(reached: BoolArray, share: float, chains: int) -> float:
-    """Return the coefficient of variation of a share; samples of one chain depend on each other (Au and Beck, eq. 29).
-
-    Samples stand step by step, all chains within each: as many chains as samples are independent samples.
-    """
+    """Return the coefficient of variation of a share, with the correlation along chains (Au and Beck 2001, eq. 29)."""
     if share in (0.0, 1.0):
         return np.inf if share == 0.0 else 0.0
     hits = reached.reshape(-1, chains).astype(np.float64)

@@ -1,4 +1,4 @@
-"""Values that vary from joint to joint and are alike the nearer two joints are, along courses or all over the wall.
+"""Random fields of joint values with a correlation that decreases with distance, along courses or over the wall.
 
 The correlation matrix of all joints of one kind is factorised once a geometry; a sample then costs one product with a
 triangular matrix for each field and kind.
@@ -20,12 +20,6 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.uq.correlation import NatafCurve
 from damagepred.uq.marginals import Marginal
 from damagepred.uq.variable import JointField
-
-REPAIR = 0.02
-"""Largest change of a correlation along the wall, of the normals, that is accepted where it makes a matrix definite.
-
-Two fields with the same correlation length need it where their distributions are of different kinds: that of a table's
-normals falls off more slowly at short distances."""
 
 
 class JointPlaces(NamedTuple):
@@ -78,6 +72,10 @@ class WallFields:
         Their distributions.
     factor : array (k, k)
         Cholesky factor of the correlation of the fields' normals in one joint.
+    correlation_tolerance : float
+        Largest change of a correlation along the wall, of the normals, that is accepted to make a matrix positive
+        definite. Two fields with the same correlation length need it where their distributions are of different kinds:
+        the correlation of a table's normals decreases more slowly at short distances.
 
     Notes
     -----
@@ -92,7 +90,9 @@ class WallFields:
         fields: Mapping[str, JointField],
         marginals: Mapping[str, Marginal],
         factor: FloatArray,
+        correlation_tolerance: float = 0.02,
     ) -> None:
+        self._tolerance = correlation_tolerance
         self._names = tuple(names)
         self._fields = [fields[name] for name in names]
         self._normal = [_to_normals(name, marginals[name]) for name in names]
@@ -127,7 +127,7 @@ class WallFields:
         return found
 
     def _kinds(self, places: JointPlaces) -> list[_OneKind]:
-        """Return what is needed to draw on these places, kind by kind; the last places are kept."""
+        """Return the factors for these places, kind by kind; those of the last places are cached."""
         name = places.digest()
         if self._made[0] != name:
             kinds = [np.flatnonzero(places.kind == kind) for kind in np.unique(places.kind)]
@@ -147,7 +147,7 @@ class WallFields:
                 matrix -= part * earlier
             matrix /= factor[k, k] ** 2
             try:
-                triangles.append(_cholesky(matrix, REPAIR / factor[k, k] ** 2))
+                triangles.append(_cholesky(matrix, self._tolerance / factor[k, k] ** 2))
             except linalg.LinAlgError:
                 raise InputError(_impossible(self._names[field], bool(factor[k, :k].any()))) from None
             independent.append(matrix)
@@ -217,28 +217,15 @@ class _ToNormals:
         return np.asarray(self._curve(correlation))
 
 
-def _cholesky(matrix: FloatArray, most: float) -> FloatArray:
-    """Return the lower factor of a correlation matrix, or of one near it that is positive definite.
-
-    Parameters
-    ----------
-    matrix : array (n, n)
-        Symmetric, 1 on the diagonal.
-    most : float
-        Largest change of an element.
-
-    Raises
-    ------
-    LinAlgError
-        If no matrix so near it is found by its eigenvalues.
-    """
+def _cholesky(matrix: FloatArray, tolerance: float) -> FloatArray:
+    """Return the lower factor of a correlation matrix; negative eigenvalues are raised if that changes it little."""
     try:
         return np.asfortranarray(linalg.cholesky(matrix, lower=True))
     except linalg.LinAlgError:
         value, vector = linalg.eigh(matrix)
-        mended = (vector * np.maximum(value, 1e-9)) @ vector.T
-        scale = 1.0 / np.sqrt(np.diag(mended))
-        mended *= np.outer(scale, scale)
-        if np.abs(mended - matrix).max() > most:
+        definite = (vector * np.maximum(value, 1e-9)) @ vector.T
+        scale = 1.0 / np.sqrt(np.diag(definite))
+        definite *= np.outer(scale, scale)
+        if np.abs(definite - matrix).max() > tolerance:
             raise
-        return np.asfortranarray(linalg.cholesky(mended, lower=True))
+        return np.asfortranarray(linalg.cholesky(definite, lower=True))

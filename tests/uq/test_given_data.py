@@ -6,7 +6,7 @@ from scipy import stats
 
 from damagepred.errors import InputError
 from damagepred.uq.crossed import crossed_shares
-from damagepred.uq.given_data import MOST, first_order, rank_correlation
+from damagepred.uq.given_data import DEFAULT, first_order, rank_correlation
 from damagepred.uq.ranks import interval_ranks, ranks
 from tests.uq.test_fragility import brackets
 from tests.uq.test_sensitivity import closed_form, ishigami
@@ -78,7 +78,7 @@ def test_intervals_of_rank_correlation_hold_the_truth_about_nine_times_in_ten(rh
 def test_more_walls_than_are_resampled_have_smaller_errors() -> None:
     random = np.random.default_rng(4)
     width = []
-    for walls in (MOST, 4 * MOST):
+    for walls in (DEFAULT.bootstrap_walls, 4 * DEFAULT.bootstrap_walls):
         x = random.standard_normal(walls)
         found = rank_correlation({"x": x}, x + random.standard_normal(walls), resamples=20)
         width.append(float(found["spearman_upper"][0] - found["spearman_lower"][0]))

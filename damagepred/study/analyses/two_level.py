@@ -28,7 +28,7 @@ from damagepred.study.analyses.limit_state import Question
 from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.settings import StudySettings
 from damagepred.uq.capacity import censored_before, probability_reached
-from damagepred.uq.control_variate import FEWEST, PilotReport, read_pilot, two_level
+from damagepred.uq.control_variate import DEFAULT, PilotReport, read_pilot, two_level
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.samplers import Stream, generator
@@ -149,9 +149,10 @@ def run_two_level(
     """
     fine, coarse = levels(settings)
     Question(category, at).check(settings)
-    budget = max(settings.study.samples, FEWEST) if budget is None else budget
-    if pilot < FEWEST or not budget >= FEWEST:
-        raise InputError(f"pilot = {pilot}, budget = {budget:g}: must be {FEWEST} walls or more.")
+    fewest = DEFAULT.fewest
+    budget = max(settings.study.samples, fewest) if budget is None else budget
+    if pilot < fewest or not budget >= fewest:
+        raise InputError(f"pilot = {pilot}, budget = {budget:g}: must be {fewest} walls or more.")
     folder = Path(out)
     if folder.is_file() or (folder / "study.toml").is_file():
         raise StudyError(f"{folder}: is no folder of two-level runs; nothing was changed. Choose another with -o.")
