@@ -24,11 +24,10 @@ from damagepred.solvers.system.deformable_blocks import (
     block_moduli,
     can_yield,
     cell_gridpoints,
-    distribute_load,
-    rigid_motion,
     strain_rows,
     zone_stiffness,
 )
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 Build = Callable[[Solver, frozenset[int] | None], Model]
 """Makes the model for given settings, with given blocks deformable."""
@@ -106,7 +105,7 @@ class BlockLoads:
         assert cut.mesh is not None
         self.whole, self.cut, self.mesh = whole, cut, cut.mesh
         self._group_by_shape = self._flexibilities(zone_stiffness(cut))
-        self._motion = rigid_motion(cut)
+        self._system = DiscreteSystem.of(cut)
         self._rows = strain_rows(cut)
         self._moduli, strength = block_moduli(cut)
         # the share is applied to the strengths: all of them scale with the stress
@@ -145,7 +144,7 @@ class BlockLoads:
         sigma, tau = area * increment.normal_stress, area * increment.shear_stress
         n_x, n_y = face.normal_x[:, None], face.normal_y[:, None]
         force = np.stack((sigma * n_x + tau * n_y, sigma * n_y - tau * n_x), axis=-1)
-        load = distribute_load(self.cut, whole.supports.load + increment.load_factor * whole.supports.live_load)
+        load = self._system.distribute(whole.supports.load + increment.load_factor * whole.supports.live_load)
         for (points, shares), sign in zip(self._sides, (1.0, -1.0)):
             known = points[..., 0] >= 0
             for end in range(2):
@@ -153,7 +152,7 @@ class BlockLoads:
                 np.add.at(load, mesh.dof_x[at], part[:, 0])
                 np.add.at(load, mesh.dof_y[at], part[:, 1])
         # what is left over by rounding, or by what holds the block, accelerates it as a whole
-        load -= self._motion.T @ _rigid_share(self.cut, load)
+        load -= self._system.rigid_motion.T @ _rigid_share(self.cut, load)
         energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
         displacement = np.zeros(self.cut.size)
         for block, dofs, flexibility in self._group_by_shape:

@@ -119,7 +119,7 @@ def main() -> None:
         assert run.zones is not None
         zones, facets = len(mesh.zones), len(mesh.facets)
         every = nanoseconds(whole(run))
-        state = run.zones.picture(run.motion.displacement).state
+        state = run.zones.results(run.motion.displacement).state
         now, so_far = int(((state > ZoneState.ELASTIC) & (state < ZoneState.YIELDED)).sum()), int((state > 0).sum())
         zones_work, facets_work = alone(run)
         own, rims = nanoseconds(zones_work), nanoseconds(facets_work)

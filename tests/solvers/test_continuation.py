@@ -534,10 +534,10 @@ def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyP
     """With more of them sums are rounded otherwise, and a sample replayed alone is not the one of its study."""
     threads: set[int] = set()
 
-    def counted(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
+    def counted(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray, panel: int) -> float:
         libraries = ThreadpoolController().select(user_api="blas").info()
         threads.update(library["num_threads"] for library in libraries)
-        return invert(matrix, symmetric, inverse)
+        return invert(matrix, symmetric, inverse, panel)
 
     monkeypatch.setattr(equations, "invert", counted)
     with threadpool_limits(2, user_api="blas"):

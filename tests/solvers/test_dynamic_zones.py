@@ -19,7 +19,7 @@ from damagepred.solvers.dynamics.body_motion import update_poses
 from damagepred.solvers.dynamics.energy_balance import EnergyTerms
 from damagepred.solvers.dynamics.gridpoints import update_facet_poses, zone_energy
 from damagepred.solvers.dynamics.run import DynamicRun
-from damagepred.solvers.state.increment import Increment, ZonePicture
+from damagepred.solvers.state.increment import Increment, ZoneResults
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly.reference import voronoi
@@ -55,7 +55,7 @@ def act(course: DynamicRun) -> None:
     first_forces(course.bodies, course.neighbours, course.motion, course.grid, None, None, False, counts)
 
 
-def pictured(increment: Increment) -> ZonePicture:
+def pictured(increment: Increment) -> ZoneResults:
     assert increment.zones is not None
     return increment.zones
 

@@ -18,7 +18,8 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
-from damagepred.solvers.dynamics.gridpoints import gridpoint_arrays, zone_results
+from damagepred.solvers.dynamics.facets import facet_bodies
+from damagepred.solvers.dynamics.gridpoints import gridpoint_arrays, results_of_zones
 from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.quasi_static.energy_balance import law_violation
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
@@ -228,7 +229,7 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
     wall.set_joint(1, 2, other)
     wall.support(0)
     model = wall.build(STIFF)
-    laws = body_arrays(model, np.zeros(2), DEFAULTS).laws.reshape(-1, 2, LAW)
+    laws = body_arrays(model, np.zeros(2), facet_bodies(model), DEFAULTS).laws.reshape(-1, 2, LAW)
     for i, joint in enumerate((worn, other)):
         k_n, k_s, psi = joint.normal_stiffness, joint.shear_stiffness, joint.dilation
         left = joint.residual_friction
@@ -286,7 +287,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
         wall.add_block(rectangle(left, low, right, top))
     wall.set_joint(0, 1, Joint(friction=0.7))
     wall.support(0)
-    made = body_arrays(wall.build(STIFF), np.zeros(2), DEFAULTS)
+    made = body_arrays(wall.build(STIFF), np.zeros(2), facet_bodies(wall.build(STIFF)), DEFAULTS)
     bare = made.points[made.points["status"] == FREE]
     friction = made.laws[bare["law"], 5]
     for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):
@@ -299,7 +300,7 @@ def test_a_block_without_mass_that_is_partly_held_is_refused() -> None:
     light = wall.add_block(rectangle(0.0, 0.1, 1.0, 0.2), BlockMaterial(density=0.0))
     wall.support(light, x=True, y=False, rotation=False)
     with pytest.raises(InputError, match=r"block 1 .*no mass"):
-        motion_of(wall.build(STIFF), np.zeros(2))
+        motion_of(wall.build(STIFF), np.zeros(2), 0)
 
 
 def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain() -> None:
@@ -308,7 +309,7 @@ def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain
     wall = Assembly(thickness=0.11)
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2), weak, zone_size=0.2)
     model = wall.build(STIFF)
-    grid = gridpoint_arrays(model, np.zeros(2), False)
+    grid = gridpoint_arrays(model, np.zeros(2), facet_bodies(model), False)
     assert grid is not None
     exx, eyy, gxy = 3e-5, -7e-5, 4e-5
     plastic = np.array([1e-5, 2e-5, -3e-5, 0.5e-5])
@@ -318,7 +319,7 @@ def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain
     grid.displacement[:] = grid.reference @ (turn @ stretch).T - grid.reference
     grid.plastic[:] = plastic
     base = np.array([0.01, -0.02])
-    found = zone_results(grid, base)
+    found = results_of_zones(grid, base)
     e = np.array([exx, eyy, gxy]) - plastic[:3]
     # plane stress; s_zz keeps to nothing, what has yielded across is no stress in the plane
     young, nu = 2e9, 0.25

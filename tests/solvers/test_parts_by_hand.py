@@ -25,7 +25,7 @@ from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.step_control import EnergyControl
 from damagepred.solvers.state.joint_history import JointHistory
-from damagepred.solvers.state.zone_history import picture
+from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.detached_blocks import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
@@ -187,7 +187,7 @@ def test_a_zone_has_yielded_if_any_of_its_plastic_strains_is_left() -> None:
     now[1] = ZoneState.TENSION
     expected = np.where(plastic.any(axis=1), np.int8(ZoneState.YIELDED), 0)
     expected[1] = now[1]
-    found = picture(model, np.zeros(model.size), np.zeros((zones, 4)), plastic, now)
+    found = zone_results(np.zeros((model.mesh.x.size, 2)), np.zeros((zones, 4)), plastic, now)
     assert found.state.tolist() == expected.tolist()
 
 

@@ -49,8 +49,8 @@ def test_what_cracked_does_not_heal_and_what_the_law_gives_back_is_an_error() ->
     taken = [dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)), dissipated(bent(2e-3, 4e6), bent(3e-3, 4.5e6))]
     assert taken[1] < 0.0
     balance = WorkBalance(np.zeros(0), DEFAULTS.return_mapping.for_kernels())
-    balance._cracked = balance._most_cracked = np.zeros(1)
+    balance._section_work = balance._largest_section_work = np.zeros(1)
     for step in taken:
-        balance.crack(np.array([step]))
-    assert balance._most_cracked.sum() == pytest.approx(taken[0])
+        balance.add_section_work(np.array([step]))
+    assert balance._largest_section_work.sum() == pytest.approx(taken[0])
     assert balance.section_error == pytest.approx(-taken[1])

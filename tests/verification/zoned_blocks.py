@@ -12,7 +12,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.state.increment import ZonePicture
+from damagepred.solvers.state.increment import ZoneResults
 from damagepred.solvers.system.deformable_blocks import cell_gridpoints, strain_rows
 
 Field = Callable[[FloatArray, FloatArray], FloatArray]
@@ -32,7 +32,7 @@ def solved(
     return model, list(solve_path(model, own, increments))
 
 
-def zones_of(increment: Increment) -> ZonePicture:
+def zones_of(increment: Increment) -> ZoneResults:
     """Return what is reported of the zones."""
     assert increment.zones is not None
     return increment.zones

@@ -4,7 +4,7 @@ The contacts of an interface become two points each: one on the face of either b
 other, with half the area, the same law and a memory of its own. So their elastic stiffness is that of the contacts of
 small displacements. Faces and parts of faces without a joint get points too, corners included; their law is that of
 the block's longest joint with its bond broken. A deformable block shows its facets: each is a body of one edge, and so
-is each place of a facet that an interface joins (``sides``).
+is each piece of a facet that an interface joins.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, LAW, POINT
 from damagepred.kernels.joint.limits import slip_compliance
 from damagepred.kernels.joint.softening import damage_rate
-from damagepred.solvers.dynamics.facets import FacetBodies, facet_bodies
+from damagepred.solvers.dynamics.facets import FacetBodies
 from damagepred.solvers.dynamics.options import DynamicsOptions
 
-GAUSS = 12.0**-0.5
-"""Distance of the two points of Gauss from the middle of a cell of length 1."""
-LONG = 1e9
+GAUSS_POINT = 12.0**-0.5
+"""Distance of both Gauss points from the middle of a cell of length 1."""
+GROUND_REACH = 1e9
 """Length of the ground to either side (m)."""
 
 
@@ -54,7 +54,9 @@ class BodyArrays(NamedTuple):
     reach: FloatArray
 
 
-def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions, search: bool = True) -> BodyArrays:
+def body_arrays(
+    model: Model, origin: FloatArray, facets: FacetBodies, options: DynamicsOptions, search: bool = True
+) -> BodyArrays:
     """Return edges, points and laws of a model.
 
     Parameters
@@ -63,17 +65,18 @@ def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions, sear
         n blocks, m interfaces with q contacts.
     origin : array (2,)
         Place that becomes the origin (m): far away, coordinates have few digits left.
+    facets : FacetBodies
+        Of deformable blocks.
     options : DynamicsOptions
         Lengths of edges and cells.
     search : bool
         Whether points may meet what they did not face at first. If not, a joint's facet goes on in its line to the
         ends of its face, so that what slides does not lose it.
     """
-    sides = facet_bodies(model)
-    centre = np.vstack((_centres(model, origin), sides.place))
-    edges, first_edge = _edges(model, origin, sides, centre, search)
+    centre = np.vstack((_centres(model, origin), facets.place))
+    edges, first_edge = _edges(model, origin, facets, centre, search)
     home = _bonded_edges(model, edges, first_edge)
-    joined = _joint_points(model, edges, home, centre, sides, options)
+    joined = _joint_points(model, edges, home, centre, facets, options)
     points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre, options)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
@@ -82,7 +85,7 @@ def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions, sear
 
 
 def _edges(
-    model: Model, origin: FloatArray, sides: FacetBodies, centre: FloatArray, search: bool
+    model: Model, origin: FloatArray, facets: FacetBodies, centre: FloatArray, search: bool
 ) -> tuple[NDArray[Any], IntArray]:
     blocks, n = model.blocks, model.n_blocks
     sizes = np.diff(blocks.first_vertex)
@@ -93,15 +96,15 @@ def _edges(
     rigid = ~np.isin(owner, [] if model.mesh is None else model.mesh.block)
     own = _edges_between(start[rigid], end[rigid], owner[rigid], owner[rigid], centre)
     own["face"] = np.flatnonzero(rigid)
-    on_facets = _edges_between(sides.x_end, sides.x_start, sides.block, n + 1 + np.arange(len(sides.start)), centre)
-    on_facets["face"] = len(end) + sides.face
-    facets, pieces = on_facets[: sides.facets], on_facets[sides.piece]
+    on_facets = _edges_between(facets.x_end, facets.x_start, facets.block, n + 1 + np.arange(len(facets.start)), centre)
+    on_facets["face"] = len(end) + facets.face
+    own_facets, pieces = on_facets[: facets.facets], on_facets[facets.piece]
     if not search:
         pieces["low"], pieces["length"] = (
-            sides.face_low[sides.piece],
-            sides.face_high[sides.piece],
+            facets.face_low[facets.piece],
+            facets.face_high[facets.piece],
         )
-    own = np.concatenate((own, facets))
+    own = np.concatenate((own, own_facets))
     own = own[np.argsort(own["polygon"], kind="stable")]
     # the ground: a line, whose outward normal points up, its lowest level endless
     levels = _ground_levels(model)
@@ -113,7 +116,7 @@ def _edges(
     for i, level in enumerate(levels):
         ground["y"][i] = level - origin[1]
         if i == 0:
-            ground["low"][i], ground["length"][i] = -LONG, LONG
+            ground["low"][i], ground["length"][i] = -GROUND_REACH, GROUND_REACH
             continue
         on = _on_ground(model) & (face.y == level)
         left, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
@@ -146,10 +149,10 @@ def _ground_levels(model: Model) -> list[float]:
     return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
 
 
-def _bodies(body: IntArray, n: int, sides: FacetBodies) -> IntArray:
+def _bodies(body: IntArray, n: int, facets: FacetBodies) -> IntArray:
     """Return the bodies of a dynamic run for those of ``Interfaces``."""
     found = body.copy()
-    found[body > n] = n + 1 + sides.piece[body[body > n] - n - 1]
+    found[body > n] = n + 1 + facets.piece[body[body > n] - n - 1]
     return found
 
 
@@ -208,7 +211,7 @@ def _joint_points(
     edges: NDArray[Any],
     home: _BondedEdges,
     centre: FloatArray,
-    sides: FacetBodies,
+    facets: FacetBodies,
     options: DynamicsOptions,
 ) -> NDArray[Any]:
     face = model.interfaces
@@ -216,7 +219,7 @@ def _joint_points(
     points = np.zeros((m, 2, q), dtype=POINT)
     x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
     y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
-    body_a, body_b = (_bodies(body, model.n_blocks, sides) for body in (face.body_a, face.body_b))
+    body_a, body_b = (_bodies(body, model.n_blocks, facets) for body in (face.body_a, face.body_b))
     for side, (own, other, own_home, other_home) in enumerate(
         ((body_b, body_a, home.b, home.held_a), (body_a, body_b, home.a, home.held_b))
     ):
@@ -323,7 +326,7 @@ def _spread(
         elif right:
             rule = ((1 / 3, 3 / 4), (1.0, 1 / 4))
         else:
-            rule = ((0.5 - GAUSS, 1 / 2), (0.5 + GAUSS, 1 / 2))
+            rule = ((0.5 - GAUSS_POINT, 1 / 2), (0.5 + GAUSS_POINT, 1 / 2))
         found += [(start + (k + at) * size, share * size) for at, share in rule]
     return found
 

@@ -9,7 +9,6 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
-from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
@@ -53,7 +52,7 @@ class Motion(NamedTuple):
     held_displacement: FloatArray
 
 
-def motion_of(model: Model, origin: FloatArray) -> Motion:
+def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
     """Return the bodies of a model at rest where they are built.
 
     Parameters
@@ -62,6 +61,8 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
         n blocks.
     origin : array (2,)
         Place that becomes the origin (m).
+    facets : int
+        Bodies on facets.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
     if model.mesh is not None:
         deformable = model.mesh.block
         free[deformable], inverse[deformable] = False, 0.0
-        bodies += len(facet_bodies(model).start)
+        bodies += facets
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Facets of deformable blocks, and the places on them that interfaces join: the bodies that contacts know of them."""
+"""Facets of deformable blocks, and the pieces of them that interfaces join, as bodies for contacts."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-
-STRAIGHT = 1e-6
-"""Sine of the angle between two facets from which they belong to different faces."""
+from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 
 
 class FacetBodies(NamedTuple):
@@ -23,17 +21,17 @@ class FacetBodies(NamedTuple):
     start, end : array of int (s,)
         Gridpoints, counter-clockwise.
     share : array (s,)
-        Where the body is between them: facets in the middle.
+        Place of the body between them: 1/2 for facets.
     block, face : array of int (s,)
-        Which block, and which of all straight faces.
+        Block, and number of the straight face, of all faces.
     place, x_start, x_end : array (s, 2)
         Of the body and the two gridpoints (m).
     face_low, face_high : array (s,)
-        Ends of the face, on the way clockwise from the end of the facet (m).
+        Ends of the face, clockwise from the end of the facet (m).
     facets : int
-        How many of them are facets.
+        Number of facets, which come first.
     piece : array of int (p,)
-        Which of them each piece is.
+        Body of each piece.
     """
 
     start: IntArray
@@ -50,18 +48,22 @@ class FacetBodies(NamedTuple):
     piece: IntArray
 
 
-MIDDLE = 1e-9
-"""A piece is in the middle of its facet if it is nearer to that than this share of the length."""
+def facet_bodies(model: Model, options: DynamicsOptions = DEFAULTS) -> FacetBodies:
+    """Return the facets and pieces of a model; none if all blocks are rigid.
 
-
-def facet_bodies(model: Model) -> FacetBodies:
-    """Return the facets and pieces of a model; none if all blocks are rigid."""
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    options : DynamicsOptions, optional
+        Corners of faces, and middles of facets.
+    """
     mesh = model.mesh
     if mesh is None:
         none, real, pairs = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2))
         return FacetBodies(none, none, real, none, none, pairs, pairs, pairs, real, real, 0, none)
     count = len(mesh.facets)
-    own = np.abs(mesh.piece_place - 0.5) > MIDDLE
+    own = np.abs(mesh.piece_place - 0.5) > options.middle_tolerance
     piece = np.where(own, count + np.cumsum(own) - 1, mesh.piece_facet)
     facet = np.concatenate((np.arange(count), mesh.piece_facet[own]))
     share = np.concatenate((np.full(count, 0.5), mesh.piece_place[own]))
@@ -70,7 +72,7 @@ def facet_bodies(model: Model) -> FacetBodies:
     way = (at[end] - at[start]) / np.hypot(*(at[end] - at[start]).T)[:, None]
     # facets begin in a corner, block by block
     turns = np.ones(count, dtype=np.bool_)
-    turns[1:] = np.abs(way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]) > STRAIGHT
+    turns[1:] = np.abs(way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]) > options.corner_sine
     turns[mesh.first_facet[:-1]] = True
     face = np.cumsum(turns) - 1
     last = np.append(np.flatnonzero(turns)[1:], count) - 1

@@ -9,13 +9,20 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.enumerations import ZoneState
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.zones import FACET_BODY, ZONE, ZONE_TERMS
 from damagepred.solvers.dynamics.body_motion import Motion
-from damagepred.solvers.dynamics.facets import facet_bodies
-from damagepred.solvers.state.increment import ZonePicture
-from damagepred.solvers.system.deformable_blocks import bending, block_moduli, can_yield, gridpoint_mass, zone_slopes
+from damagepred.solvers.dynamics.facets import FacetBodies
+from damagepred.solvers.state.increment import ZoneResults
+from damagepred.solvers.state.zone_history import zone_results
+from damagepred.solvers.system.deformable_blocks import (
+    at_gridpoints,
+    bending,
+    block_moduli,
+    can_yield,
+    gridpoint_mass,
+    zone_slopes,
+)
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
@@ -82,7 +89,7 @@ class Grid(NamedTuple):
     terms: FloatArray
 
 
-def gridpoint_arrays(model: Model, origin: FloatArray, damped: bool) -> Grid | None:
+def gridpoint_arrays(model: Model, origin: FloatArray, facets: FacetBodies, damped: bool) -> Grid | None:
     """Return the gridpoints and zones of a model at rest where they are built; None if all blocks are rigid.
 
     Parameters
@@ -91,6 +98,8 @@ def gridpoint_arrays(model: Model, origin: FloatArray, damped: bool) -> Grid | N
         The wall.
     origin : array (2,)
         Place that becomes the origin (m).
+    facets : FacetBodies
+        Of deformable blocks.
     damped : bool
         Whether there is stiffness-proportional damping.
 
@@ -141,7 +150,7 @@ def gridpoint_arrays(model: Model, origin: FloatArray, damped: bool) -> Grid | N
         stress=np.zeros((yields, 4)),
         state=np.zeros(yields, dtype=np.int64),
         past=np.zeros((len(mesh.zones) if damped else 0, 9)),
-        sides=_sides(model),
+        sides=_facet_records(facets),
         terms=np.zeros(ZONE_TERMS),
     )
 
@@ -164,27 +173,12 @@ def _zones(model: Model) -> NDArray[Any]:
     return zones
 
 
-def _sides(model: Model) -> NDArray[Any]:
-    found = facet_bodies(model)
-    sides = np.zeros(len(found.start), dtype=FACET_BODY)
-    sides["start"], sides["end"], sides["share"] = found.start, found.end, found.share
-    way = found.x_end - found.x_start
+def _facet_records(facets: FacetBodies) -> NDArray[Any]:
+    sides = np.zeros(len(facets.start), dtype=FACET_BODY)
+    sides["start"], sides["end"], sides["share"] = facets.start, facets.end, facets.share
+    way = facets.x_end - facets.x_start
     sides["along_x"], sides["along_y"] = way.T / np.hypot(*way.T)
     return sides
-
-
-def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
-    """Return the gridpoints' x and y of values at all degrees of freedom, array (g, 2).
-
-    Parameters
-    ----------
-    model : Model
-        With a mesh.
-    values : array (size,)
-        Of all degrees of freedom.
-    """
-    assert model.mesh is not None
-    return np.column_stack((values[model.mesh.dof_x], values[model.mesh.dof_y]))
 
 
 def update_facet_poses(grid: Grid, motion: Motion) -> None:
@@ -293,7 +287,7 @@ def zone_energy(grid: Grid) -> float:
     return 0.5 * float((grid.zones["volume"] * (elastic * stresses(grid, elastic)).sum(axis=1)).sum())
 
 
-def zone_results(grid: Grid, base: FloatArray) -> ZonePicture:
+def results_of_zones(grid: Grid, base: FloatArray) -> ZoneResults:
     """Return the zones' stresses and states, and the gridpoints' displacements.
 
     Stresses are rotated from the corotated frame to x and y.
@@ -315,9 +309,7 @@ def zone_results(grid: Grid, base: FloatArray) -> ZonePicture:
     state = np.zeros(len(strain), dtype=np.int8)
     memory = grid.zones["memory"]
     state[memory >= 0] = grid.state[memory[memory >= 0]]
-    has_yielded = (state == ZoneState.ELASTIC) & (plastic != 0.0).any(axis=1)
-    state[has_yielded] = ZoneState.YIELDED
-    return ZonePicture(grid.displacement - base, stress, state)
+    return zone_results(grid.displacement - base, stress, plastic, state)
 
 
 class MeanMotion:

@@ -25,6 +25,10 @@ class DynamicsOptions:
         Length by which a point may pass the end of the edge it faces, over the length it stands for (1).
     release_opening : float
         Opening at which a point with a broken bond leaves its first edge, over the length it stands for (1).
+    corner_sine : float
+        Sine of the angle between two facets from which they belong to different faces (1).
+    middle_tolerance : float
+        Distance from the middle of a facet, over its length, within which an interface joins the facet itself (1).
     max_cells : int
         Cells of points on a stretch of a face without joint.
     eigenvalue_tolerance : float
@@ -47,6 +51,8 @@ class DynamicsOptions:
     wide_block_ratio: Pure = Field(default=4.0, ge=1)
     edge_overrun: Pure = Field(default=0.02, ge=0)
     release_opening: Pure = Field(default=0.1, ge=0)
+    corner_sine: Pure = Field(default=1e-6, gt=0, lt=1)
+    middle_tolerance: Pure = Field(default=1e-9, gt=0, lt=0.5)
     max_cells: Count = Field(default=100, ge=1)
     eigenvalue_tolerance: Pure = Field(default=1e-3, gt=0)
     dense_eigenvalues: Count = Field(default=60, ge=2)

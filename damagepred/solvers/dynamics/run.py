@@ -27,20 +27,21 @@ from damagepred.solvers.dynamics.contact_search import (
     world_coordinates,
 )
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
+from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.dynamics.gridpoints import (
     Grid,
     MeanMotion,
-    at_gridpoints,
     gridpoint_arrays,
+    results_of_zones,
     set_initial_velocity,
     update_facet_poses,
-    zone_results,
 )
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.system.deformable_blocks import at_gridpoints
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.tiles import needs_full_law, needs_softening
@@ -95,10 +96,11 @@ class DynamicRun:
         self.options = options
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
-        self.motion = motion_of(model, self.origin)
+        facets = facet_bodies(model, options)
+        self.motion = motion_of(model, self.origin, len(facets.start))
         self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
-        self.grid = gridpoint_arrays(model, self.origin, dynamics.stiffness_damping > 0.0)
-        self.bodies = body_arrays(model, self.origin, options, dynamics.new_contacts)
+        self.grid = gridpoint_arrays(model, self.origin, facets, dynamics.stiffness_damping > 0.0)
+        self.bodies = body_arrays(model, self.origin, facets, options, dynamics.new_contacts)
         points = self.bodies.points
         self.initial_points = points[: 2 * model.n_contacts].copy()
         self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, self.grid)
@@ -370,7 +372,7 @@ class DynamicRun:
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.searches,
-            zones=None if self.grid is None else zone_results(self.grid, motion.displacement[-1, :2]),
+            zones=None if self.grid is None else results_of_zones(self.grid, motion.displacement[-1, :2]),
             deflection=self._deflection(),
             **energy._asdict(),
         )

@@ -225,7 +225,7 @@ class ExplicitStepper:
             base_reaction=scheme.system.base_reaction(scheme.motion.force),
             collapsed=outcome.collapsed,
             support_force=scheme.system.support_force(scheme.motion.force),
-            zones=None if scheme.zones is None else scheme.zones.picture(displacement),
+            zones=None if scheme.zones is None else scheme.zones.results(displacement),
             deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),
             jack_load=np.nan if scheme.pump is None else scheme.pump.load,
             broken_at=scheme.broken_at.copy(),

@@ -25,7 +25,7 @@ from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
-from damagepred.solvers.quasi_static.energy_balance import Spent, WorkBalance
+from damagepred.solvers.quasi_static.energy_balance import Dissipation, WorkBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
@@ -116,7 +116,7 @@ class Continuation:
             gave = history.cracked | (history.slip != 0.0) | (history.dilatant_opening != 0.0)
             levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
             self.equilibrium.uncondense_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
-        self.balance.go_on(model)
+        self.balance.change_supports(model)
         self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
         self.commit(self.state, unstable=False)
 
@@ -127,7 +127,7 @@ class Continuation:
             mask[free] = True
         self._bonded[free] = False
         self.model = self.equilibrium.model = model  # of the same stiffness
-        self.balance.go_on(model)
+        self.balance.change_supports(model)
         if self.equilibrium.condensed:
             self.equilibrium.uncondense_up_to(int(self.equilibrium.equations.interface_level[free].max()))
         trial = self.state.copy()
@@ -193,7 +193,9 @@ class Continuation:
             least = load * (1.0 - options.simultaneous_failures) * model.properties.tensile_strength[:, None]
             in_tension = sigma >= least
             sheared = broken & self._fails_in_shear_at & ~(in_tension & ~state.history.cracked)
-            self.balance.softened(break_in_shear(sheared, model.interfaces, model.properties, state.history))
+            self.balance.add_mode_1_dissipation(
+                break_in_shear(sheared, model.interfaces, model.properties, state.history)
+            )
         state.history.kappa[again] = np.inf
         state.history.cracked[broken] = True
         self.record_failures(state)
@@ -233,10 +235,17 @@ class Continuation:
         superelements, yielding = self.equilibrium.superelements, 0.0
         if superelements is not None:
             yielding = superelements.commit(state.displacement, state.plastic)
-        spent = Spent(friction, crushing, yielding)
+        dissipation = Dissipation(friction, crushing, yielding)
         condensed = self.equilibrium.condensed_energy(state)
         self.balance.add(
-            state, spent, mode_1_dissipation, self._support_power(state), unstable, snapped, superelements, condensed
+            state,
+            dissipation,
+            mode_1_dissipation,
+            self._support_power(state),
+            unstable,
+            snapped,
+            superelements,
+            condensed,
         )
 
     def _support_power(self, state: State) -> float:

@@ -1,4 +1,4 @@
-"""Energy balance of a path, and how well its equilibria obey the law of the joints."""
+"""Energy balance of a path, and violation of the joint law by its equilibria."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
 
 
-class Spent(NamedTuple):
-    """Work taken in a step (J): by friction, by joints that are crushed, by zones that yield."""
+class Dissipation(NamedTuple):
+    """Work dissipated in a step (J): by friction, by crushed joints, by zones that yield."""
 
     friction: float
     crushing: float
@@ -29,7 +29,7 @@ class Spent(NamedTuple):
 
 @dataclass
 class WorkBalance:
-    """Where the work of dead load and movement has gone, all in J, summed along the path.
+    """Energy balance of dead load and movement, all in J, summed along the path.
 
     Attributes
     ----------
@@ -42,23 +42,23 @@ class WorkBalance:
     elastic_energy : float
         Stored in joints and zones.
     friction_work, fracture_work : float
-        Taken by sliding, and by softening bonds and cracking sections of the footing.
+        Dissipated by sliding, and by softening bonds and cracking sections of the footing.
     crushing_work : float
-        Taken by joints that are crushed.
+        Dissipated by crushed joints.
     plastic_work : float
-        Taken by zones that yield.
+        Dissipated by zones that yield.
     released_energy : float
-        Set free where bonds broke or the wall gave way at standing movement; a real wall turns it into motion.
+        Released where bonds broke or the wall snapped through at constant movement; a real wall turns it into motion.
     snap_through_energy : float
-        Part of that: set free where the wall moved by itself to an equilibrium that was not near.
+        Part of the released energy: of snap-throughs.
     energy_error : float
-        What does not balance in the steps between, added up without sign: their length is what makes it.
+        Sum of the absolute errors of all other steps: it shrinks with their length.
     section_error : float
-        Part of that: what cracking sections of the footing give back under load, which no shorter step makes less.
+        Part of the error: work that cracking sections of the footing return under load, however short the step.
     largest_work : float
-        Largest external work so far, without sign.
+        Largest absolute external work so far.
     residual_work : float
-        What it may have worked in the last step (J).
+        Bound of the work of the residual in the last step.
     """
 
     residual: FloatArray
@@ -86,29 +86,31 @@ class WorkBalance:
         state : State
             Start of the path.
         """
-        self.go_on(model)
+        self.change_supports(model)
         self._keep(state)
         self._reaction = self._mode_1_dissipation = 0.0
-        self._cracked = self._most_cracked = np.zeros(0 if model.sections is None else len(model.sections.interface))
+        self._section_work = self._largest_section_work = np.zeros(
+            0 if model.sections is None else len(model.sections.interface)
+        )
         self._ground = model.ground.at(state.load_factor)
         self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
         self._sections: FloatArray | None = None
 
-    def go_on(self, model: Model) -> None:
-        """Go on with a model of the same wall that is held otherwise."""
+    def change_supports(self, model: Model) -> None:
+        """Continue with a model of the same wall with other supports."""
         system = DiscreteSystem.of(model)
         self._model, self._loads = model, (system.dead_load, system.live_load)
 
-    def softened(self, work: float) -> None:
-        """Count the work (J) that softening took of bonds whose rest slip has broken; the rest is set free."""
+    def add_mode_1_dissipation(self, work: float) -> None:
+        """Add the work (J) dissipated in tension by bonds that slip has broken, which the joints' energy lacks."""
         self._mode_1_dissipation += work
 
-    def crack(self, work: FloatArray) -> None:
-        """Count the work (J) that a step took of each cracking section; what cracked does not heal."""
-        given_back = float((self._most_cracked - self._cracked).sum())
-        self._cracked = self._cracked + work
-        self._most_cracked = np.maximum(self._most_cracked, self._cracked)
-        self.section_error += abs(float((self._most_cracked - self._cracked).sum()) - given_back)
+    def add_section_work(self, work: FloatArray) -> None:
+        """Add the work (J) of a step on cracking sections; its largest sum is dissipated, for cracks do not heal."""
+        returned = float((self._largest_section_work - self._section_work).sum())
+        self._section_work = self._section_work + work
+        self._largest_section_work = np.maximum(self._largest_section_work, self._section_work)
+        self.section_error += abs(float((self._largest_section_work - self._section_work).sum()) - returned)
 
     def _keep(self, state: State) -> None:
         self._load, self._load_factor, self._displacement = state.load, state.load_factor, state.displacement.copy()
@@ -117,40 +119,40 @@ class WorkBalance:
     def add(
         self,
         state: State,
-        spent: Spent,
+        dissipation: Dissipation,
         mode_1_dissipation: float,
         reaction: float,
         unstable: bool,
         snapped: bool,
         superelements: Superelements | None,
-        beyond: tuple[IntArray, float],
+        condensed: tuple[IntArray, float],
     ) -> None:
         """Add the step to a new equilibrium.
 
         Parameters
         ----------
         state : State
-            With the memory of the new equilibrium.
-        spent : Spent
-            Work taken in the step.
+            With the history variables of the new equilibrium.
+        dissipation : Dissipation
+            Of the step.
         mode_1_dissipation : float
-            Work taken by the tension of bonds that wear by slip (J), which the energy of the joints does not tell.
+            Work dissipated in tension by bonds that soften by slip (J), which the energy of the joints lacks.
         reaction : float
-            Work per load factor of what moves the supports in the new equilibrium (J).
+            Work per load factor of the moving supports in the new equilibrium (J).
         unstable : bool
-            Whether the step broke bonds at standing movement, or led to an equilibrium that was not near.
+            Whether bonds broke at constant movement, or the wall snapped through.
         snapped : bool
-            Whether it led to an equilibrium that was not near.
+            Whether it snapped through.
         superelements : Superelements or None
             Deformable blocks.
-        beyond : (array of int, float)
-            Interfaces to look at, and what all others store; see ``Equilibrium.condensed_energy``.
+        condensed : (array of int, float)
+            Active interfaces, and the energy of all others (J); see ``Equilibrium.condensed_energy``.
         """
-        model, (listed, elsewhere) = self._model, beyond
+        model, (active, condensed_energy) = self._model, condensed
         ground = model.ground.at(state.load_factor)
         on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
         stored, softened = energy(
-            listed,
+            active,
             model.interfaces,
             model.properties,
             self.return_mapping,
@@ -159,20 +161,20 @@ class WorkBalance:
             state.displacement,
             on_ground,
         )
-        stored += elsewhere
+        stored += condensed_energy
         if superelements is not None:
             stored += superelements.elastic_energy(state.displacement, state.plastic)
         if model.sections is not None:
             response = section_response_of(model, state.sections, state.displacement)
-            held, cracked = section_energy(model, response, self._sections)
-            stored += held
-            self.crack(cracked)
+            section_stored, section_work = section_energy(model, response, self._sections)
+            stored += section_stored
+            self.add_section_work(section_work)
             self._sections = response
-        softened += float(self._most_cracked.sum())
+        softened += float(self._largest_section_work.sum())
         self._mode_1_dissipation += mode_1_dissipation
         softened += self._mode_1_dissipation
         moved = state.displacement - self._displacement
-        # a wall that gives way does so under the load that it has come to
+        # a wall that snaps through does so under the load that it has reached
         before = (state.load, state.load_factor) if unstable else (self._load, self._load_factor)
         dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
         live = 0.5 * (state.load_factor + before[1]) * float(self._loads[1] @ moved)
@@ -180,18 +182,18 @@ class WorkBalance:
         work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
         if model.jacks is not None:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
-        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(spent)
+        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(dissipation)
         self.external_work += work
         self.largest_work = max(self.largest_work, abs(self.external_work))
         self.residual_work = float(self.residual @ np.abs(moved))
         self.elastic_energy, self.fracture_work = stored, softened
-        self.friction_work += spent.friction
-        self.crushing_work += spent.crushing
-        self.plastic_work += spent.yielding
+        self.friction_work += dissipation.friction
+        self.crushing_work += dissipation.crushing
+        self.plastic_work += dissipation.yielding
         if unstable and missing > 0.0:
             self.released_energy += missing
             self.snap_through_energy += missing if snapped else 0.0
-        else:  # what gives way can only lose energy
+        else:  # a snap-through can only lose energy
             self.energy_error += abs(missing)
         self._keep(state)
         self._reaction, self._ground, self._on_ground = reaction, ground, on_ground
@@ -206,14 +208,14 @@ def _trapezoidal(ground: tuple[Ground, Ground], force: tuple[Ground, Ground]) ->
 
 
 def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray) -> float:
-    """Return by how much the stresses exceed what the joints carry (Pa), at most; 0 if they obey the law.
+    """Return the largest stress beyond the joint law (Pa); 0 if all obey it.
 
     Parameters
     ----------
     model : Model
         m interfaces with q contacts.
     state : State
-        With the memory of this equilibrium.
+        With the history variables of this equilibrium.
     sigma, tau : array (m, q)
         Normal stress, tension positive, and shear stress (Pa).
     """

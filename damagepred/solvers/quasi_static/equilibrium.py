@@ -126,7 +126,7 @@ class Equilibrium:
         self.dead_load, self.live_load = self.system.dead_load, self.system.live_load
         self.jacks, self.superelements = JackControl.of(model), None
         if model.mesh is not None:
-            self.superelements = Superelements(self.system)
+            self.superelements = Superelements(self.system, options.newton.interior_tolerance)
             self.dead_load, self.live_load = self.superelements.condensed_loads
         self.weight = model.mean_block_weight
         self.arms = self.system.arms

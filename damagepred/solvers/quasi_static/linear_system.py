@@ -88,7 +88,7 @@ class BlockTridiagonalSystem:
             )
         self.inverses = np.zeros(self.at_inverse[-1])
         self._list_interfaces()
-        self._list_solids()
+        self._list_superelements()
         self.stiffness = elastic.copy()  # the factorised one
         self.wanted = elastic.copy()
         side = self.at_far.shape[1]
@@ -121,11 +121,11 @@ class BlockTridiagonalSystem:
         self.at_far, self.at_near = np.ascontiguousarray(at[each, far]), np.ascontiguousarray(at[each, 1 - far])
         order = np.argsort(self.interface_level, kind="stable")
         edges = np.searchsorted(self.interface_level[order], np.arange(self.levels + 1))
-        self._reaching = [order[edges[k] : edges[k + 1]] for k in range(self.levels)]
+        self._interfaces_of_level = [order[edges[k] : edges[k + 1]] for k in range(self.levels)]
 
-    def _list_solids(self) -> None:
-        """Sort the deformable blocks by level: where their degrees of freedom are in it."""
-        self._solids: list[list[tuple[int, IntArray, IntArray]]] = [[] for _ in range(self.levels)]
+    def _list_superelements(self) -> None:
+        """List the deformable blocks of each level, and where their degrees of freedom are in it."""
+        self._superelements_of: list[list[tuple[int, IntArray, IntArray]]] = [[] for _ in range(self.levels)]
         self.superelement_level = np.empty(0, dtype=np.int64)
         if self.superelements is None:
             return
@@ -133,7 +133,7 @@ class BlockTridiagonalSystem:
         for d, k in enumerate(self.superelement_level):
             place = self.place[self.superelements.boundary[d]]
             free = np.flatnonzero(place >= 0)
-            self._solids[k].append((d, free, place[free]))
+            self._superelements_of[k].append((d, free, place[free]))
         self.superelement_stiffness = list(self.superelements.elastic)  # as it is factorised
 
     def _bridges(self, k: int) -> IntArray:
@@ -143,14 +143,14 @@ class BlockTridiagonalSystem:
     def _within(self, k: int, stiffness: FloatArray) -> FloatArray:
         """Return the stiffness within a level, transposed, the displacements of all others held."""
         matrix = np.zeros((self.size[k], self.size[k]))
-        listed = self._reaching[k]
+        joining = self._interfaces_of_level[k]
         if k + 1 < self.levels:
-            listed = np.concatenate((listed, self._bridges(k + 1)))
-        assemble_level(listed, self.kinematics, stiffness, self.place, self.level_of, k, matrix)
+            joining = np.concatenate((joining, self._bridges(k + 1)))
+        assemble_level(joining, self.kinematics, stiffness, self.place, self.level_of, k, matrix)
         elastic = stiffness is self.elastic
-        for d, own, place in self._solids[k]:
-            solid = self.superelements.elastic[d] if elastic else self.superelement_stiffness[d]  # type: ignore[union-attr]
-            matrix[place[:, None], place] += solid.T if len(own) == len(solid) else solid[own[:, None], own].T
+        for d, own, place in self._superelements_of[k]:
+            block = self.superelements.elastic[d] if elastic else self.superelement_stiffness[d]  # type: ignore[union-attr]
+            matrix[place[:, None], place] += block.T if len(own) == len(block) else block[own[:, None], own].T
         return matrix
 
     def _inverse(self, k: int) -> FloatArray:
@@ -326,7 +326,7 @@ class BlockTridiagonalSystem:
             Of the same shape; 0 where prescribed or condensed.
         """
         changed, new = changed_interfaces(self.active, self.wanted, self.stiffness, self._slot)
-        self._take_solids()
+        self._update_superelements()
         if self._stale >= 0 or self._refactorisation_pays(changed, new):
             self._factorise(changed)
             changed = changed[:0]
@@ -344,8 +344,8 @@ class BlockTridiagonalSystem:
         displacement[..., self.active_dofs] = answer.reshape(*force.shape[:-1], -1)
         return displacement
 
-    def _take_solids(self) -> None:
-        """Set the tangent of deformable blocks that yield: their levels are refactorised."""
+    def _update_superelements(self) -> None:
+        """Take over the tangents of active deformable blocks; their levels are refactorised."""
         if self.superelements is None:
             return
         for d, tangent in self.superelements.tangent.items():
@@ -400,7 +400,7 @@ class BlockTridiagonalSystem:
             matrix.ravel()[:: len(matrix) + 1] += self._regularisation[k]
         if k + 1 < self.levels:
             matrix -= self._condensed[k]
-        smallest = invert(matrix, symmetric, self._inverse(k))
+        smallest = invert(matrix, symmetric, self._inverse(k), self.options.inversion_panel)
         if not regularised and smallest < self.options.singular_pivot_ratio:
             return False
         if k > 0:

@@ -34,6 +34,8 @@ class NewtonOptions:
         Displacement over the detachment limit beyond which no equilibrium is sought (1).
     finite_difference_step : float
         Increment of the load factor for the rate of the forces (1).
+    interior_tolerance : float
+        Residual of the interior of a yielding block, over the largest force of its zones (1).
     """
 
     max_iterations: Count = Field(default=16, ge=1)
@@ -45,6 +47,7 @@ class NewtonOptions:
     divergence_ratio: Pure = Field(default=1e3, gt=1)
     divergence_displacement: Pure = Field(default=10.0, gt=1)
     finite_difference_step: Pure = Field(default=1e-7, gt=0)
+    interior_tolerance: Pure = Field(default=1e-10, gt=0, lt=1)
 
 
 @described
@@ -321,6 +324,8 @@ class LinearSystemOptions:
         Of the two dense matrices of each level (GB).
     max_changed_interfaces : int
         Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory.
+    inversion_panel : int
+        Columns that LAPACK inverts at a time; with the workspace that SciPy gives by itself these are three.
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     call_overhead : float
@@ -341,6 +346,7 @@ class LinearSystemOptions:
     singular_pivot_ratio: Pure = Field(default=1e-12, gt=0)
     max_memory: Pure = Field(default=6.0, gt=0)
     max_changed_interfaces: Count = Field(default=100, ge=1)
+    inversion_panel: Count = Field(default=64, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
     call_overhead: Pure = Field(default=6e5, ge=0)
     inversion_weight: Pure = Field(default=10.0, gt=0)

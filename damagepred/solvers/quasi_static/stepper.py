@@ -155,7 +155,7 @@ class QuasiStaticStepper:
             joint_law_violation=law_violation(model, state, sigma, tau),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             support_force=path.equilibrium.system.support_force(force),
-            zones=None if superelements is None else superelements.picture(state.displacement, state.plastic),
+            zones=None if superelements is None else superelements.zone_results(state.displacement, state.plastic),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
             jack_load=np.nan if model.jacks is None else state.jack,
             broken_at=path.broken_at.copy(),

@@ -1,8 +1,8 @@
-"""Deformable blocks in the quasi-static solver: condensed to their rim, and opened where a zone would yield.
+"""Deformable blocks in the quasi-static solver: superelements, and nonlinear condensation of blocks that yield.
 
-While a block is elastic, what lies inside it follows from its rim, once and for all: bricks of one shape and material
-share one condensation. A block one of whose zones would yield is opened: its zones are looked at one by one, and what
-lies inside is brought to equilibrium for every position of the rim.
+The interior of an elastic block is condensed to its boundary once (Guyan 1965); bricks of one shape and material share
+the condensation. A block in which a zone would yield becomes active: its interior is brought to equilibrium by Newton
+iteration for every displacement of the boundary.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.interface.residual import largest_block_resultant
-from damagepred.kernels.zone.forces import find_yielding_zones, place_facets, scatter_facet_forces
+from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
 from damagepred.kernels.zone.superelement import commit_plastic_strain, condensed_response
-from damagepred.solvers.state.increment import ZonePicture
-from damagepred.solvers.state.zone_history import ZoneField, picture
+from damagepred.solvers.quasi_static.options import NewtonOptions
+from damagepred.solvers.state.increment import ZoneResults
+from damagepred.solvers.state.zone_history import ZoneField, exceeds_yield_limit, zone_results
 from damagepred.solvers.system.deformable_blocks import (
     Bending,
+    at_gridpoints,
     bending,
     block_moduli,
     can_yield,
@@ -26,12 +28,12 @@ from damagepred.solvers.system.deformable_blocks import (
     cell_matrices,
     facets_of,
     gridpoint_arms,
+    strain_rows,
     zone_slopes,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
-INNER = 1e-10
-"""Unbalanced force inside a block that yields, over the largest force of its zones."""
+DEFAULTS = NewtonOptions()
 
 
 @dataclass
@@ -45,13 +47,13 @@ class BlockShape:
     boundary, interior : array of int (b, r), (b, i)
         Degrees of freedom that are kept, and that are condensed.
     stiffness : array (r, r)
-        Of the rim, what lies inside condensed (N/m).
+        Schur complement on the boundary (N/m).
     recovery : array (i, r)
-        How what lies inside does *not* follow the rim: u_inside = hang - follow u_rim.
+        Recovery matrix, in u_interior = particular - recovery u_boundary.
     flexibility : array (i, i)
-        Displacement inside for forces there, with the rim held (m/N).
+        Inverse of the interior stiffness (m/N).
     particular : array (2, b, i)
-        Displacement inside under dead and under live load, with the rim held (m).
+        Interior displacement under dead and under live load, with the boundary held (m).
     """
 
     member: IntArray
@@ -70,6 +72,8 @@ class Superelements:
     ----------
     system : DiscreteSystem
         Of a model with a mesh.
+    interior_tolerance : float
+        Residual of the interior of a yielding block over the largest force of its zones (1).
 
     Attributes
     ----------
@@ -77,8 +81,8 @@ class Superelements:
         Dead and live load (N, N m); that on interior degrees of freedom is condensed to the boundaries.
     """
 
-    def __init__(self, system: DiscreteSystem) -> None:
-        model = system.model
+    def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.interior_tolerance) -> None:
+        model, self._tolerance = system.model, interior_tolerance
         assert model.mesh is not None
         self.model, self.mesh = model, model.mesh
         self.block = self.mesh.block
@@ -86,6 +90,7 @@ class Superelements:
         self.facets = facets_of(model)
         self.facet_dofs = slice(self.facets.first_dof, self.facets.first_dof + 3 * len(self.facets.turn_x))
         self.state = np.zeros(len(self.mesh.zones), dtype=np.int8)
+        self._owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
         self.yields = can_yield(model)[self.block]
         self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
         self.boundary: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
@@ -93,6 +98,7 @@ class Superelements:
         self.tangent: dict[int, FloatArray] = {}
         self._inelastic: dict[int, FloatArray] = {}
         self._loads = np.stack((system.dead_load, system.live_load))
+        self._rows = strain_rows(model)
         self.shapes = [self._condense(members) for members in self._group_by_shape()]
         self.interior = np.concatenate([k.interior.ravel() for k in self.shapes])
         self.condensed_loads = self._loads.copy()
@@ -113,21 +119,17 @@ class Superelements:
         law = np.column_stack(
             (model.block_law.elastic_modulus, model.block_law.poisson_ratio, model.block_law.thickness)
         )
-        kinds: dict[tuple[int, bytes, bytes, bytes], list[int]] = {}
+        shapes: dict[tuple[int, bytes, bytes, bytes], list[int]] = {}
         for d, block in enumerate(mesh.block):
             own = slice(mesh.first_gridpoint[d], mesh.first_gridpoint[d + 1])
             x, y = mesh.x[own] - model.blocks.x[block], mesh.y[own] - model.blocks.y[block]
-            shape = np.round(np.concatenate((x, y)) / np.sqrt(model.blocks.area[block]) * 1e9) + 0.0
-            fixed = np.concatenate((held[mesh.dof_x[own]], held[mesh.dof_y[own]]))
             size = np.sqrt(model.blocks.area[block])
-            key = (
-                int(mesh.pattern[d]),
-                shape.tobytes(),
-                np.append(law[block], round(size, 9)).tobytes(),
-                fixed.tobytes(),
-            )
-            kinds.setdefault(key, []).append(d)
-        return [np.array(members) for members in kinds.values()]
+            shape = np.round(np.concatenate((x, y)) / size * 1e9) + 0.0
+            fixed = np.concatenate((held[mesh.dof_x[own]], held[mesh.dof_y[own]]))
+            law_and_size = np.append(law[block], round(size, 9))
+            key = (int(mesh.pattern[d]), shape.tobytes(), law_and_size.tobytes(), fixed.tobytes())
+            shapes.setdefault(key, []).append(d)
+        return [np.array(members) for members in shapes.values()]
 
     def _dofs(self, d: int) -> IntArray:
         """Return the degrees of freedom of a deformable block: x and y of its gridpoints in turn."""
@@ -142,7 +144,7 @@ class Superelements:
         size = 2 * (mesh.first_gridpoint[d + 1] - mesh.first_gridpoint[d])
         local = (2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)
         stiffness = np.zeros((size, size))
-        matrices = cell_matrices(self.model, slice(mesh.first_zone[d], mesh.first_zone[d + 1]))
+        matrices = cell_matrices(self.model, self._rows, slice(mesh.first_zone[d], mesh.first_zone[d + 1]))
         np.add.at(stiffness, (local[:, :, None], local[:, None, :]), matrices)
         kept = np.repeat(mesh.on_boundary[mesh.first_gridpoint[d] : mesh.first_gridpoint[d + 1]], 2)
         kept |= np.isin(self._dofs(d), self.model.supports.prescribed)
@@ -160,15 +162,15 @@ class Superelements:
     # -- forces ---------------------------------------------------------------------------------------------------
 
     def place_facets(self, displacement: FloatArray) -> None:
-        """Let the facets follow their gridpoints."""
+        """Compute the motion of the facets from their gridpoints."""
         place_facets(self.facets, displacement)
 
     def scatter_facet_forces(self, force: FloatArray) -> None:
-        """Give the forces on facets to their gridpoints."""
+        """Scatter the forces on facets to their gridpoints."""
         scatter_facet_forces(self.facets, force)
 
     def largest_block_resultant(self, force: FloatArray) -> float:
-        """Return the largest resultant (N) on a block: a little on each of many gridpoints is much together."""
+        """Return the largest resultant (N) on a block: small forces on many gridpoints may add up to a large one."""
         mesh = self.mesh
         return float(
             largest_block_resultant(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks)
@@ -177,18 +179,18 @@ class Superelements:
     def add_internal_forces(
         self, load: float, load_factor: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
     ) -> None:
-        """Add the forces of the blocks on their rims.
+        """Add the internal forces of the blocks on their boundaries.
 
         Parameters
         ----------
         load, load_factor : float
             Shares of the dead and of the live load.
         displacement : array (size,)
-            Of all degrees of freedom; what lies inside blocks that yield is brought to equilibrium.
+            Of all degrees of freedom; the interior of active blocks is brought to equilibrium.
         plastic : array (z, 4)
             Plastic strain of the last equilibrium.
         force : array (size,)
-            Added to.
+            Residual force; updated.
         """
         for shape in self.shapes:
             force[shape.boundary] -= displacement[shape.boundary] @ shape.stiffness
@@ -196,19 +198,19 @@ class Superelements:
             shape, at = self._shape_of[d]
             boundary, load_here = shape.boundary[at], self._interior_load(d, load, load_factor)
             found, tangent = self._response(d, load_here, displacement, plastic)
-            # in place of the elastic block, with its share of the loads inside
+            # replaces the force of the elastic block, with the condensed load
             force[boundary] += displacement[boundary] @ shape.stiffness + load_here @ shape.recovery - found
             self.tangent[d] = tangent
 
     def _response(
         self, d: int, load_here: FloatArray, displacement: FloatArray, plastic: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Bring the inside of a block that yields to equilibrium; return the force its rim needs, and its slope."""
+        """Bring the interior of an active block to equilibrium; return force and tangent on its boundary."""
         mesh, (shape, at) = self.mesh, self._shape_of[d]
         dofs, zones = self._dofs(d), slice(mesh.first_zone[d], mesh.first_zone[d + 1])
         local = np.argsort(dofs)
         place = local[np.searchsorted(dofs, np.concatenate((shape.boundary[at], shape.interior[at])), sorter=local)]
-        # begin where the inside would follow elastically, and as far apart from that as it was last
+        # start from the elastic interior, shifted by the inelastic part of the last call
         elastic = shape.flexibility @ load_here - shape.recovery @ displacement[shape.boundary[at]]
         u = displacement[dofs]
         count = shape.boundary.shape[1]
@@ -227,7 +229,7 @@ class Superelements:
             count,
             shape.flexibility,
             load_here,
-            INNER,
+            self._tolerance,
             u,
             force,
             tangent,
@@ -240,15 +242,15 @@ class Superelements:
     def _bending_of(self, zones: slice) -> Bending:
         return Bending(self._bending.gamma[zones], self._bending.strain[zones])
 
-    # -- what lies inside -----------------------------------------------------------------------------------------
+    # -- recovery and history --------------------------------------------------------------------------------------
 
     def recover(self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray) -> None:
-        """Fill in what lies inside the blocks, the facets and the blocks' mean motion.
+        """Recover the interior of the blocks, the motion of facets and the mean motion of the blocks.
 
         Parameters
         ----------
         displacement : array (size,)
-            Of all degrees of freedom; right at the rims.
+            Of all degrees of freedom; updated from those on boundaries.
         load, load_factor : float
             Shares of the dead and of the live load.
         plastic : array (z, 4)
@@ -263,7 +265,7 @@ class Superelements:
         self.field.mean_motion(displacement)
 
     def _interior_load(self, d: int, load: float, load_factor: float) -> FloatArray:
-        """Return the load inside a block (N)."""
+        """Return the load on the interior of a block (N)."""
         shape, at = self._shape_of[d]
         dead, live = self._loads[:, shape.interior[at]]
         return np.asarray(load * dead + load_factor * live)
@@ -276,7 +278,7 @@ class Superelements:
         Parameters
         ----------
         displacement : array (size,)
-            Of all degrees of freedom (m, rad), right at the blocks' boundaries; the interior is filled.
+            Of all degrees of freedom (m, rad); the interior is recovered from the boundaries.
         load, load_factor : float
             Shares of the dead and of the live load.
         plastic : array (z, 4)
@@ -286,24 +288,19 @@ class Superelements:
             return []
         self.recover(displacement, load, load_factor, plastic)
         self.field.set_plastic_strain(plastic)
-        stress = self.field.stresses(displacement)
-        beyond = np.zeros(len(stress), dtype=np.bool_)
-        find_yielding_zones(stress, self._strength, self.mesh.zone_block, beyond)
-        owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
-        return self._activate(owner[beyond])
+        return self._activate(self._owner[exceeds_yield_limit(self.model, self.field.stresses(displacement))])
 
     def activate_plastic(self, plastic: FloatArray) -> list[int]:
-        """Open the blocks in which any zone has plastic strain (z, 4); return those that were not open yet."""
-        owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
-        return self._activate(owner[(plastic != 0.0).any(axis=1)])
+        """Activate the blocks in which any zone has plastic strain (z, 4); return those activated now."""
+        return self._activate(self._owner[(plastic != 0.0).any(axis=1)])
 
     def activate_as_in(self, other: Superelements) -> None:
-        """Open the blocks that are open in another, of the same wall held otherwise."""
+        """Activate the blocks that are active in another set, of the same wall with other supports."""
         self._activate(np.array(list(other.tangent), dtype=np.int64))
         self.state[:] = other.state
 
-    def _activate(self, listed: IntArray) -> list[int]:
-        new = [d for d in np.unique(listed).tolist() if d not in self.tangent]
+    def _activate(self, blocks: IntArray) -> list[int]:
+        new = [d for d in np.unique(blocks).tolist() if d not in self.tangent]
         for d in new:
             self.tangent[d] = self.elastic[d]
         return new
@@ -335,7 +332,7 @@ class Superelements:
             )
         return work
 
-    def picture(self, displacement: FloatArray, plastic: FloatArray) -> ZonePicture:
+    def zone_results(self, displacement: FloatArray, plastic: FloatArray) -> ZoneResults:
         """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium.
 
         Parameters
@@ -346,7 +343,8 @@ class Superelements:
             Plastic strain at the equilibrium.
         """
         self.field.set_plastic_strain(plastic)
-        return picture(self.model, displacement, self.field.stresses(displacement), plastic, self.state)
+        moved = at_gridpoints(self.model, displacement)
+        return zone_results(moved, self.field.stresses(displacement), plastic, self.state)
 
     def elastic_energy(self, displacement: FloatArray, plastic: FloatArray) -> float:
         """Return the elastic energy of all zones (J).

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from damagepred.arrays import FloatArray, Int8Array
 
 
-class ZonePicture(NamedTuple):
+class ZoneResults(NamedTuple):
     """Deformable blocks at an increment; g gridpoints, z zones.
 
     Attributes
@@ -104,7 +104,7 @@ class Increment:
         Times a dynamic run has looked so far for what blocks are near.
     support_force : array (n, 3) or None
         Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
-    zones : ZonePicture or None
+    zones : ZoneResults or None
         Of the deformable blocks; ``displacement`` has their mean motion.
     deflection : float
         Of a footing that finds its own shape: its centre relative to its ends (m, upwards).
@@ -149,7 +149,7 @@ class Increment:
     base: tuple[float, float] = (0.0, 0.0)
     searches: int = 0
     support_force: FloatArray | None = None
-    zones: ZonePicture | None = None
+    zones: ZoneResults | None = None
     deflection: float = float("nan")
     jack_load: float = float("nan")
     broken_at: FloatArray | None = None

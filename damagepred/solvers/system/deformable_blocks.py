@@ -1,4 +1,4 @@
-"""Deformable blocks for the solvers: zones and facets as kernels take them, and what follows from gridpoints."""
+"""Deformable blocks: zones and facets as kernels take them, their stiffness, and motion from that of gridpoints."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
 
 
 class Facets(NamedTuple):
-    """Pieces of facets as ``place_facets`` and ``scatter_facet_forces`` take them; f of them.
+    """Pieces of facets, f of them, for ``place_facets`` and ``scatter_facet_forces``.
 
     Attributes
     ----------
@@ -57,11 +57,11 @@ class PackedZones(NamedTuple):
     first_shape : array of int (b,), shapes : array of record
         Where the shapes of each batch's cells begin; batches of bricks that are all alike share them.
     first_memory : array of int (b,), memory : array of record
-        Where the memory of each batch's cells begins, -1 if none of its blocks has a strength.
+        Where the history variables of each batch's cells begin, -1 if none of its blocks has a strength.
     moduli : array of record (b,)
         Materials; nothing in empty lanes.
     work : array of record (1,)
-        What a cell works with.
+        Work arrays of a cell.
     """
 
     first_dof: NDArray[np.uint64]
@@ -159,65 +159,10 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
     return np.array(first), shapes
 
 
-Places = tuple[IntArray, IntArray, IntArray]
-"""Cell, number within it, and lane of each zone (z,)."""
-
-
 def cell_gridpoints(zones: IntArray) -> IntArray:
     """Return the four corners of each cell and the gridpoint in its middle, (c, 5), of zones (z, 3)."""
     cell = zones.reshape(-1, 4, 3)
     return np.column_stack((cell[:, :, 0], cell[:, 0, 2]))
-
-
-def zone_places(mesh: Mesh, first_cell: IntArray) -> Places:
-    """Return the place of each zone in the packed arrays.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        With z zones in batches of up to eight blocks.
-    first_cell : array of int
-        First cell of each batch.
-    """
-    owner = np.repeat(np.arange(len(mesh.block)), np.diff(mesh.first_zone))
-    local = np.arange(len(owner)) - mesh.first_zone[owner]
-    return first_cell[mesh.batch[owner]] + local // 4, local % 4, mesh.lane[owner]
-
-
-def first_cells(mesh: Mesh) -> IntArray:
-    """Return where the cells of each batch (b + 1,) begin, all batches one after the other."""
-    cells = np.array([len(p.zones) // 4 for p in mesh.patterns])
-    return np.concatenate(([0], np.cumsum(cells[mesh.batch_pattern])))
-
-
-def put(field: NDArray[Any], place: Places, values: NDArray[Any]) -> None:
-    """Write values of the zones into a packed field.
-
-    Parameters
-    ----------
-    field : array (c, 4, 8) or (c, 4, k, 8)
-        Of c cells: changed.
-    place : Places
-        Of the zones.
-    values : array (z,) or (z, k)
-        To write.
-    """
-    cell, number, lane = place
-    field[cell, number, ..., lane] = values
-
-
-def take(field: NDArray[Any], place: Places) -> NDArray[Any]:
-    """Return the values of the zones, (z,) or (z, k), from a packed field.
-
-    Parameters
-    ----------
-    field : array (c, 4, 8) or (c, 4, k, 8)
-        Of c cells.
-    place : Places
-        Of the zones.
-    """
-    cell, number, lane = place
-    return np.ascontiguousarray(field[cell, number, ..., lane])
 
 
 def zone_slopes(mesh: Mesh) -> FloatArray:
@@ -240,8 +185,22 @@ def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
 
 
 def can_yield(model: Model) -> BoolArray:
-    """Tell which blocks (n,) have a strength."""
+    """Return which blocks (n,) have a strength."""
     return np.isfinite(model.block_law.cohesion) | np.isfinite(model.block_law.tensile_strength)
+
+
+def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
+    """Return the gridpoints' x and y (g, 2) of values on all degrees of freedom (size,).
+
+    Parameters
+    ----------
+    model : Model
+        With a mesh.
+    values : array (size,)
+        Displacements (m) or forces (N).
+    """
+    mesh = _mesh(model)
+    return np.column_stack((values[mesh.dof_x], values[mesh.dof_y]))
 
 
 def gridpoint_mass(model: Model) -> FloatArray:
@@ -253,44 +212,17 @@ def gridpoint_mass(model: Model) -> FloatArray:
 
 
 def share_of_mass(model: Model) -> FloatArray:
-    """Return the share of each gridpoint (g,) in its block: as its mass, also where that is nothing."""
+    """Return the share of each gridpoint (g,) in the mass of its block, also where the density is zero."""
     mesh = _mesh(model)
     third = np.repeat(mesh.zone_area / 3.0, 3)
     area = np.bincount(mesh.zones.ravel(), third, mesh.x.size)
     return area / model.blocks.area[mesh.gridpoint_block]
 
 
-def distribute_load(model: Model, load: FloatArray) -> FloatArray:
-    """Distribute loads on blocks over all degrees of freedom.
-
-    What acts on a deformable block goes to its gridpoints as if it were accelerated as a rigid one: forces by their
-    mass, a moment by mass and arm.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks.
-    load : array (3 n,)
-        Forces and moments on the blocks (N, N m).
-
-    Returns
-    -------
-    array (size,)
-    """
-    out = np.zeros(model.size)
-    out[: load.size] = load
-    if model.mesh is None:
-        return out
-    out[3 * model.mesh.block[:, None] + np.arange(3)] = 0.0
-    motion = rigid_motion(model)
-    out += motion.T @ load
-    return out
-
-
 def rigid_motion(model: Model) -> sparse.csr_array:
-    """Return what takes displacements of gridpoints to the mean motion of their blocks, matrix (3 n, size).
+    """Return the matrix (3 n, size) from displacements of gridpoints to the mean motion of their blocks.
 
-    The mean is that of the mass; rotation that of the moment of momentum.
+    Means are by mass; the rotation is that of the moment of momentum.
     """
     mesh = _mesh(model)
     block = mesh.gridpoint_block
@@ -298,10 +230,7 @@ def rigid_motion(model: Model) -> sparse.csr_array:
     # about the centroid of the lumped masses, which is the block's
     r_x, r_y = mesh.x - model.blocks.x[block], mesh.y - model.blocks.y[block]
     inertia = np.bincount(block, share * (r_x**2 + r_y**2), model.n_blocks)[block]
-    rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
-    columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
-    values = np.concatenate((share, share, -share * r_y / inertia, share * r_x / inertia))
-    return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
+    return _sums_by_block(model, share, -share * r_y / inertia, share * r_x / inertia)
 
 
 def gridpoint_arms(model: Model) -> tuple[FloatArray, FloatArray]:
@@ -313,23 +242,28 @@ def gridpoint_arms(model: Model) -> tuple[FloatArray, FloatArray]:
 
 
 def resultants(model: Model) -> sparse.csr_array:
-    """Return what adds up forces on gridpoints to those on their blocks, matrix (3 n, size).
+    """Return the matrix (3 n, size) from forces on gridpoints to their resultants on blocks.
 
-    A moment about the centroid counts over the block's radius of gyration, as a force.
+    A moment about the centroid is divided by the block's radius of gyration, and so a force.
     """
-    mesh = _mesh(model)
-    block, one = mesh.gridpoint_block, np.ones(mesh.x.size)
     arm_x, arm_y = gridpoint_arms(model)
+    return _sums_by_block(model, np.ones(arm_x.size), -arm_y, arm_x)
+
+
+def _sums_by_block(model: Model, along: FloatArray, turn_x: FloatArray, turn_y: FloatArray) -> sparse.csr_array:
+    """Return the matrix (3 n, size) of sums over gridpoints: x and y weighted alike, and both for the rotation."""
+    mesh = _mesh(model)
+    block = mesh.gridpoint_block
     rows = np.concatenate((3 * block, 3 * block + 1, 3 * block + 2, 3 * block + 2))
     columns = np.concatenate((mesh.dof_x, mesh.dof_y, mesh.dof_x, mesh.dof_y))
-    values = np.concatenate((one, one, -arm_y, arm_x))
+    values = np.concatenate((along, along, turn_x, turn_y))
     return sparse.coo_array((values, (rows, columns)), shape=(3 * model.n_blocks, model.size)).tocsr()
 
 
-def kinematics(model: Model) -> sparse.csr_array:
-    """Return what makes displacements of bodies and gridpoints from those that are free to choose, (size, size).
+def transformation_matrix(model: Model) -> sparse.csr_array:
+    """Return the matrix T (size, size) from independent displacements to all, u = T u.
 
-    Facets follow from gridpoints, all else from itself; deformable blocks as a whole do not count.
+    Facets follow their gridpoints, other degrees of freedom themselves; those of deformable blocks as a whole are zero.
     """
     size = model.size
     if model.mesh is None:
@@ -359,7 +293,7 @@ def zone_stiffness(model: Model) -> sparse.csr_array:
     """Return the elastic stiffness of all zones, (size, size) (N/m)."""
     mesh = _mesh(model)
     size = model.size
-    matrix = cell_matrices(model)
+    matrix = cell_matrices(model, strain_rows(model))
     points = cell_gridpoints(mesh.zones)
     dof = np.stack((mesh.dof_x[points], mesh.dof_y[points]), axis=2).reshape(-1, 10)
     rows, columns = np.broadcast_to(dof[:, :, None], matrix.shape), np.broadcast_to(dof[:, None, :], matrix.shape)
@@ -367,15 +301,15 @@ def zone_stiffness(model: Model) -> sparse.csr_array:
 
 
 class Bending(NamedTuple):
-    """What the strain of zones has from the bending of their cells, instead of that of their shape functions.
+    """Assumed strains of zones in the bending of their cells, in place of those of their shape functions.
 
-    Crossed triangles of constant strain are 50 % too stiff in bending, one row of them, and more where they are long:
-    they strain as the outermost fibre does, and are sheared. The strain of a cell is that of its mean displacement
-    gradient, of its middle gridpoint, and of the hourglass displacement q of its corners (Flanagan and Belytschko
-    1981), which is how it bends. Of the last an assumed strain is taken (Belytschko and Bindeman 1991, ASQBI): linear
-    across the cell, uniaxial, without shear. A zone has its mean times sqrt(3/2): so the energy of four zones is that
-    of the linear field, and a rectangle bends as a beam does. Strains that are constant stay so, and a constant
-    stress does no work on q (patch test). The zone law is as before, of the strain of each zone.
+    One row of crossed constant-strain triangles is 50 % too stiff in bending, and more where they are long: they strain
+    as the outermost fibre does, and shear. The strain of a cell follows from its mean displacement gradient, from its
+    middle gridpoint, and from the hourglass displacement q of its corners (Flanagan and Belytschko 1981), by which it
+    bends. For q an assumed strain is taken (Belytschko and Bindeman 1991, ASQBI): linear across the cell, uniaxial,
+    without shear. A zone has the mean of that strain times sqrt(3/2): the energy of four zones is then that of the
+    linear field, and a rectangle bends as a beam. Constant strains stay constant, and a constant stress does no work
+    on q (patch test). The zone law takes the strain of each zone, as without assumed strains.
 
     Attributes
     ----------
@@ -459,13 +393,15 @@ def strain_rows(model: Model) -> FloatArray:
     return rows.reshape(-1, 3, 10)
 
 
-def cell_matrices(model: Model, which: slice = slice(None)) -> FloatArray:
+def cell_matrices(model: Model, rows: FloatArray, which: slice = slice(None)) -> FloatArray:
     """Return the elastic stiffness of cells between x, y of their gridpoints in turn, (c, 10, 10) (N/m).
 
     Parameters
     ----------
     model : Model
         With a mesh.
+    rows : array (z, 3, 10)
+        See ``strain_rows``.
     which : slice
         Of the zones, whole cells.
     """
@@ -477,7 +413,7 @@ def cell_matrices(model: Model, which: slice = slice(None)) -> FloatArray:
     moduli[:, 0, 1] = moduli[:, 1, 0] = c12
     moduli[:, 2, 2] = c33
     moduli *= (mesh.zone_area[which] * model.block_law.thickness[block])[:, None, None]
-    rows = strain_rows(model)[which]
+    rows = rows[which]
     found = np.einsum("zki,zkl,zlj->zij", rows, moduli, rows, optimize=True)
     return np.asarray(found.reshape(-1, 4, 10, 10).sum(axis=1))
 

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.solvers.system.deformable_blocks import distribute_load, kinematics, rigid_motion, zone_stiffness
+from damagepred.solvers.system.deformable_blocks import rigid_motion, transformation_matrix, zone_stiffness
 from damagepred.solvers.system.interface_kinematics import body_kinematics
 from damagepred.solvers.system.options import DEFAULTS, ElasticSolutionOptions
 
@@ -60,7 +60,7 @@ class DiscreteSystem:
             return np.empty(0, dtype=np.int64)
         dependent = np.ones(self.model.size, dtype=np.bool_)
         dependent[: 3 * (self.model.n_blocks + 1)] = False
-        dependent[3 * mesh.block[:, None] + np.arange(3)] = True
+        dependent[self._mean_dofs] = True
         dependent[mesh.dof_x] = dependent[mesh.dof_y] = False
         return np.flatnonzero(dependent)
 
@@ -113,8 +113,46 @@ class DiscreteSystem:
         return self._load(self.model.supports.live_load, self.model.live_edge_load)
 
     def _load(self, on_blocks: FloatArray, on_gridpoints: FloatArray | None) -> FloatArray:
-        load = distribute_load(self.model, on_blocks)
+        load = self.distribute(on_blocks)
         return load if on_gridpoints is None else load + on_gridpoints
+
+    def distribute(self, load: FloatArray) -> FloatArray:
+        """Distribute loads on blocks (3 n,) (N, N m) over all degrees of freedom (size,).
+
+        The load of a deformable block goes to its gridpoints as if it accelerated a rigid one: forces by their mass,
+        a moment by mass and arm.
+        """
+        distributed = np.zeros(self.model.size)
+        distributed[: load.size] = load
+        if self.model.mesh is not None:
+            distributed[self._mean_dofs] = 0.0
+            distributed += self.rigid_motion.T @ load
+        return distributed
+
+    # -- deformable blocks ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def _mean_dofs(self) -> IntArray:
+        """Degrees of freedom (3 d,) of deformable blocks as a whole."""
+        block = np.empty(0, dtype=np.int64) if self.model.mesh is None else self.model.mesh.block
+        return (3 * block[:, None] + np.arange(3)).ravel()
+
+    @cached_property
+    def rigid_motion(self) -> sparse.csr_array:
+        """Matrix (3 n, size) from displacements of gridpoints to the mean motion of their blocks."""
+        return rigid_motion(self.model)
+
+    @cached_property
+    def _transformation(self) -> sparse.csr_array:
+        return transformation_matrix(self.model)
+
+    def complete(self, displacement: FloatArray) -> FloatArray:
+        """Return displacements (size,) in which facets and deformable blocks as a whole follow from gridpoints."""
+        if self.model.mesh is None:
+            return displacement
+        completed = np.asarray(self._transformation @ displacement)
+        completed[self._mean_dofs] = (self.rigid_motion @ displacement)[self._mean_dofs]
+        return completed
 
     # -- elastic stiffness ----------------------------------------------------------------------------------------
 
@@ -127,8 +165,8 @@ class DiscreteSystem:
         joints = _joint_stiffness(self.model, area)
         if self.model.mesh is None:
             return joints
-        follow = kinematics(self.model)[: joints.shape[0]]
-        return (follow.T @ joints @ follow + zone_stiffness(self.model)).tocsc()
+        transform = self._transformation[: joints.shape[0]]
+        return (transform.T @ joints @ transform + zone_stiffness(self.model)).tocsc()
 
     @cached_property
     def _factorised(self) -> tuple[sparse.csc_array, SuperLU] | None:
@@ -175,16 +213,6 @@ class DiscreteSystem:
         """Return the displacements (size,) of the intact wall under dead load; None if its joints do not hold it."""
         found = self.elastic_solutions(self.dead_load)
         return None if found is None else self.complete(found[0])
-
-    def complete(self, displacement: FloatArray) -> FloatArray:
-        """Return displacements (size,) in which facets and deformable blocks as a whole follow from gridpoints."""
-        mesh = self.model.mesh
-        if mesh is None:
-            return displacement
-        completed = kinematics(self.model) @ displacement
-        whole = 3 * mesh.block[:, None] + np.arange(3)
-        completed[whole] = (rigid_motion(self.model) @ displacement)[whole]
-        return np.asarray(completed)
 
     @cached_property
     def largest_elastic_displacements(self) -> tuple[float, float]:

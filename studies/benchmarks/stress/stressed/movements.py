@@ -9,7 +9,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
-from damagepred.solvers.system.deformable_blocks import kinematics
+from damagepred.solvers.system.deformable_blocks import transformation_matrix
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from stressed.case import RIGID, WAYS, Case, Check, Found
 from stressed.joints import FOOT, moved
@@ -49,7 +49,9 @@ def for_full_movement(model: Model) -> FloatArray:
         np.add.at(force, body[here], sign * np.column_stack((pull * x + drag * y, pull * y - drag * x, moment)))
     on_all = np.zeros(model.size)
     on_all[: force.size] = force.ravel()
-    found = DiscreteSystem.of(model).elastic_solutions(on_all if model.mesh is None else kinematics(model).T @ on_all)
+    found = DiscreteSystem.of(model).elastic_solutions(
+        on_all if model.mesh is None else transformation_matrix(model).T @ on_all
+    )
     assert found is not None
     return DiscreteSystem.of(model).complete(found[0])[: 3 * model.n_blocks].reshape(-1, 3)
 
