@@ -125,7 +125,7 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
     """Where every equilibrium is one that is not near, half of what is left of the way would go on for ever."""
     path = pulled(1e-5)
     monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
-    monkeypatch.setattr(path, "_halvings", CONTROL.least_halvings)  # halving has been in vain before
+    monkeypatch.setattr(path, "_allowed_halvings", CONTROL.least_halvings)  # halving has been in vain before
     monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
     assert path.advance(1.0, 1.0) < path.tolerance
     assert path.state.load_factor == 1.0
@@ -152,7 +152,7 @@ def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(mon
         return predict_next_event(self, state, target) if fell else (state.displacement, 1.0)
 
     monkeypatch.setattr(path, "snap_through", fall_at_the_end)
-    monkeypatch.setattr(path, "_halvings", 0)
+    monkeypatch.setattr(path, "_allowed_halvings", 0)
     monkeypatch.setattr(Equilibrium, "find", not_at_the_end)
     monkeypatch.setattr(Continuation, "predict_next_event", at_first_blindly)
     assert path.advance(1.0, 1.0) == np.inf

@@ -10,6 +10,10 @@ import xarray as xr
 import damagepred
 from damagepred import Scene
 from damagepred.scene import Dpc, Joint, Movement, Solver, Wall
+from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.quasi_static.step_control import StepControl
+from tests.solvers.walls import stack
 
 DATA = Path(__file__).parents[2] / "data"
 UNCONTROLLED = 1e9
@@ -77,3 +81,100 @@ def test_a_dry_wall_at_twenty_increments_is_where_many_take_it(length: float, he
     )
     assert np.abs(plain - many).max() > 4e-3 * 1e-3
     assert np.abs(controlled - many).max() < 2e-3 * 1e-3
+
+
+# -- transitions ------------------------------------------------------------------------------------------------------
+
+OPTIONS = DEFAULTS.continuation
+GOAL = (1.0, 0.2)
+
+
+def started(locates_collapse: bool = False) -> tuple[StepControl, State]:
+    """Return the step control of an increment from dead load to 20 % of the movement."""
+    state = replace(State.rest(stack(2, Solver())), load=1.0)
+    return StepControl.start(state, GOAL, DEFAULTS, locates_collapse), state
+
+
+def load_factor(target: tuple[float, float]) -> float:
+    assert target[0] == 1.0
+    return target[1]
+
+
+def test_an_increment_starts_with_its_goal_and_limits_in_proportion() -> None:
+    control, state = started()
+    assert control.target(state) == GOAL
+    assert control.minimum_step == 0.2 / 2**OPTIONS.max_halvings
+    assert control.minimum_event_step == 0.2 * OPTIONS.minimum_event_step
+    assert control.collapse_bracket >= control.minimum_step
+    assert started(locates_collapse=True)[0].collapse_bracket == OPTIONS.collapse_bracket
+
+
+def test_steps_without_equilibrium_are_halved_until_they_are_too_short() -> None:
+    control, state = started()
+    target, halvings = GOAL, 0
+    while control.may_halve(target[1], allowed=OPTIONS.max_halvings):
+        control.halve_step(state, target)
+        target, halvings = control.target(state), halvings + 1
+    assert halvings == OPTIONS.max_halvings
+    assert load_factor(target) == 0.2 / 2**halvings
+    assert not started()[0].may_halve(0.2, allowed=0)
+    control.accept_step(target)
+    assert (control.halvings, control.accepted_steps, control.next_point) == (halvings - 1, 1, None)
+
+
+def test_a_rejected_target_is_approached_by_midpoints_and_tried_again() -> None:
+    control, state = started()
+    control.reject_target((1.0, 0.1))
+    assert load_factor(control.target(state)) == 0.05
+    state.load_factor = 0.1 - 0.9 * control.minimum_step
+    assert load_factor(control.target(state)) == 0.1
+    step = control.minimum_step
+    control.accept_distant((1.0, 0.07))  # another target
+    assert control.rejected_target == (1.0, 0.1)
+    control.accept_distant((1.0, 0.1))
+    assert (control.rejected_target, control.minimum_step) == (None, step * OPTIONS.distant_step_growth)
+
+
+def test_an_event_is_bracketed_interpolated_and_passed() -> None:
+    control, state = started()
+    control.bracket_event(state, (1.0, 0.1), 0.3)
+    assert load_factor(control.target(state)) == pytest.approx(0.03)
+    for share, kept in ((-1.0, OPTIONS.minimum_event_share), (2.0, OPTIONS.maximum_event_share)):
+        control.bracket_event(state, (1.0, 0.1), share)
+        assert load_factor(control.target(state)) == pytest.approx(0.1 * kept)
+    assert control.event_cuts == OPTIONS.max_event_cuts - 1
+    control.bracket_event(state, (1.0, 0.1), 0.3)  # interpolation is given up
+    assert load_factor(control.target(state)) == pytest.approx(0.05)
+    control.next_point = None
+    assert load_factor(control.target(state)) == 0.1  # no farther than the overload
+    control.pass_event()
+    assert (control.overloaded_point, control.event_cuts, control.target(state)) == (None, 0, GOAL)
+
+
+def test_an_overload_that_is_gone_in_smaller_steps_makes_steps_to_events_longer() -> None:
+    control, state = started()
+    control.bracket_event(state, (1.0, 0.1), 0.3)
+    step = control.minimum_event_step
+    control.accept_step((1.0, 0.03))
+    assert control.overloaded_point == (1.0, 0.1)
+    control.accept_step((1.0, 0.1))
+    assert (control.overloaded_point, control.minimum_event_step) == (None, step * OPTIONS.event_step_growth)
+
+
+def test_the_energy_balance_shortens_steps() -> None:
+    control, state = started()
+    control.refine_step(0.04)
+    assert load_factor(control.target(state)) == pytest.approx(0.04)
+
+
+def test_collapse_is_bracketed_from_both_sides() -> None:
+    control, state = started(locates_collapse=True)
+    assert not control.has_located_collapse(state)
+    control.reject_target((1.0, 0.1))
+    control.bracket_collapse((1.0, 0.1), state.copy(), 0.7)
+    assert control.collapsed_state is not None
+    assert (control.collapsed_state.load_factor, control.collapse_residual, control.rejected_target) == (0.1, 0.7, None)
+    assert control.minimum_step == OPTIONS.collapse_bracket
+    assert load_factor(control.target(state)) == 0.05
+    state.load_factor = 0.1 - 0.9 * OPTIONS.collapse_bracket
+    assert control.has_located_collapse(state)

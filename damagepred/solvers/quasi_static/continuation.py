@@ -33,7 +33,6 @@ from damagepred.solvers.quasi_static.step_control import (
     StepControl,
     between,
     distance,
-    next_target,
 )
 from damagepred.solvers.state.increment import Counters
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
@@ -63,11 +62,11 @@ class Continuation:
         control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
-        self.events, self._halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
+        self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
         self.balance = WorkBalance(self.tolerance / self.equilibrium.per_weight, self.equilibrium.return_mapping)
-        self.control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
+        self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
         self._block_stress = model.block_stress
@@ -75,8 +74,8 @@ class Continuation:
         weak = ((law.tensile_strength < self._block_stress) & ~law.brittle_shear)[:, None]
         self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)
         overload = control.weak_bond_overload
-        self._near = np.where(self._weak, overload, control.event_tolerance)
-        self._ahead = np.where(self._weak, overload, control.overload_tolerance)
+        self._event_overload = np.where(self._weak, overload, control.event_tolerance)
+        self._no_event_overload = np.where(self._weak, overload, control.overload_tolerance)
         self._load = np.zeros(model.interfaces.contact_area.shape)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
@@ -271,128 +270,131 @@ class Continuation:
             Shares of dead load and of movement (1).
         """
         state, options = self.state, self.options.continuation
-        goal = (load, load_factor)
-        length = distance(state, goal)
-        minimum_step = max(options.collapse_bracket, length / 2**options.max_halvings)
-        step_control = StepControl(state, minimum_step, options.minimum_event_step * length)
-        bracket = options.collapse_bracket if self._locates_collapse else minimum_step * (1.0 + 1e-9)
-        shortest_refinement = length / 2**self.control.options.refinements
-        # a shorter step is not halved: it snaps through
-        shortest_halved_step = 1.5 * length / 2**options.max_halvings
+        control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse)
         while True:
             check_time()
-            if step_control.collapse_point is not None and distance(state, step_control.collapse_point) <= bracket:
+            if control.has_located_collapse(state) and control.collapsed_state is not None:
                 # bonds that failed before the collapse point
-                step_control.collapsed_state.history.cracked[state.history.cracked] = True
-                self.last_stable_load_factor, self.state = state.load_factor, step_control.collapsed_state
-                return step_control.collapse_residual
-            target = step_control.next_point or next_target(
-                state,
-                step_control.overloaded_point or goal,
-                step_control.rejected_target or step_control.collapse_point,
-                step_control.minimum_step if step_control.rejected_target else 0.0,
-            )
-            if distance(state, target) > step_control.longest:
-                target = between(state, target, step_control.longest / distance(state, target))
-            ahead, share = self.predict_next_event(state, target)
-            if step_control.next_point is None and share < 1.0 and not self._relaxes:
-                share = min(share * 2.0**step_control.accepted_steps, 1.0)
-                target = between(state, target, share)
-                ahead = state.displacement + share * (ahead - state.displacement)
-            trial = state.at(*target)
+                control.collapsed_state.history.cracked[state.history.cracked] = True
+                self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
+                return control.collapse_residual
+            target, ahead = self._next_target(state, control)
+            step, trial = distance(state, target), state.at(*target)
             # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
             near = self._locates_collapse or self._relaxes
-            worst, jumped = self.equilibrium.find(trial, ahead, near), False
-            only_near = self._locates_collapse and distance(state, target) > step_control.minimum_step
-            if worst >= self.tolerance and only_near:
-                step_control.rejected_target, step_control.next_point = target, None
+            worst = self.equilibrium.find(trial, ahead, near)
+            if worst >= self.tolerance and self._locates_collapse and step > control.minimum_step:
+                control.reject_target(target)
                 continue
-            may_halve = (
-                step_control.halvings < min(self._halvings, options.max_halvings)
-                and distance(state, target) > shortest_halved_step
-            )
-            if worst >= self.tolerance and may_halve and not near:
+            if worst >= self.tolerance and not near and control.may_halve(step, self._allowed_halvings):
                 # a shorter step converges more easily, or shows more clearly that no equilibrium exists
-                step_control.next_point, step_control.halvings = between(state, target, 0.5), step_control.halvings + 1
+                control.halve_step(state, target)
                 continue
-            if worst < self.tolerance and step_control.halvings:
-                self._halvings = min(self._halvings + 1, options.max_halvings + 1)
-            if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
-                self._halvings = max(self._halvings - 1, options.least_halvings)
-                self._relaxes = self._all_weak
-                diverged, jumped = trial, True
-                trial, worst = self.snap_through(
-                    state.at(*target),
-                    state.load_factor,
-                    1.0 if step_control.collapse_point is None else options.collapse_relaxation,
-                )
-                # neither at rest nor collapsing
-                if near and step_control.collapse_point is None and self.tolerance <= worst < np.inf:
-                    diverged = state.at(*target)
-                    far_off = self.equilibrium.find(diverged, ahead)
-                    if far_off < self.tolerance and not self.equilibrium.has_diverged(diverged):
-                        trial, worst, jumped = diverged, far_off, False
-                loose = [s for s in (trial, diverged) if detached_blocks(self.model, s.displacement, target[1]).any()]
-            if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
-                self.last_stable_load_factor = state.load_factor
-                if loose or step_control.collapse_point is None:
-                    step_control.collapsed_state = loose[0] if loose else trial
-                step_control.collapsed_state = replace(
-                    step_control.collapsed_state, load=target[0], load_factor=target[1]
-                )
-                self.state, step_control.collapse_residual = step_control.collapsed_state, worst
-                if distance(state, target) <= bracket or (step_control.collapse_point is None and not loose):
+            if worst < self.tolerance and control.halvings:
+                self._allowed_halvings = min(self._allowed_halvings + 1, options.max_halvings + 1)
+            jumped = False
+            if self._has_failed(trial, worst):
+                known = control.collapse_point is not None
+                trial, worst, unconverged = self._find_distant(state, trial, ahead, near, known)
+                jumped = trial is not unconverged
+            if self._has_failed(trial, worst):
+                detached = [s for s in (trial, unconverged) if self._is_detached(s)]
+                located = step <= control.collapse_bracket or not (detached or known)
+                if detached or control.collapsed_state is None:
+                    control.collapsed_state = detached[0] if detached else trial
+                control.bracket_collapse(target, control.collapsed_state, worst)
+                self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
+                if located:
                     return worst
-                # whatever the reason: nearer to the last equilibrium there may be another
-                step_control.collapse_point, step_control.minimum_step = target, options.collapse_bracket
-                step_control.rejected_target = step_control.next_point = None
                 continue
-            if target == step_control.rejected_target:
-                step_control.rejected_target = None
-                step_control.minimum_step *= options.distant_step_growth
+            control.accept_distant(target)
             loaded, heaviest = self.bond_loads(trial)
-            step = distance(state, target)
-            at_event = heaviest <= 1.0 + options.event_tolerance or bool((loaded <= 1.0 + self._near).all())
-            if at_event or step <= step_control.minimum_event_step:
-                noted = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
-                balance = noted[1]
-                self.commit(trial, unstable=jumped, snapped=jumped)
-                length = np.inf if jumped else self.control.next_length(balance, self.balance, step)
-                # live loads go in small steps anyhow
-                if length < step and step > shortest_refinement and not self._locates_collapse:
-                    self.never_opened, self.balance, self.broken_at = noted
-                    step_control.longest, step_control.next_point = length, None
-                    continue
-                step_control.longest = length if step_control.longest < np.inf else np.inf
+            at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
+            at_event = at_event or bool((loaded <= 1.0 + self._event_overload).all())
+            if at_event and not self._commit_within_energy_error(trial, step, jumped, control):
+                continue
             if heaviest <= 1.0 + options.overload_tolerance:
                 state = trial
-                step_control.accept_step()
                 if self._can_reclose:
                     state, worst = self.redistribute_failures(state, worst)
-                if target == step_control.overloaded_point:
-                    # in small steps it is passed unbroken: friction is path-dependent
-                    step_control.overloaded_point = None
-                    step_control.minimum_event_step *= options.event_step_growth
-                if target == goal:
+                control.accept_step(target)
+                if target == control.goal:
                     self.state = state
                     return worst
-            elif at_event or step <= step_control.minimum_event_step:
+            elif at_event:
                 state, worst = self.redistribute_failures(trial, worst)
-                step_control.pass_event()
-                if worst >= self.tolerance or self.equilibrium.has_diverged(state):
+                control.pass_event()
+                if self._has_failed(state, worst):
                     self.last_stable_load_factor, self.state = trial.load_factor, state
                     return worst
             else:
-                step_control.overloaded_point, step_control.event_cuts = target, step_control.event_cuts + 1
-                over = loaded > 1.0 + self._ahead
-                after, wanted = loaded[over], 1.0 + 0.5 * self._near[over]
-                before = self.bond_loads(state)[0][over]
-                share = (
-                    float(np.min((wanted - before) / (after - before)))
-                    if step_control.event_cuts < options.max_event_cuts
-                    else 0.5
-                )
-                step_control.next_point = between(state, target, min(max(share, 1e-4), 0.95))
+                share = self._interpolate_event(state, loaded, options.interpolation_aim)
+                control.bracket_event(state, target, share)
+
+    def _has_failed(self, state: State, worst: float) -> bool:
+        """Return whether a state is no equilibrium."""
+        return worst >= self.tolerance or self.equilibrium.has_diverged(state)
+
+    def _is_detached(self, state: State) -> bool:
+        """Return whether a part of the wall is detached."""
+        return bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
+
+    def _next_target(self, state: State, control: StepControl) -> tuple[Point, FloatArray]:
+        """Return the next target, at the predicted event if that is nearer, and displacements to start from."""
+        target = control.target(state)
+        ahead, share = self.predict_next_event(state, target)
+        if control.next_point is None and share < 1.0 and not self._relaxes:
+            share = min(share * 2.0**control.accepted_steps, 1.0)
+            target = between(state, target, share)
+            ahead = state.displacement + share * (ahead - state.displacement)
+        return target, ahead
+
+    def _find_distant(
+        self, state: State, unconverged: State, ahead: FloatArray, near: bool, collapse_known: bool
+    ) -> tuple[State, float, State]:
+        """Find a distant equilibrium by snap-through, or by the Coulomb fixed point where only Newton was tried.
+
+        Return it, its unbalanced force ratio, and the state in which the last iteration at the target ended.
+        """
+        options = self.options.continuation
+        self._allowed_halvings = max(self._allowed_halvings - 1, options.least_halvings)
+        self._relaxes = self._all_weak
+        start = state.at(unconverged.load, unconverged.load_factor)
+        trial, worst = self.snap_through(
+            start, state.load_factor, options.collapse_relaxation if collapse_known else 1.0
+        )
+        # neither at rest nor collapsing
+        if near and not collapse_known and self.tolerance <= worst < np.inf:
+            unconverged = state.at(unconverged.load, unconverged.load_factor)
+            residual = self.equilibrium.find(unconverged, ahead)
+            if not self._has_failed(unconverged, residual):
+                return unconverged, residual, unconverged
+        return trial, worst, unconverged
+
+    def _commit_within_energy_error(self, trial: State, step: float, jumped: bool, control: StepControl) -> bool:
+        """Commit an equilibrium, unless the energy error of the step asks for a shorter one; return whether."""
+        before = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
+        self.commit(trial, unstable=jumped, snapped=jumped)
+        length = np.inf if jumped else self.energy_control.next_length(before[1], self.balance, step)
+        # live loads go in small steps anyhow
+        if length < step and step > control.shortest_refined_step and not self._locates_collapse:
+            self.never_opened, self.balance, self.broken_at = before
+            control.refine_step(length)
+            return False
+        control.longest_step = length if control.longest_step < np.inf else np.inf
+        return True
+
+    def _interpolate_event(self, state: State, loaded: FloatArray, aim: float) -> float:
+        """Return the share of a step at which the first bond reaches its strength and a share of its event tolerance.
+
+        Bond loads are linear between the last equilibrium and those at the end of the step; 1 if no bond fails.
+        """
+        over = loaded > 1.0 + self._no_event_overload
+        if not over.any():
+            return 1.0
+        after, wanted = loaded[over], 1.0 + aim * self._event_overload[over]
+        before = self.bond_loads(state)[0][over]
+        return float(np.min((wanted - before) / (after - before)))
 
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
@@ -421,14 +423,11 @@ class Continuation:
         equilibrium.complete(ahead)
         if equilibrium.has_diverged(ahead):
             return state.displacement, 1.0
-        after_load, heaviest = self.bond_loads(ahead)
-        tolerated = self.options.continuation.overload_tolerance
-        if heaviest <= 1.0 + tolerated or not (over := after_load > 1.0 + self._ahead).any():
-            return ahead.displacement, 1.0
-        after_load, wanted = after_load[over], 1.0 + 0.1 * self._near[over]
-        before_load = self.bond_loads(state)[0][over]
-        share = float(np.min((wanted - before_load) / (after_load - before_load)))
-        return ahead.displacement, min(max(share, 1e-6), 1.0)
+        loaded, heaviest = self.bond_loads(ahead)
+        options, share = self.options.continuation, 1.0
+        if heaviest > 1.0 + options.overload_tolerance:
+            share = self._interpolate_event(state, loaded, options.predictor_aim)
+        return ahead.displacement, min(max(share, options.minimum_predicted_share), 1.0)
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
         """Find a distant equilibrium at constant load by dynamic relaxation; return it and its unbalanced force ratio.

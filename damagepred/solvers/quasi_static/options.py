@@ -169,6 +169,16 @@ class ContinuationOptions:
         Halvings that are tried at least where earlier ones were in vain.
     max_event_cuts : int
         Cuts of a step to where interpolation expects a bond to fail; after that the step is halved.
+    predictor_aim : float
+        Overload at which the tangent predictor aims, over the event tolerance (1).
+    interpolation_aim : float
+        Overload at which interpolation in the bracket of an event aims, over the event tolerance (1).
+    minimum_predicted_share : float
+        Least share of a step to the predicted event (1).
+    minimum_event_share : float
+        Least share of a step to the interpolated event (1).
+    maximum_event_share : float
+        Largest share of a step to the interpolated event (1).
     collapse_bracket : float
         Load factor between the last equilibrium and collapse under live load (1).
     collapse_relaxation : float
@@ -193,6 +203,11 @@ class ContinuationOptions:
     max_halvings: Count = Field(default=5, ge=0, le=50)
     least_halvings: Count = Field(default=1, ge=0)
     max_event_cuts: Count = Field(default=4, ge=0)
+    predictor_aim: Pure = Field(default=0.1, ge=0, le=1)
+    interpolation_aim: Pure = Field(default=0.5, ge=0, le=1)
+    minimum_predicted_share: Pure = Field(default=1e-6, gt=0, lt=1)
+    minimum_event_share: Pure = Field(default=1e-4, gt=0, lt=1)
+    maximum_event_share: Pure = Field(default=0.95, gt=0, lt=1)
     collapse_bracket: Pure = Field(default=1e-4, gt=0)
     collapse_relaxation: Pure = Field(default=0.25, gt=0)
     distant_step_growth: Pure = Field(default=4.0, ge=1)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.energy_balance import WorkBalance
 from damagepred.solvers.quasi_static.equilibrium import State
-from damagepred.solvers.quasi_static.options import EnergyOptions
+from damagepred.solvers.quasi_static.options import ContinuationOptions, EnergyOptions
 
 Point = tuple[float, float]
 """Load and load factor."""
@@ -56,71 +56,188 @@ class EnergyControl:
 
 @dataclass
 class StepControl:
-    """Step control of one increment: what is known of the way to its target.
+    """Step control of one increment: the next target, and what bounds it. Each method is one transition.
 
     Attributes
     ----------
-    collapsed_state : State
-        The wall at ``collapse_point``; the start of the increment while there is none.
+    goal : (float, float)
+        Load and load factor at the end of the increment.
+    options : ContinuationOptions
+        Limits of steps and brackets.
     minimum_step : float
         Distance to a rejected target below which a distant equilibrium is sought (1).
+    collapse_bracket : float
+        Distance between the last equilibrium and collapse at which collapse is located (1).
+    shortest_halved_step, shortest_refined_step : float
+        Steps up to which none is halved for want of an equilibrium, nor refined by the energy balance (1).
     minimum_event_step : float
         Step within which all bonds fail at its end (1).
-    collapse_residual : float
-        Unbalanced force ratio at ``collapse_point``.
-    overloaded_point, collapse_point, rejected_target : (float, float) or None
-        Nearest load and load factor at which a bond is overloaded, at which the wall collapses, and at which no nearby
-        equilibrium was found.
+    longest_step : float
+        Step length allowed by the energy balance (1).
     next_point : (float, float) or None
         Next target; None: that of the predictor.
-    longest : float
-        Step length allowed by the energy balance (1).
+    rejected_target, overloaded_point, collapse_point : (float, float) or None
+        Nearest load and load factor at which no nearby equilibrium was found, at which a bond is overloaded, and at
+        which the wall collapses.
+    collapsed_state : State or None
+        The wall at ``collapse_point``.
+    collapse_residual : float
+        Unbalanced force ratio there.
     halvings, event_cuts : int
         Of the present step.
     accepted_steps : int
         Steps since the last event: as often the predictor was too early.
     """
 
-    collapsed_state: State
+    goal: Point
+    options: ContinuationOptions
     minimum_step: float
+    collapse_bracket: float
+    shortest_halved_step: float
+    shortest_refined_step: float
     minimum_event_step: float
-    collapse_residual: float = np.inf
+    longest_step: float = np.inf
+    next_point: Point | None = None
+    rejected_target: Point | None = None
     overloaded_point: Point | None = None
     collapse_point: Point | None = None
-    rejected_target: Point | None = None
-    next_point: Point | None = None
-    longest: float = np.inf
+    collapsed_state: State | None = None
+    collapse_residual: float = np.inf
     halvings: int = 0
     event_cuts: int = 0
     accepted_steps: int = 0
 
-    def accept_step(self) -> None:
-        """Count a step that ended before any event."""
+    @classmethod
+    def start(cls, state: State, goal: Point, options: SolverOptions, locates_collapse: bool) -> StepControl:
+        """Return the step control at the start of an increment.
+
+        Parameters
+        ----------
+        state : State
+            Last equilibrium.
+        goal : (float, float)
+            Load and load factor at the end of the increment.
+        options : SolverOptions
+            Of continuation and energy balance.
+        locates_collapse : bool
+            Whether collapse is bracketed to ``options.continuation.collapse_bracket``; otherwise to the minimum step.
+        """
+        control, length = options.continuation, distance(state, goal)
+        minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
+        return cls(
+            goal,
+            control,
+            minimum_step,
+            control.collapse_bracket if locates_collapse else minimum_step * (1.0 + 1e-9),
+            1.5 * length / 2**control.max_halvings,
+            length / 2**options.energy.refinements,
+            control.minimum_event_step * length,
+        )
+
+    def target(self, state: State) -> Point:
+        """Return the next target, within the longest step."""
+        target = self.next_point or self._target_ahead(state)
+        step = distance(state, target)
+        return between(state, target, self.longest_step / step) if step > self.longest_step else target
+
+    def _target_ahead(self, state: State) -> Point:
+        """Return the goal or overloaded point, or, if that is nearer, the rejected target or the midpoint to it."""
+        goal, ceiling = self.overloaded_point or self.goal, self.rejected_target or self.collapse_point
+        if ceiling is None or distance(state, goal) < distance(state, ceiling):
+            return goal
+        tried_itself = self.rejected_target is not None and distance(state, ceiling) <= self.minimum_step
+        return ceiling if tried_itself else between(state, ceiling, 0.5)
+
+    def has_located_collapse(self, state: State) -> bool:
+        """Return whether collapse is bracketed closely enough from the last equilibrium."""
+        return self.collapse_point is not None and distance(state, self.collapse_point) <= self.collapse_bracket
+
+    def reject_target(self, target: Point) -> None:
+        """Reject a target without nearby equilibrium: it is approached by midpoints."""
+        self.rejected_target, self.next_point = target, None
+
+    def may_halve(self, step: float, allowed: int) -> bool:
+        """Return whether a step without equilibrium may be halved.
+
+        Parameters
+        ----------
+        step : float
+            Its length (1).
+        allowed : int
+            Halvings of a step.
+        """
+        return self.halvings < min(allowed, self.options.max_halvings) and step > self.shortest_halved_step
+
+    def halve_step(self, state: State, target: Point) -> None:
+        """Go to the midpoint of a step without equilibrium.
+
+        Parameters
+        ----------
+        state : State
+            Last equilibrium.
+        target : (float, float)
+            Load and load factor at the end of the step.
+        """
+        self.next_point, self.halvings = between(state, target, 0.5), self.halvings + 1
+
+    def accept_distant(self, target: Point) -> None:
+        """Pass a target that had been rejected; from here on, distant equilibria are sought sooner."""
+        if target == self.rejected_target:
+            self.rejected_target = None
+            self.minimum_step *= self.options.distant_step_growth
+
+    def bracket_collapse(self, target: Point, collapsed: State, residual: float) -> None:
+        """Take a target as collapse; nearer to the last equilibrium there may be another.
+
+        Parameters
+        ----------
+        target : (float, float)
+            Load and load factor.
+        collapsed : State
+            The wall there.
+        residual : float
+            Its unbalanced force ratio.
+        """
+        self.collapse_point, self.collapse_residual = target, residual
+        self.collapsed_state = replace(collapsed, load=target[0], load_factor=target[1])
+        self.minimum_step = self.options.collapse_bracket
+        self.rejected_target = self.next_point = None
+
+    def refine_step(self, length: float) -> None:
+        """Shorten the step to a length that the energy balance asks for."""
+        self.longest_step, self.next_point = length, None
+
+    def accept_step(self, target: Point) -> None:
+        """Go on after a step that ended before any event."""
         self.next_point, self.halvings, self.accepted_steps = None, max(self.halvings - 1, 0), self.accepted_steps + 1
+        if target == self.overloaded_point:
+            # in small steps it is passed unbroken: friction is path-dependent
+            self.overloaded_point = None
+            self.minimum_event_step *= self.options.event_step_growth
+
+    def bracket_event(self, state: State, target: Point, share: float) -> None:
+        """Go back from a target that overloads a bond: to where interpolation expects it to fail, or halfway.
+
+        Parameters
+        ----------
+        state : State
+            Last equilibrium.
+        target : (float, float)
+            Load and load factor.
+        share : float
+            Of the step, by interpolation.
+        """
+        options = self.options
+        self.overloaded_point, self.event_cuts = target, self.event_cuts + 1
+        if self.event_cuts >= options.max_event_cuts:
+            share = 0.5
+        share = min(max(share, options.minimum_event_share), options.maximum_event_share)
+        self.next_point = between(state, target, share)
 
     def pass_event(self) -> None:
-        """Start anew after an event."""
+        """Start anew after bonds failed at the end of a step."""
         self.next_point = self.overloaded_point = None
         self.halvings = self.event_cuts = self.accepted_steps = 0
-
-
-def next_target(state: State, goal: Point, ceiling: Point | None, minimum_step: float) -> Point:
-    """Return the next target of the continuation: the goal, the ceiling, or the midpoint of the way to it.
-
-    Parameters
-    ----------
-    state : State
-        The last equilibrium.
-    goal : (float, float)
-        Load and load factor to reach.
-    ceiling : (float, float), optional
-        Where the wall collapses, or no equilibrium was found.
-    minimum_step : float
-        Distance to the ceiling below which it is tried itself.
-    """
-    if ceiling is None or distance(state, goal) < distance(state, ceiling):
-        return goal
-    return ceiling if distance(state, ceiling) <= minimum_step else between(state, ceiling, 0.5)
 
 
 def distance(state: State, point: Point) -> float:
