@@ -1,10 +1,10 @@
-"""How long a step of a run in time takes, for each boundary point, or for each zone.
+"""Time of a step of a run in time, per boundary point and per zone.
 
     python studies/benchmarks/dynamic_step.py
 
 The wall is the paper's (6.0 x 2.4 m, 816 blocks): at rest, and dry and shaken by a pulse so that bricks slide and fall;
-and of deformable bricks, 51 200 zones, with all that their joints take.
-One core; processor time, the fastest of many stretches. Compiling is not counted.
+and of deformable bricks, 51 200 zones, with their joints. One core; processor time, the fastest of many intervals.
+Compiling is not counted.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from damagepred.pipeline import dynamic_run
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Scene, Solver
 
 OUTPUTS, INTERVAL = 100, 2e-3
-"""Stretches, and their length (s)."""
+"""Number of intervals, and their length (s)."""
 
 
 def at_rest() -> Scene:
-    """Return the wall with its mortar, and nothing that shakes it."""
+    """Return the wall with its mortar on ground at rest."""
     return Scene(dynamics=Dynamics(duration=OUTPUTS * INTERVAL, outputs=OUTPUTS))
 
 

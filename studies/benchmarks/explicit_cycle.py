@@ -1,10 +1,10 @@
-"""How long one cycle of the explicit solver takes, for each contact.
+"""Time of a cycle of the explicit solver, per contact.
 
     python studies/benchmarks/explicit_cycle.py
 
 The wall is the paper's (6.0 x 2.4 m, 816 blocks, 7077 contacts) with a dpc and a roof load of 6 kN: intact under dead
-load, and with a window, cracked by a dishing of 4 mm. One core. Compiling, or loading what was compiled before, is
-timed apart.
+load, and with a window, cracked by a dishing of 4 mm. One core. Compiling, or loading of compiled code, is timed
+separately.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def main() -> None:
         each = nanoseconds(run)
         contacts = run.model.n_contacts
         print(f"{name:<18}{run.model.n_blocks:>8}{contacts:>10}{each * contacts / 1e3:>10.1f}{each:>12.2f}")
-        # what costs time is looking at it; no joint here has any
+        # the check of the option takes the time; no joint here has it
         for extra, run.special, run.softening in (
             ("dilation", True, None),
             ("softening", None, True),

@@ -1,11 +1,11 @@
-"""What a path costs with the footing on jacks or on a mound, next to the same wall on a prescribed profile.
+"""Time of a path with the footing on jacks or on a mound, relative to the same wall on a prescribed profile.
 
     python studies/benchmarks/footing_path.py [--repeats 5]
 
 Walls are those of the full-scale test, solid and with a window, with and without a dpc; quasi-static, 20 increments.
-"jacks" ends where jacks or supports carry nothing any more; "jacks, on" goes on to the full deflection; "concrete" is
-the same with a footing of reinforced concrete that cracks. Runs alternate; processor time, the median of several.
-Compiling is not counted.
+"jacks" ends where jacks or supports carry no load; "jacks, on" continues to the full deflection; "concrete" is the same
+with a footing of reinforced concrete that cracks. Runs alternate; processor time, the median of several. Compiling is
+not counted.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 
 
 def footings(wall: Scene) -> dict[str, Scene]:
-    """Return the scenes of one wall, by what is under it."""
+    """Return the scenes of one wall, by kind of footing."""
 
     def on(shape: str, scene: Scene = wall, **tables: object) -> Scene:
         return replace(scene, movement=replace(scene.movement, shape=shape), **tables)

@@ -1,6 +1,6 @@
 """Time and memory to judge a million walls again and to fit fragility curves to them.
 
-Walls are made up: cracks grow in proportion to the movement, at a rate that is lognormal from wall to wall, so that
+Walls are synthetic: cracks grow in proportion to the movement, at a rate that is lognormal from wall to wall, so that
 capacities are lognormal with known medians. The study is judged again by BRE Digest 251, and curves are fitted to it.
 """
 
@@ -17,20 +17,20 @@ from damagepred import fit_fragility, judge_again
 
 INCREMENTS, MOVEMENT, RATE, SCATTER = 20, 0.02, 0.3, 0.6
 GROUPS = [2, 3, 4, 5]
-"""Cracks in a group, of which the archive keeps the width."""
+"""Cracks in a group whose width the archive stores."""
 
 
 def archive(walls: int, own_movement: bool, seed: int = 1) -> xr.Dataset:
-    """Return a study of so many walls.
+    """Return a study of a number of walls.
 
     Parameters
     ----------
     walls : int
-        How many.
+        Number of walls.
     own_movement : bool
-        Whether each wall is moved as far as it happens, or all alike.
+        Whether each wall has a random final movement, or all the same.
     seed : int
-        Of what scatters.
+        Seed of the random values.
     """
     random = np.random.default_rng(seed)
     end = random.uniform(0.75, 1.25, walls) if own_movement else np.ones(walls)
@@ -56,7 +56,7 @@ def archive(walls: int, own_movement: bool, seed: int = 1) -> xr.Dataset:
 
 
 def measure(walls: int, own_movement: bool, model: str) -> dict[str, float]:
-    """Return the seconds that judging again and fitting take, and the largest memory (GiB), the study included.
+    """Return the seconds of judging and fitting, and the largest memory (GiB), the study included.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def main() -> None:
     """Print it for shared increments or each wall's own."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", "--walls", type=int, default=1_000_000)
-    parser.add_argument("--own-movement", action="store_true", help="each wall is moved as far as it happens")
+    parser.add_argument("--own-movement", action="store_true", help="each wall has a random final movement")
     parser.add_argument("--model", default="separate", choices=("separate", "common", "empirical"))
     options = parser.parse_args()
     found = measure(options.walls, options.own_movement, options.model)

@@ -1,4 +1,4 @@
-"""What was measured when, with what and on what: ``measured.csv``, a row for each call that measured something."""
+"""Date, version and machine of each measurement: ``measured.csv``, a row for each call."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def version() -> str:
 
 
 def read(file: Path = NOTES) -> pd.DataFrame:
-    """Return all notes."""
+    """Return all rows."""
     if not file.is_file():
         return pd.DataFrame(columns=COLUMNS)
     return pd.read_csv(file, keep_default_na=False, dtype={"minutes": float})
 
 
 def add(row: dict[str, object], file: Path = NOTES) -> None:
-    """Add a note; of a room that has begun anew, earlier ones go, as their data have."""
+    """Add a row; if a benchmark has begun anew, its earlier rows are deleted, as their data are."""
     before = read(file)
     if row["began"] == "anew":
         before = before[before["room"] != row["room"]]
@@ -48,12 +48,12 @@ def add(row: dict[str, object], file: Path = NOTES) -> None:
 
 
 def open_end(notes: pd.DataFrame, room: str) -> bool:
-    """Whether a room is noted, but not to its end."""
+    """Return whether the last measurement of a benchmark is incomplete."""
     own = notes[notes["room"] == room]
     return len(own) > 0 and own["end"].iloc[-1] != "complete"
 
 
 def whole(notes: pd.DataFrame, room: str) -> bool:
-    """Whether all data of a room are of calls that are noted, and there are all."""
+    """Return whether all data of a benchmark are recorded and complete."""
     own = notes[notes["room"] == room]
     return len(own) > 0 and own["began"].iloc[0] == "anew" and own["end"].iloc[-1] == "complete"

@@ -1,4 +1,4 @@
-"""What all benchmarks share: which machine it was, time of the processor, rows that are kept, tables for a page."""
+"""Functions of all benchmarks: machine, processor time, stored rows, tables of a page."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 
 
 class Timed(NamedTuple):
-    """A result, and the seconds of the processor that it took."""
+    """A result, and its processor time (s)."""
 
     result: Any
     seconds: float
 
 
 def timed(call: Callable[[], Any]) -> Timed:
-    """Call, and time the processor: what else the machine does then hardly shows."""
+    """Call a function, and measure its processor time, which other load hardly affects."""
     began = time.process_time()
     result = call()
     return Timed(result, time.process_time() - began)
 
 
 def kept_rows(file: Path) -> list[dict[str, Any]]:
-    """Return what was measured so far, row by row, without what is empty."""
+    """Return the rows measured so far, without empty cells."""
     if not file.exists():
         return []
     return [{k: v for k, v in row.items() if v == v} for row in pd.read_csv(file).to_dict("records")]
 
 
 def keep_rows(rows: list[dict[str, Any]], file: Path) -> None:
-    """Write what was measured so far; who is stopped meanwhile loses nothing of what was there."""
+    """Write the rows measured so far, atomically: an interruption loses no earlier row."""
     table = pd.DataFrame(rows)
     write_whole(file, lambda path: table.to_csv(path, index=False, float_format="%.5g"))
 
@@ -64,7 +64,7 @@ def processor_model() -> str:
 
 
 def machine() -> str:
-    """Return, in general terms, what it was measured on."""
+    """Return a description of the machine, in general terms."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "scipy"))
     return (
@@ -87,7 +87,7 @@ def markdown(rows: pd.DataFrame) -> str:
 
 
 def put_in(page: Path, text: str, begin: str = BEGIN) -> None:
-    """Write into a page, between the marks that are there for it.
+    """Write into a page, between its marks.
 
     Raises
     ------

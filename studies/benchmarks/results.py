@@ -1,4 +1,4 @@
-"""RESULTS.md: what all benchmarks found, from their data alone."""
+"""RESULTS.md: the results of all benchmarks, from their data alone."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ ALL = "python studies/benchmarks/run.py"
 CONTENTS = {
     "work_precision": "error over time of a wall, presets, orders",
     "probabilities": "seconds to an error of a probability",
-    "stress": "what came of runs with extremes of everything",
+    "stress": "outcomes of runs with extreme input",
     "scaling": "exponents of time and memory",
     "workers": "hours of large studies",
-    "skips": "what each skip saves and changes",
-    "regressions": "nanoseconds a contact, a zone, a joint; start-up",
-    "beside_others": "times over those of other solvers",
+    "skips": "time saved and differences made by each skip",
+    "regressions": "nanoseconds per contact, zone and joint; start-up",
+    "beside_others": "times relative to other solvers",
 }
-"""What stands under each heading, for the table on top."""
+"""Contents of each section, for the table at the top."""
 
 
 def machine_of(room: Room, kept: pd.DataFrame) -> list[str]:
-    """Return on what a room was measured: as noted, else as its own page says."""
+    """Return the machine of a benchmark: as recorded, else from its own page."""
     if notes.whole(kept, room.name):
         return list(dict.fromkeys(kept.loc[kept["room"] == room.name, "machine"]))
     found = MACHINE.search((room.folder / "README.md").read_text(encoding="utf-8"))
@@ -39,7 +39,7 @@ def machine_of(room: Room, kept: pd.DataFrame) -> list[str]:
 
 
 def command_of(room: Room) -> str:
-    """Return what measures a room, to be typed in a shell."""
+    """Return the command of a benchmark, as typed in a shell."""
     return shlex.join(["python", *room.command]).replace("'", '"')
 
 
@@ -48,7 +48,7 @@ def _cell(values: pd.Series) -> str:
 
 
 def measured(kept: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each room: what measured it, which version, when, and for how long."""
+    """Return a row for each benchmark: contents, version, date, and minutes."""
     rows = []
     for room in ROOMS.values():
         own = kept[kept["room"] == room.name]
@@ -66,12 +66,12 @@ def measured(kept: pd.DataFrame) -> pd.DataFrame:
 
 
 def anchor(room: Room) -> str:
-    """Return where the section of a room begins."""
+    """Return the anchor of a benchmark's section."""
     return room.name.replace("_", "-")
 
 
 def whence(kept: pd.DataFrame) -> str:
-    """Return on what machine and with what version all was measured, and what is not of one run."""
+    """Return machine and version of all measurements, and a caution where they are not of one run."""
     machines = list(dict.fromkeys(m for room in ROOMS.values() for m in machine_of(room, kept)))
     lines = ["On " + (machines[0] if len(machines) == 1 else "machines that differ: " + "; ".join(machines)) + "."]
     noted = [name for name in ROOMS if notes.whole(kept, name)]
@@ -83,18 +83,18 @@ def whence(kept: pd.DataFrame) -> str:
         return " ".join(lines)
     lines.append("**Not all figures are of one run.**")
     if len(versions) > 1:
-        lines.append("Versions differ from room to room, or within one.")
+        lines.append("Versions differ between benchmarks, or within one.")
     if unnoted:
         lines.append(
-            f"Data of {', '.join(unnoted)} are, at least in part, of calls that were not noted or not complete: with "
-            "which version of damagepred they were measured is not known here."
+            f"Data of {', '.join(unnoted)} are, at least in part, of calls that were not recorded or not complete: the "
+            "version of damagepred is not known."
         )
-    lines.append(f"`{ALL} --anew` measures all of it with one.")
+    lines.append(f"`{ALL} --anew` measures all of them with one version.")
     return " ".join(lines)
 
 
 def section(room: Room, folder: Path | None = None) -> str:
-    """Return what is said of a room, from its own data or from those in another folder."""
+    """Return the section of a benchmark, from its own data or from those in another folder."""
     try:
         title, text = said(room, folder)
     except FileNotFoundError as error:
@@ -110,10 +110,10 @@ def text(kept: pd.DataFrame) -> str:
     return (
         "\n\n".join(
             (
-                "# What the benchmarks say, on one page",
+                "# Results of the benchmarks",
                 f"Written by `{ALL}` from the data of the benchmarks; `{ALL} --from-data` writes it again. Each "
                 "heading names "
-                "the command that measures what is under it, and the page that says how.",
+                "its command, and the page with the method.",
                 whence(kept),
                 markdown(measured(kept)),
                 *map(section, ROOMS.values()),
@@ -124,6 +124,6 @@ def text(kept: pd.DataFrame) -> str:
 
 
 def write(page: Path = PAGE) -> None:
-    """Write the page from what data there are."""
+    """Write the page from the available data."""
     whole = text(notes.read())
     write_whole(page, lambda path: path.write_text(whole, encoding="utf-8"))

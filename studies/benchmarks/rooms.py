@@ -1,4 +1,4 @@
-"""The rooms of the benchmarks: what measures each, where its data are, and what it says in short."""
+"""List of the benchmarks: command, data and summary of each."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ ROOT = HERE.parents[1]
 
 
 class Room(NamedTuple):
-    """A benchmark with a folder of its own, in which ``summary.py`` says in short what its data say.
+    """A benchmark with its folder, whose ``summary.py`` summarises the data.
 
     Attributes
     ----------
     name : str
-        By which it is asked for.
+        Name on the command line.
     folder : Path
         Of its data and its page.
     command : list of str
-        What measures it, after ``python``.
+        Command, after ``python``.
     quick : list of str
-        Its small form, which leaves the data in the repository alone; ``{}`` stands for a folder of its own.
+        Its small form, which does not change the data in the repository; ``{}`` is replaced by a temporary folder.
     data : tuple of str
-        Files and folders of its data, which are moved aside for all of them to be of one run.
+        Files and folders of its data, which are moved aside before a new run.
     goes_on : str
-        What is there of these when a call goes on from an earlier one; empty if each call measures all again.
+        The file that exists if a call resumes an earlier one; empty if each call measures all again.
     """
 
     name: str
@@ -62,7 +62,7 @@ ROOMS = {
         _room("scaling", "--quick --output {}", "data.csv"),
         _room("workers", "--quick --wall window --into {}", "parts.csv runs.csv", ""),
         _room("skips", "--quick --output {}", "data.csv"),
-        # its baseline is not moved aside, for its tests read it; each of its figures is measured by every call
+        # its baseline is not moved aside, because its tests read it; every call measures all of its figures
         Room(
             "regressions",
             ROOT / "tests" / "regressions",
@@ -76,12 +76,12 @@ ROOMS = {
 }
 """All, in the order of the page."""
 SEPARATE = ("regressions",)
-"""Whose data are never moved aside."""
+"""Benchmarks whose data are never moved aside."""
 
 
 @contextmanager
 def inside(folder: Path) -> Iterator[None]:
-    """Let modules of a room be imported by their plain names, and forget them again: rooms use the same names."""
+    """Import modules of a benchmark by their plain names, and unload them again: benchmarks use the same names."""
     names = {p.stem for at in (folder, HERE) for p in at.glob("*.py")}
     names |= {p.name for p in folder.iterdir() if p.is_dir()}
 
@@ -110,14 +110,14 @@ def _summary(room: Room) -> ModuleType:
 
 
 def said(room: Room, folder: Path | None = None) -> tuple[str, str]:
-    """Return title and text of what the data of a room say in short, the data being in its own or another folder."""
+    """Return title and text of a benchmark's summary, from the data in its own or another folder."""
     with inside(room.folder):
         summary = _summary(room)
         return summary.TITLE, summary.text(folder or room.folder)
 
 
 def minutes_by_data(room: Room) -> float:
-    """Return how long a room takes by what its data say their runs took; NaN if there are none."""
+    """Return the minutes of a benchmark, from the times in its data; NaN if there are none."""
     with inside(room.folder):
         try:
             return float(_summary(room).minutes(room.folder))
@@ -126,12 +126,12 @@ def minutes_by_data(room: Room) -> float:
 
 
 def fingerprint(room: Room) -> str:
-    """Return what tells whether the data of a room are still the same."""
+    """Return a hash of the data of a benchmark."""
     found = hashlib.sha256()
     for name in room.data:
         place = room.folder / name
         if place.is_file():
             found.update(name.encode() + place.read_bytes())
-        for file in sorted(place.rglob("*")):  # of a folder: none if it is a file
+        for file in sorted(place.rglob("*")):  # files of a folder; none if it is a file
             found.update(f"{file}, {file.stat().st_size}, {file.stat().st_mtime_ns}".encode())
     return found.hexdigest()

@@ -4,10 +4,10 @@
     python studies/benchmarks/run.py --quick [--rooms NAME ...]
     python studies/benchmarks/run.py --from-data
 
-Each room is measured by its own command in a process of its own. A call that was stopped (Ctrl-C) goes on where it was;
-``--anew`` moves what data there are aside first (``aside/``), so that all are of one run. What was measured when, with
-which version and on which machine is noted in ``measured.csv``. ``--quick`` runs the small form of each room and leaves
-all data alone; ``--from-data`` only writes RESULTS.md. Times are worth most on a machine with nothing else to do.
+Each benchmark runs by its own command in a separate process. The same call resumes an interrupted one (Ctrl-C);
+``--anew`` first moves existing data aside (``aside/``), so that all are of one run. ``measured.csv`` records date,
+version and machine. ``--quick`` runs the small form of each benchmark and does not change data; ``--from-data`` only
+writes RESULTS.md. Times are most reliable on an otherwise idle machine.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ from pages import machine  # noqa: E402
 from rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint, minutes_by_data  # noqa: E402
 
 PATIENCE = {signal.SIGINT: 30.0, signal.SIGTERM: 10.0, signal.SIGKILL: 10.0}
-"""How a room is asked to end, and how long it may take to (s)."""
+"""Signals that end a benchmark, and the time limit of each (s)."""
 
 
 def say(words: str) -> None:
-    """Print at once: what rooms print comes in between."""
+    """Print at once, because benchmarks print, too."""
     print(words, flush=True)
 
 
 def costs(rooms: Sequence[Room]) -> None:
-    """Say how long the rooms take."""
+    """Print the expected time of the benchmarks."""
     kept, total, unknown = notes.read(), 0.0, 0
     for room in rooms:
         if notes.whole(kept, room.name):
             minutes, by = float(kept.loc[kept["room"] == room.name, "minutes"].sum()), "when last measured"
         else:
-            minutes, by = minutes_by_data(room), "at least, by what its data say their runs took"
+            minutes, by = minutes_by_data(room), "at least, by the times in its data"
         if minutes == minutes:
             total += minutes
             say(f"  {room.name:16}{minutes:6.0f} min {by}")
@@ -60,7 +60,7 @@ def costs(rooms: Sequence[Room]) -> None:
 
 
 def command(arguments: Sequence[str]) -> int:
-    """Run a command of ours to its end; if this is interrupted, so is that, and all that it started."""
+    """Run a command to its end; an interruption ends it with all of its child processes."""
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"}
     child = subprocess.Popen(
@@ -74,7 +74,7 @@ def command(arguments: Sequence[str]) -> int:
 
 
 def end(child: subprocess.Popen[bytes]) -> None:
-    """End a process and its children, gently first."""
+    """End a process and its children, first by an interrupt."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # once is enough
     for kind, seconds in PATIENCE.items():
         try:
@@ -87,7 +87,7 @@ def end(child: subprocess.Popen[bytes]) -> None:
 
 
 def move_aside(rooms: Sequence[Room], folder: Path) -> None:
-    """Move data of rooms into a folder."""
+    """Move data of benchmarks into a folder."""
     for room in rooms:
         for name in () if room.name in SEPARATE else room.data:
             file = room.folder / name
@@ -97,7 +97,7 @@ def move_aside(rooms: Sequence[Room], folder: Path) -> None:
 
 
 def measure(room: Room) -> int:
-    """Measure a room and note it; return the code with which its command ended."""
+    """Run a benchmark and record it; return the exit code of its command."""
     say(f"== {room.name}: {results.command_of(room)}")
     goes_on = bool(room.goes_on) and (room.folder / room.goes_on).exists()
     before, began, what, ended = fingerprint(room), time.perf_counter(), notes.version(), "stopped"
@@ -118,7 +118,7 @@ def measure(room: Room) -> int:
 
 
 def quick(room: Room) -> int:
-    """Run the small form of a room, which keeps nothing."""
+    """Run the small form of a benchmark, which stores nothing."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = [part.format(folder) for part in room.quick]
         say(f"== {room.name}, small form: python {' '.join(arguments)}")
@@ -137,15 +137,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help=f"of {', '.join(ROOMS)} (all)",
     )
     how = parser.add_mutually_exclusive_group()
-    how.add_argument("--anew", action="store_true", help="move what data there are aside first")
-    how.add_argument("--quick", action="store_true", help="the small form of each room; leaves all data alone")
+    how.add_argument("--anew", action="store_true", help="first move existing data aside")
+    how.add_argument("--quick", action="store_true", help="the small form of each benchmark; does not change data")
     how.add_argument("--from-data", action="store_true", help="measure nothing; only write RESULTS.md")
     options = parser.parse_args(arguments)
     rooms = [ROOMS[name] for name in ROOMS if name in options.rooms]
     if options.from_data:
         results.write()
         return 0
-    for kind in (signal.SIGINT, signal.SIGTERM):  # also where a shell has us in the background, deaf to the first
+    for kind in (
+        signal.SIGINT,
+        signal.SIGTERM,
+    ):  # also where a shell runs this in the background, which ignores the first signal
         signal.signal(kind, signal.default_int_handler)
     if not options.quick:
         costs(rooms)
@@ -154,7 +157,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         codes = {room.name: quick(room) if options.quick else measure(room) for room in rooms}
     except KeyboardInterrupt:
-        goes_on = "" if options.quick else "; the same command goes on" + ", without --anew" * options.anew
+        goes_on = "" if options.quick else "; the same command resumes" + ", without --anew" * options.anew
         say(f"stopped{goes_on}")
         return 130
     if not options.quick:

@@ -87,7 +87,7 @@ def alone(run: DampedTimeStepping) -> tuple[Callable[[int], object], Callable[[i
 
 
 def peak() -> float:
-    """Return the most memory this process has held so far (MB)."""
+    """Return the peak memory of this process (MB)."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 

@@ -1,4 +1,4 @@
-"""What grows, in which walls, how far: the cases of the study."""
+"""The cases of the study: the quantity that grows, its walls and sizes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ DATA = Path(__file__).resolve().parents[3] / "data"
 ALIKE = 200
 """Blocks of the wall of which contacts, zones or increments grow."""
 INCREMENTS = {"quasi_static": 20, "explicit": 4}
-"""Of the movement, unless these grow."""
+"""Increments of the movement, unless these grow."""
 PATIENCE = 1_000_000
-"""Cycles that the explicit solver may take for one increment: large walls need more than the default."""
+"""Limit of the explicit solver's cycles in an increment: large walls need more than the default."""
 AS_MANY = 0.075
-"""Size of cells (m) with which both solvers have as many zones in a brick, 16: the default of the quasi-static one."""
+"""Size of cells (m) with which both solvers have 16 zones in a brick, the default of the quasi-static one."""
 WEAK = BlockMaterial(cohesion=0.15e6, friction=0.75, tensile_strength=0.1e6)
 """Bricks of which some zones yield when a wall without a dpc dishes as far as the test."""
 
@@ -28,11 +28,11 @@ class Case(NamedTuple):
     Attributes
     ----------
     grows : str
-        What grows along the curve: see ``GROWING``.
+        Quantity that grows along the curve: see ``GROWING``.
     curve : str
-        Which of the curves: walls and solver.
+        Name of the curve: walls and solver.
     size : float
-        How much of it is asked for.
+        Size of the quantity.
     """
 
     grows: str
@@ -101,7 +101,7 @@ GROWING: dict[str, dict[str, Curve]] = {
         "walls made up": Curve("", True, False, (1e3, 1e4, 1e5, 1e6)),
     },
 }
-"""Curves, by what grows along them."""
+"""Curves, by the quantity that grows along them."""
 QUICK = [
     Case("blocks", "quasi-static, dpc", 30),
     Case("blocks", "quasi-static, dpc", 60),
@@ -110,7 +110,7 @@ QUICK = [
     Case("contacts", "quasi-static, no dpc", 4),
     Case("samples", "walls made up", 200),
 ]
-"""A few small ones."""
+"""Cases of the quick form."""
 
 
 def all_cases(grows: list[str] | None = None) -> list[list[Case]]:
@@ -124,24 +124,24 @@ def all_cases(grows: list[str] | None = None) -> list[list[Case]]:
 
 
 def curve_of(case: Case) -> Curve:
-    """Return the curve that a case lies on."""
+    """Return the curve of a case."""
     return GROWING[case.grows][case.curve]
 
 
 def scene_of(case: Case, blocks: int | None = None) -> Scene:
-    """Return the wall of a case, or the same of other size."""
+    """Return the wall of a case, or the same wall of another size."""
     curve = curve_of(case)
     method: Any = curve.method
     settings = Solver(
         method=method,
         blocks="deformable" if curve.zoned else "rigid",
         maximum_cycles=PATIENCE,
-        # walls whose joints differ are not symmetric: what a whole wall costs is what counts
+        # walls whose joints differ are not symmetric: the time of a whole wall matters
         symmetric_half=False,
     )
     increments = INCREMENTS[method]
     if curve.only_weight:
-        settings = replace(settings, ramp_cycles=1)  # else the time over which it is brought on would be all there is
+        settings = replace(settings, ramp_cycles=1)  # otherwise the ramp would dominate the time
     if case.grows == "contacts":
         settings = replace(settings, contacts_per_interface=int(case.size))
     elif case.grows == "blocks" and curve.zoned:
@@ -156,7 +156,7 @@ def scene_of(case: Case, blocks: int | None = None) -> Scene:
 
 
 def test_wall(blocks: int, dpc: bool) -> Scene:
-    """Return the test wall made of about so many bricks, at the deflection ratio of the test."""
+    """Return the test wall with about this number of bricks, at the deflection ratio of the test."""
     test = Scene.from_toml(DATA / "bryant_dishing.toml")
     brick, course = test.wall.block_length, test.wall.block_height
     factor = math.sqrt(blocks / 816)
@@ -168,5 +168,5 @@ def test_wall(blocks: int, dpc: bool) -> Scene:
         wall=replace(test.wall, length=length, height=height),
         dpc=test.dpc if dpc else None,
         movement=replace(test.movement, central_deflection=scale * test.movement.central_deflection),
-        loads=Loads(roof=scale * test.loads.roof),  # the same on every metre
+        loads=Loads(roof=scale * test.loads.roof),  # the same load per metre
     )

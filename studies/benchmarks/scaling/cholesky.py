@@ -1,4 +1,4 @@
-"""A measure to compare with: one banded Cholesky factorisation of the elastic stiffness of the same wall."""
+"""Reference time: one banded Cholesky factorisation of the elastic stiffness of the same wall."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 ENOUGH, REPEATS = 3.0, 25
-"""It is timed 25 times (the median counts), but not again once it took 3 s in all."""
+"""It is timed 25 times or for 3 s in all, whichever is shorter; the median counts."""
 BAND_LIMIT = 4e9
-"""Bytes that the band may take."""
+"""Largest size of the band in bytes."""
 PRECISE = 1e-6
-"""Residual over the load, at most: it must be a factor of what it was meant to be."""
+"""Largest relative residual: a check of the factorisation."""
 
 
 @one_blas_thread()
@@ -57,7 +57,7 @@ def factorise(model: Model) -> dict[str, Any]:
 
 
 def bandwidth(matrix: sparse.csr_array, order: np.ndarray) -> int:
-    """Return how far from the diagonal the entries of a symmetric matrix lie, its rows and columns in an order."""
+    """Return the bandwidth of a symmetric matrix under a permutation."""
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
     entries = matrix.tocoo()

@@ -1,4 +1,4 @@
-"""One case in a process of its own: what it takes, as it becomes known, a line of JSON each time."""
+"""One case in a separate process: its measurements, each printed as a line of JSON."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
 
 ENOUGH, REPEATS = 3.0, 5
-"""A path is timed 5 times (the median counts), but not again once it took 3 s in all."""
+"""A path is timed 5 times or for 3 s in all, whichever is shorter; the median counts."""
 SMALL = 30
 """Blocks of the wall on which compiled code is loaded."""
 
@@ -32,7 +32,7 @@ Say = Callable[..., None]
 
 
 def measure(case: Case, say: Say) -> None:
-    """Solve a case; say what is known as it becomes known."""
+    """Solve a case; report each measurement at once."""
     if case.grows == "samples":
         import samples
 
@@ -70,7 +70,7 @@ def measure(case: Case, say: Say) -> None:
 
 
 def path_of(model: Model, scene: Scene, curve: Curve, increments: int) -> Iterator[Increment]:
-    """Return the increments of a wall; or only its way to rest under dead load."""
+    """Return the increments of a wall; or only its equilibrium under dead load."""
     if not curve.only_weight:
         return solve_path(model, scene.solver, increments)
     from damagepred.solvers.explicit.stepper import explicit_path
@@ -79,7 +79,7 @@ def path_of(model: Model, scene: Scene, curve: Curve, increments: int) -> Iterat
 
 
 def follow(path: Iterator[Increment], row: dict[str, Any], say: Say | None = None) -> None:
-    """Follow a path without keeping it; count the work in ``row``."""
+    """Follow a path without storing it; count the work in ``row``."""
     row.update(iterations=0, events=0, factorisations=0, reached=-1, end="complete")
     try:
         for step in path:
@@ -99,7 +99,7 @@ def follow(path: Iterator[Increment], row: dict[str, Any], say: Say | None = Non
 
 
 def memory_now() -> float:
-    """Forget the most memory so far, where the system can; return what the process holds (MB)."""
+    """Reset the peak memory, where the system can; return the memory of the process (MB)."""
     try:
         Path("/proc/self/clear_refs").write_text("5")
         return _status("VmRSS")
@@ -108,7 +108,7 @@ def memory_now() -> float:
 
 
 def memory_peak() -> float:
-    """Return the most memory this process has held since ``memory_now`` (MB)."""
+    """Return the peak memory of this process since ``memory_now`` (MB)."""
     try:
         return _status("VmHWM")
     except OSError:
@@ -121,13 +121,13 @@ def _status(name: str) -> float:
 
 
 def say_line(**known: Any) -> None:
-    """Print what is known."""
+    """Print a measurement."""
     print(json.dumps(known, default=float), flush=True)
 
 
 def alone(case: Case, limit: float) -> None:
-    """Measure in this process, which ends once it has taken so much time of the processor (s)."""
-    # not by RLIMIT_CPU, nor a timer of the system: with these some systems tell the time in steps of 10 ms
+    """Measure in this process, which ends after a limit of processor time (s)."""
+    # not by RLIMIT_CPU or a system timer: with these some systems have a clock resolution of 10 ms
     Thread(target=_end_after, args=(limit,), daemon=True).start()
     measure(case, say_line)
 

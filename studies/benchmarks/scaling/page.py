@@ -18,11 +18,11 @@ from damagepred.plotting.sheet import DPI, new_figure, set_title
 
 FINE = ("complete", "collapsed")
 FITTED_FROM = {"blocks": 400, "contacts": 0, "zones": 0, "increments": 20, "samples": 256}
-"""From where on exponents are fitted: below, what every path costs besides shows."""
+"""Sizes from which exponents are fitted: below, fixed costs of a path matter."""
 AXIS = {"blocks": "blocks", "contacts": "contacts", "zones": "zones", "increments": "increments", "samples": "samples"}
-"""Column of what grows."""
+"""Column of the size."""
 NOT_MORE = 2.0
-"""Memory (MB) below which none is fitted: a process has some to spare."""
+"""Memory (MB) below which no exponent is fitted: a process has a reserve."""
 
 
 class Power(NamedTuple):
@@ -35,7 +35,7 @@ class Power(NamedTuple):
 
 
 def medians(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each case that was solved: medians over rounds, with what follows from them."""
+    """Return one row for each solved case: medians over rounds, and quantities derived from them."""
     fine = rows[rows["end"].isin(FINE)].reindex(columns=_columns(rows))
     keys = ["grows", "curve", "size"]
     numbers = [c for c in fine.columns if c not in (*keys, "end", "message", "round", "limit")]
@@ -51,7 +51,7 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _columns(rows: pd.DataFrame) -> list[str]:
-    """Return the columns, also those that a quick form does not fill."""
+    """Return the columns, also those that the quick form leaves empty."""
     wanted = (
         "memory",
         "memory_before",
@@ -78,7 +78,7 @@ def _columns(rows: pd.DataFrame) -> list[str]:
 
 
 def power(own: pd.DataFrame, column: str, least: float = 0.0) -> Power | None:
-    """Return how a column grows along a curve; None if it is not known at two sizes."""
+    """Return the exponent of a column along a curve; None if it is not known at two sizes."""
     what = own["grows"].iloc[0]
     known = own[own[column] > least]
     part = known[known["at"] >= FITTED_FROM[what]]
@@ -93,7 +93,7 @@ def power(own: pd.DataFrame, column: str, least: float = 0.0) -> Power | None:
 
 
 def exponents(found: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each curve: the exponents of time and memory, and what the former is made of."""
+    """Return a row for each curve: the exponents of time and its factors, and of memory."""
     lines: list[dict[str, Any]] = []
     for (what, curve), own in found.groupby(["grows", "curve"], sort=False):
         powers = {
@@ -123,7 +123,7 @@ def _two(power: Power | None) -> str:
 
 
 def points(found: pd.DataFrame, what: str) -> pd.DataFrame:
-    """Return a row for each case in which something grows."""
+    """Return a row for each case of a growing quantity."""
     own = found[found["grows"] == what]
     if what == "samples":
         return pd.DataFrame(
@@ -165,7 +165,7 @@ def _whole(values: pd.Series) -> list[str]:
 
 
 def left_out(rows: pd.DataFrame) -> list[str]:
-    """Return what did not come to its end, in words."""
+    """Return the cases that did not end regularly, in words."""
     lines = []
     for _, row in rows[~rows["end"].isin(FINE)].drop_duplicates(["grows", "curve", "size"]).iterrows():
         reached = row.get("reached", math.nan)
@@ -177,10 +177,10 @@ def left_out(rows: pd.DataFrame) -> list[str]:
 
 
 def text(rows: pd.DataFrame, found: pd.DataFrame) -> str:
-    """Return what goes into the page."""
+    """Return the text of the page between its marks."""
     parts = [
         f"Machine: {machine()}. Each case ran {int(rows['round'].max())} times at most.",
-        "Exponents: time, steps and memory grow as what grows to the power of",
+        "Exponents p: time, steps and memory grow as size^p:",
         markdown(exponents(found)),
     ]
     same = f", {ALIKE} blocks"
@@ -206,7 +206,7 @@ COLOURS = {"dpc": "tab:blue", "no dpc": "tab:red", "own weight": "tab:green"}
 
 
 def look(curve: str) -> dict[str, Any]:
-    """Return how a curve is drawn: colour by wall, line by solver, marker by blocks."""
+    """Return the style of a curve: colour by wall, line by solver, marker by blocks."""
     wall = next((w for w in ("no dpc", "own weight", "dpc") if w in curve), "dpc")
     zoned = "deformable" in curve
     return {
@@ -220,7 +220,7 @@ def look(curve: str) -> dict[str, Any]:
 
 
 def lines(ax: Axes, found: pd.DataFrame, what: str, column: str, only: str = "", least: float = 0.0) -> None:
-    """Draw a column over what grows, with its exponent in the legend."""
+    """Draw a column over the size, with its exponent in the legend."""
     for curve, own in found[(found["grows"] == what) & found["curve"].str.contains(only)].groupby("curve", sort=False):
         own = own[own[column] > least].sort_values("at")
         if own.empty:

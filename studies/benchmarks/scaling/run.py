@@ -1,12 +1,12 @@
-"""What a path and a study cost as they grow: time and memory over blocks, contacts, zones, increments and samples.
+"""Growth of time and memory of a path and a study with blocks, contacts, zones, increments and samples.
 
     python studies/benchmarks/scaling/run.py [--grows blocks ...] [--rounds 1] [--limit 200] [--budget 3000]
     python studies/benchmarks/scaling/run.py --from-data
 
-Each case is run in a process of its own that ends after ``--limit`` seconds of the processor; what is larger than one
-that took too long is not tried, and both are listed. Every run is a row of ``data.csv``, written at once: the same
-command goes on where it was stopped, and ``--rounds 2`` runs every case once more, after all others, so that medians
-are taken over different times of day. Page and pictures are made from the data, by ``--from-data`` alone.
+Each case runs in a separate process that ends after ``--limit`` seconds of processor time. Cases larger than one that
+exceeded the limit are not run, and both are listed. Every run is a row of ``data.csv``, written at once: the same
+command resumes an interrupted one. ``--rounds 2`` runs every case once more, after all others, so that medians are over
+different times of day. ``--from-data`` only writes page and pictures.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from one import alone  # noqa: E402
 from pages import keep_rows, kept_rows  # noqa: E402
 
 LIMIT = 200.0
-"""Seconds of the processor that a case may take."""
+"""Limit of processor time of a case (s)."""
 FINE = ("complete", "collapsed")
 Row = dict[str, Any]
 
 
 def run_one(case: Case, limit: float) -> Row:
-    """Run a case in a process of its own; return all that came out within the limit (s)."""
+    """Run a case in a separate process; return its measurements within the limit (s)."""
     command = [sys.executable, str(HERE / "run.py"), "--one", *map(str, case), "--limit", str(limit)]
     began = time.perf_counter()
     done = subprocess.run(command, capture_output=True, check=False)
@@ -55,7 +55,7 @@ def run_one(case: Case, limit: float) -> Row:
 
 
 def run_all(curves: list[list[Case]], data: Path, rounds: int, limit: float, budget: float) -> bool:
-    """Run what is not in the data yet, small cases of all curves first; tell whether all was done within the budget."""
+    """Run cases that are not in the data, small ones first; return whether all were done within the budget."""
     began, rows = time.perf_counter(), kept_rows(data)
     for number in range(1, rounds + 1):
         done = {(r["grows"], r["curve"], r["size"]) for r in rows if r["round"] == number}
@@ -71,7 +71,7 @@ def run_all(curves: list[list[Case]], data: Path, rounds: int, limit: float, bud
                     return False
                 row: Row = case._asdict()
                 if case[:2] in stopped:
-                    row |= {"end": "not run", "message": "a smaller one took too long"}
+                    row |= {"end": "not run", "message": "a smaller case took too long"}
                 else:
                     row = run_one(case, limit)
                     if row["end"] not in FINE:
@@ -84,14 +84,14 @@ def run_all(curves: list[list[Case]], data: Path, rounds: int, limit: float, bud
 
 
 def main() -> int:
-    """Run cases, and make page and pictures; or run one case."""
+    """Run cases, and write page and pictures; or run one case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--grows", nargs="+", choices=tuple(GROWING), help="what is to grow (all)")
+    parser.add_argument("--grows", nargs="+", choices=tuple(GROWING), help="quantities that grow (all)")
     parser.add_argument("--rounds", type=int, default=1, help="runs of each case (1)")
     parser.add_argument("--limit", type=float, default=LIMIT, help="processor time of a case (200 s)")
-    parser.add_argument("--budget", type=float, default=1e6, help="begin no case after so many seconds")
+    parser.add_argument("--budget", type=float, default=1e6, help="start no case after this time (s)")
     parser.add_argument("--quick", action="store_true", help="a few small cases")
-    parser.add_argument("--from-data", action="store_true", help="run nothing; make page and pictures again")
+    parser.add_argument("--from-data", action="store_true", help="run nothing; write page and pictures")
     parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and pictures")
     parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -105,7 +105,7 @@ def main() -> int:
         curves = [[case] for case in QUICK] if options.quick else all_cases(options.grows)
         print(f"{sum(map(len, curves))} cases, {options.rounds} times; hours if all of them", file=sys.stderr)
         if not run_all(curves, data, options.rounds, options.limit, options.budget):
-            print("the budget is spent; the same command goes on", file=sys.stderr)
+            print("the budget is spent; the same command resumes", file=sys.stderr)
     from page import write
 
     write(pd.read_csv(data), options.output)

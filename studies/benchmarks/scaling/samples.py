@@ -1,4 +1,4 @@
-"""What a study takes as its walls become more: small ones that are solved, and made-up ones that are only read."""
+"""Time and memory of a study with more walls: small walls that are solved, and synthetic ones that are read."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from damagepred.study.settings import StudySettings
 
 STUDIES = Path(__file__).resolve().parents[2]
 FIRST = 4
-"""Walls that load compiled code and libraries before."""
+"""Walls for the first loading of compiled code and libraries."""
 
 
 def measure(case: Case, say: Say) -> None:
-    """Run a study of so many walls, or make up so many; say what it took."""
+    """Run a study of a number of walls, solved or synthetic; report its time and memory."""
     {"small walls solved": solved, "walls made up": made_up}[case.curve](int(case.size), say)
 
 
@@ -33,7 +33,7 @@ def small_walls() -> StudySettings:
     settings = StudySettings.from_toml(STUDIES / "durability" / "small.toml")
     scene = settings.scene
     wall = replace(scene.wall, length=0.96, height=0.45)
-    # the same weight above a joint and the same angle at the ends, so that these walls crack as the larger do
+    # the same weight above a joint and the same rotation of the ends, so that these walls crack like the larger ones
     scene = replace(scene, wall=wall, loads=replace(scene.loads, roof=4e3 / 3))
     return replace(settings, scene=scene)
 
@@ -61,7 +61,7 @@ def solved(walls: int, say: Say) -> None:
 
 
 def made_up(walls: int, say: Say) -> None:
-    """Judge made-up walls again and fit curves to them."""
+    """Judge synthetic walls again and fit curves to them."""
     sys.path.insert(0, str(STUDIES / "benchmarks"))
     from million_walls import archive
 
@@ -73,7 +73,7 @@ def made_up(walls: int, say: Say) -> None:
 
 
 def read(ds: Any, say: Say) -> float:
-    """Judge a study by another table, and fit curves with bands to it; return the time that it took (s)."""
+    """Judge a study by another table, and fit curves with bands to it; return the time (s)."""
     began = time.process_time()
     judged = judge_again(ds, table="bre251")
     then = time.process_time()

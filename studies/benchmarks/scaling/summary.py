@@ -1,4 +1,4 @@
-"""What this room says in short."""
+"""Summary of this benchmark for RESULTS.md."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import pandas as pd
 from page import exponents, left_out, medians
 from pages import markdown
 
-TITLE = "What larger walls and studies cost"
+TITLE = "Growth of time and memory with the size of walls and studies"
 
 
 def text(folder: Path) -> str:
-    """Return the exponents of time and memory, and what was not solved."""
+    """Return the exponents of time and memory, and the cases that were not solved."""
     rows = pd.read_csv(folder / "data.csv")
     missing = left_out(rows)
     return "\n\n".join(
         (
-            "Time, steps and memory grow as what grows to the power of:",
+            "Exponents p: time, steps and memory grow as size^p:",
             markdown(exponents(medians(rows)).drop(columns=["time of a step"])),
             "Not solved:",
             "\n".join(missing) if missing else "- none of those tried",
@@ -26,5 +26,5 @@ def text(folder: Path) -> str:
 
 
 def minutes(folder: Path) -> float:
-    """Return what the processes of all cases took."""
+    """Return the minutes of all cases."""
     return float(pd.read_csv(folder / "data.csv")["clock"].sum()) / 60

@@ -2,9 +2,9 @@
 
     python studies/benchmarks/stress/run.py [--family NAME] [--way NAME] [--fresh] [--from-data] [-j N]
 
-Every case is solved in a process of its own, within ``--limit`` seconds. What is done is kept in ``cases.csv`` and not
-done again, unless with ``--fresh``; the same command goes on where it was stopped. ``--quick`` takes every twentieth
-case and keeps nothing; ``--from-data`` makes the page from what is kept.
+Every case is solved in a separate process, within ``--limit`` seconds. Finished cases are stored in ``cases.csv`` and
+not repeated, unless with ``--fresh``: the same command resumes an interrupted run. ``--quick`` runs every twentieth
+case and stores nothing; ``--from-data`` writes the page from the stored rows.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def main() -> int:
     if not options.from_data:
         if options.fresh:
             options.csv.unlink(missing_ok=True)
-        if options.fresh or not MACHINE.exists():  # which is written last
+        if options.fresh or not MACHINE.exists():  # the machine is written last
             time_steps()
             MACHINE.write_text(machine() + "\n", encoding="utf-8")
         print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)

@@ -52,7 +52,7 @@ def draw(scene: str, what: str, lines: pd.DataFrame, path: Path) -> None:
     Parameters
     ----------
     scene, what : str
-        Its name, and what it is.
+        Its name and description.
     lines : DataFrame
         Of ``errors.with_errors``, of this wall.
     path : Path

@@ -1,4 +1,4 @@
-"""Errors of every choice against a reference, whose own error is told; observed orders; the edge of a diagram."""
+"""Errors of every choice against a reference of known error; observed orders; the Pareto front of a diagram."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MODELS = [
     ("zones", "default size, Lobatto 5"),
     ("zones", "default size"),
 ]
-"""References, the best first; the next two tell the error of the first that there is."""
+"""References, the best first; the next two give the error of the first available one."""
 SEQUENCES = {
     "zone size, Lobatto 7 and 3": [("zones", "60 mm"), ("zones", "40 mm"), (FINEST, "30 mm, Lobatto 7")],
     "increments": [("increments", "40"), ("increments", "80"), (SOLID, "160 increments"), (SOLID, "320 increments")],
@@ -67,14 +67,14 @@ FINE_ENOUGH = 0.01
 
 
 class Reference(NamedTuple):
-    """What errors are taken against.
+    """A reference.
 
     Attributes
     ----------
     axis, value : str
-        Which choice it is.
+        Its choice.
     floor : dict
-        Its own error by quantity: how much the next coarser ones differ from it at most.
+        Its error by quantity: the largest difference to the next coarser references.
     """
 
     axis: str
@@ -97,14 +97,14 @@ def values_of(row: pd.Series, quantity: str) -> FloatArray:
 
 
 def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
-    """Return by how much a path differs from a reference, as a share of its largest value; NaN where neither has it.
+    """Return the error of a path against a reference, as a share of its largest value; NaN where neither has it.
 
-    Neither has a quantity of which both stay below ``LEAST``: a wall without a crack tells nothing of crack widths.
-    Of a crack that only one of them has the difference is all of it.
+    Neither has a quantity of which both stay below ``LEAST``: a wall without a crack has no crack width. If only one of
+    them has a crack, the difference is its width.
     """
     a, b = values_of(one, quantity), values_of(other, quantity)
     if quantity == "first_crack" and np.isnan(a[-1]) != np.isnan(b[-1]):
-        in_time = str(one["axis"]).startswith("in time")  # which keeps no record of when bonds broke
+        in_time = str(one["axis"]).startswith("in time")  # runs in time do not record when bonds broke
         return float("nan") if in_time else 1.0
     both = np.isfinite(a) & np.isfinite(b)
     if not both.any():
@@ -116,7 +116,7 @@ def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
 
 
 def solved(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the paths that came to their end."""
+    """Return the complete paths."""
     return rows[rows["status"] == "complete"]
 
 
@@ -174,7 +174,7 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def edge(lines: pd.DataFrame, error: str) -> pd.DataFrame:
-    """Return the choices that no other beats in both time and error, the fastest first.
+    """Return the Pareto front of time and error, the fastest choice first.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def edge(lines: pd.DataFrame, error: str) -> pd.DataFrame:
 
 
 def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:
-    """Return for each wall and choice its largest error over the quantities that can be told to a limit.
+    """Return for each wall and choice its largest error over the quantities whose reference is accurate enough.
 
     Quantities of which the reference itself is uncertain by more than the limit are left out.
     """
@@ -204,7 +204,7 @@ def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.Dat
 
 
 def orders(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return observed orders of convergence: for each wall, refinement and quantity, where three steps shrink.
+    """Return observed orders of convergence: for each wall, refinement and quantity, where three differences decrease.
 
     With values f_1, f_2, f_3 at sizes h_1 > h_2 > h_3 the order p solves
     (f_1 - f_2)/(f_2 - f_3) = (h_1^p - h_2^p)/(h_2^p - h_3^p).

@@ -19,7 +19,7 @@ from damagepred.scene.accuracy import PRESETS
 
 HERE = Path(__file__).resolve().parent
 NO_ERROR = 1e-4
-"""Share of a value below which errors count as none."""
+"""Share of a value below which errors count as zero."""
 
 
 def percent(value: float) -> str:
@@ -73,9 +73,9 @@ def cheapest(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.
 
 
 def on_edge(front: pd.DataFrame, line: pd.Series, error: str) -> bool:
-    """Whether nothing is both faster by a quarter, beyond the noise of times, and as accurate or better.
+    """Return whether no choice is faster by a quarter, beyond the noise of times, and as accurate or better.
 
-    Errors below 0.01 % count as none.
+    Errors below 0.01 % count as zero.
     """
     better = front[(front["seconds"] < 0.75 * line["seconds"]) & (front[error] <= max(line[error], NO_ERROR))]
     return not len(better)
@@ -231,8 +231,8 @@ STATICALLY_DETERMINATE = ("base_reaction",)
 def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
     """Return the errors of the presets against the finest model, and their times over those of the default.
 
-    Left out is what tells nothing about a preset: quantities on which the finest models do not agree to ``TOLD``, which
-    a wall does not have (no crack, and so no width and no category), or which follow from the weights alone.
+    Left out are quantities on which the finest models do not agree to ``TOLD``, quantities that a wall does not have
+    (no crack, and so no width and no category), and those that follow from the weights alone.
     """
     known, rows = scenes(), []
     for method in ("quasi_static", "explicit"):

@@ -1,4 +1,4 @@
-"""What is read off a path: at a quarter, a half, three quarters and all of the movement."""
+"""Quantities of a path at a quarter, a half, three quarters and all of the movement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Of the movement, at which a path is read; runs in time are read at its end alone."""
+"""Shares of the movement at which quantities are taken; runs in time have the last only."""
 READ = {
     "dpc_opening": "dpc_opening_max",
     "separation_length": "dpc_separation_length",
@@ -20,7 +20,7 @@ READ = {
 }
 """Quantities that are variables of the path."""
 MORTAR = (0, 1)
-"""Kinds of contact in which cracks are: bed and head joints."""
+"""Kinds of contact that crack: bed joints and perpends."""
 QUANTITIES = {
     "dpc_opening": "opening of the dpc",
     "separation_length": "separation length of the dpc",
@@ -76,10 +76,11 @@ def first_crack(ds: xr.Dataset) -> float:
 
 
 def block_stresses(ds: xr.Dataset, model: Model) -> tuple[FloatArray, FloatArray]:
-    """Return the largest mean stress of a block along the wall, and the largest upright pressure, by increment (Pa).
+    """Return the largest mean stress of a block along the wall, and the largest vertical pressure, by increment (Pa).
 
-    The mean stress of a block follows from the forces on its rim, whether it is rigid or deformable: the integral of
-    position times traction over its rim, over its volume. The top course, which carries the roof, is left out.
+    The mean stress of a block follows from the forces on its edges, for rigid and deformable blocks: the integral of
+    position times traction over its boundary, divided by its volume. The top course, which carries the roof, is left
+    out.
     """
     face, blocks = model.interfaces, model.blocks
     shape = face.contact_area.shape

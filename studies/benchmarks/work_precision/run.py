@@ -1,12 +1,12 @@
-"""Error over time of every choice there is in how a wall is solved.
+"""Error over time of every choice of `[solver]`.
 
     python studies/benchmarks/work_precision/run.py [--scenes NAME ...] [--seconds 270] [--limit 60]
     python studies/benchmarks/work_precision/run.py --from-data
     python studies/benchmarks/work_precision/run.py --quick
 
-Each wall is solved in each way in a process of its own, with a limit of processor time, and noted in data.csv at once:
-the same command goes on where it ended. ``--from-data`` makes page and pictures from data.csv alone. ``--quick`` solves
-the smallest wall in a few ways, in seconds, and prints their errors.
+Each wall is solved with each choice in a separate process, with a limit of processor time, and written to data.csv at
+once: the same command resumes. ``--from-data`` writes page and pictures from data.csv alone. ``--quick`` solves the
+smallest wall with a few choices, in seconds, and prints their errors.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ COLUMNS = ["scene", "axis", "value", "status", "seconds", "build_seconds", "bloc
 COLUMNS += [f"{name}@{share:g}" for name in QUANTITIES for share in SHARES]
 QUICK = ["default", "same model", "increments", "explicit"]
 REPEATS, SHORT = 5, 1.0
-"""A path that takes less (s) is solved so many times, and the least time counts."""
+"""A path that takes less than this (s) is solved ``REPEATS`` times, and the shortest time counts."""
 
 
 def measured(scene: Scene) -> dict[str, Any]:
-    """Solve a wall; return what it took and what is read off it."""
+    """Solve a wall; return its time and quantities."""
     began = time.process_time()
     model = model_of(scene)
     built = time.process_time() - began
@@ -74,7 +74,7 @@ def _in_child(scene: Scene, limit: float, pipe: Any) -> None:
 
 
 def in_process(scene: Scene, limit: float) -> dict[str, Any]:
-    """Solve a wall in a process of its own, which has kernels loaded; after ``limit`` seconds it is given up."""
+    """Solve a wall in a separate process with kernels loaded; it is terminated after ``limit`` seconds."""
     here, there = multiprocessing.get_context("fork").Pipe(duplex=False)
     child = multiprocessing.get_context("fork").Process(target=_in_child, args=(scene, limit, there))
     child.start()
@@ -91,7 +91,7 @@ def in_process(scene: Scene, limit: float) -> dict[str, Any]:
 
 
 def known(path: Path) -> set[tuple[str, str, str]]:
-    """Return what has been solved: wall, axis and value."""
+    """Return the solved cases: wall, axis and value."""
     if not path.exists():
         return set()
     with path.open(newline="") as file:
@@ -112,7 +112,7 @@ _READY: set[tuple[int, str, bool, bool]] = set()
 
 
 def make_ready(scene: Scene) -> None:
-    """Compile or load the kernels that a wall takes, once: some are compiled for a number of contacts."""
+    """Compile or load the kernels of a wall, once: some are compiled for a number of contacts."""
     solver = scene.solver
     rigid = solver.blocks == "rigid" and solver.below_dpc is None
     key = (solver.contacts_per_interface, solver.method, rigid, scene.joint.fracture_energy is None)
@@ -122,7 +122,7 @@ def make_ready(scene: Scene) -> None:
 
 
 def run(path: Path, names: list[str], only: list[str], seconds: float, limit: float) -> None:
-    """Solve what is not known yet, as long as there is time."""
+    """Solve the cases that are not in the data, within the time limit."""
     began = time.monotonic()
     for name in names:
         todo = [c for c in for_scene(name) if (name, c.axis, c.value) not in known(path)]
@@ -131,14 +131,14 @@ def run(path: Path, names: list[str], only: list[str], seconds: float, limit: fl
             print(f"{name}: {len(todo)} ways to go, at most {limit * len(todo):.0f} s of processor time", flush=True)
         for choice in todo:
             if time.monotonic() - began > seconds:
-                print("time is up: the same command goes on")
+                print("time is up: the same command resumes")
                 return
             solve_one(path, name, choice, limit)
     print("all is known")
 
 
 def solve_one(path: Path, name: str, choice: Choice, limit: float) -> None:
-    """Solve one wall in one way and note it."""
+    """Solve one wall with one choice and write its row."""
     scene = choice.scene(scenes()[name].scene)
     make_ready(scene)
     row = in_process(scene, limit)
@@ -147,7 +147,7 @@ def solve_one(path: Path, name: str, choice: Choice, limit: float) -> None:
 
 
 def quick() -> None:
-    """Solve the smallest wall in a few ways and print the errors."""
+    """Solve the smallest wall with a few choices and print the errors."""
     from errors import load, with_errors
 
     with tempfile.TemporaryDirectory() as folder:
@@ -173,7 +173,7 @@ def main() -> None:
         return
     if not asked.from_data:
         run(asked.data, asked.scenes, asked.axes, asked.seconds, asked.limit)
-    sys.path.append(str(HERE.parent))  # where what all benchmarks share is
+    sys.path.append(str(HERE.parent))  # the folder of the shared modules
     from page import write
 
     write(asked.data, HERE / "README.md", HERE, HERE.parents[2] / "data" / "accuracy.csv")

@@ -1,4 +1,4 @@
-"""The walls of the diagrams, each with what it stands for."""
+"""The walls of the diagrams, with their descriptions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Place(NamedTuple):
     scene : Scene
         With the default settings of ``[solver]`` and 20 increments.
     what : str
-        What it stands for.
+        Description.
     """
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""What this room says in short."""
+"""Summary of this benchmark for RESULTS.md."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pages import markdown
 from quantities import QUANTITIES
 from run import REPEATS, SHORT
 
-TITLE = "How wrong a wall is, and what it costs to be less so"
+TITLE = "Error of a wall over computing time"
 BY_WALL = "wall", "time, s"
 
 
 def text(folder: Path) -> str:
-    """Return what the default reaches, what reaches 1 % soonest, presets, and orders."""
+    """Return the accuracy of the default, the fastest choices within 1 %, presets, and orders."""
     rows = load(folder / "data.csv")
     lines = with_errors(rows)
     left = unfinished(rows)
@@ -24,17 +24,17 @@ def text(folder: Path) -> str:
         (
             "*The default, error in %*: against the same equations solved closely / against the finest model "
             "(in brackets "
-            "its own error, where it is more than 1 %; - where there is none yet).",
+            "its error, where it is more than 1 %; - where there is none).",
             markdown(both(lines)),
-            "*What reaches 1 % soonest* in all that the reference knows to 1 %.",
+            "*The fastest choice within 1 %* in all quantities whose reference is accurate to 1 %.",
             markdown(soonest(lines)),
-            "*Presets*: worst error against the finest model, in % of quantities that it knows to 1 %, x time "
+            "*Presets*: worst error against the finest model, in % of quantities that are known to 1 %, x time "
             "over that of "
             "`standard`.",
             markdown(presets(lines)),
-            "*Observed orders of convergence*, over walls and quantities whose last steps shrink.",
+            "*Observed orders of convergence*, over walls and quantities whose last differences decrease.",
             markdown(orders(rows)),
-            f"Not to its end: {len(left)} of {len(rows)} paths"
+            f"Paths that did not end regularly: {len(left)} of {len(rows)}"
             + "".join(f"; {r.wall}, {r.axis} {r.value}: {what}" for r, what in zip(left.itertuples(), left.iloc[:, -1]))
             + ".",
         )
@@ -96,7 +96,7 @@ def orders(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def minutes(folder: Path) -> float:
-    """Return what building and solving took, short paths so many times as they are repeated."""
+    """Return the minutes of building and solving, with the repetitions of short paths."""
     rows = pd.read_csv(folder / "data.csv")
     seconds = pd.to_numeric(rows["seconds"], errors="coerce").fillna(0.0)
     short = seconds < SHORT

@@ -1,6 +1,6 @@
 """Model of the time of a study by number of workers: start, serial work of the parent process, parallel work.
 
-All figures are measurements of the parts (parts.csv); none is fitted to the runs that it is checked with.
+All figures are measurements of the parts (parts.csv); none is fitted to the runs that check the model.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST
 
 
 class Costs(NamedTuple):
-    """What a study of one kind of wall is made of (s, by the clock of a machine with nothing else to do).
+    """Parts of the time of a study of one kind of wall (s, wall clock of an otherwise idle machine).
 
     Attributes
     ----------
     wall : float
-        Of a worker for each wall: drawn, assembled, solved, judged and written.
+        Of a worker for each wall: sampling, assembly, solution, judging and writing.
     start : float
         Once: program and first worker, until it takes its first wall.
     drawing : float
-        Of one process for each wall before any is solved: its inputs, and the design file.
+        Of the parent process for each wall at the start: sampling and the design file.
     parent : float
-        Of one process for each wall while others solve: handing out and noting.
+        Of the parent process for each wall: dispatch and recording.
     merging : float
-        Of one process for each wall at the end: parts put together into one file.
+        Of the parent process for each wall at the end: merging of parts into one file.
     bytes : float
         On disk for each wall, in all files.
     """
@@ -40,7 +40,7 @@ class Costs(NamedTuple):
 
 
 class Time(NamedTuple):
-    """How long a study takes (s), and what share of its workers' time they solve walls.
+    """Predicted time of a study (s), and the efficiency of its workers.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Time(NamedTuple):
     efficiency : float
         Time of all walls over time of all workers.
     bound : bool
-        Whether the process that hands out and notes is what all wait for.
+        Whether the parent process is the bottleneck.
     """
 
     total: float
@@ -62,14 +62,14 @@ class Time(NamedTuple):
 
 
 def batch_seconds(costs: Costs, samples: int) -> float:
-    """Return how much work is handed out at a time (see ``damagepred.study.campaign.dispatch``)."""
+    """Return the work in a batch (see ``damagepred.study.campaign.dispatch``)."""
     return max(costs.wall, min(max(costs.wall * samples / PARTS, SHORTEST), LONGEST))
 
 
 def predicted(costs: Costs, samples: int, workers: int) -> Time:
-    """Return what a study takes.
+    """Return the predicted times of a study.
 
-    On average the last worker to come to its end has half a batch more than the others.
+    On average the last worker has half a batch more than the others.
     """
     work = samples * costs.wall / workers
     handing_out = samples * costs.parent
@@ -81,17 +81,17 @@ def predicted(costs: Costs, samples: int, workers: int) -> Time:
 
 
 def most_workers(costs: Costs) -> float:
-    """Return from how many workers on the process that hands out is what all wait for."""
+    """Return the number of workers from which the parent process is the bottleneck."""
     return costs.wall / costs.parent
 
 
 def costs_of(table: pd.DataFrame, wall: str) -> Costs:
-    """Return what was measured of a wall's study."""
+    """Return the measured parts of a wall's study."""
     return Costs(**table[table["wall of"] == wall].iloc[0][list(Costs._fields)])
 
 
 def expected(measured: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return how long large studies take on few and on many workers, a row for each."""
+    """Return the times of large studies on few and on many workers, a row for each."""
     table = []
     for wall in measured["wall of"]:
         costs = costs_of(measured, wall)

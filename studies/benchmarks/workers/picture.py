@@ -18,7 +18,7 @@ COLOURS = {100_000: "tab:blue", 1_000_000: "tab:red"}
 
 
 def draw(costs: Mapping[str, Costs], runs: pd.DataFrame, path: Path) -> None:
-    """Draw the model's time and efficiency, and the runs that it was checked with."""
+    """Draw the model's time and efficiency, and the measured runs."""
     figure = new_figure(9.5, 7.5)
     panels = figure.subplots(2, len(costs), squeeze=False, sharex=True)
     workers = 2 ** np.linspace(0, 12, 73)

@@ -2,10 +2,10 @@
 
     python studies/benchmarks/workers/run.py [--part parts runs] [--wall window solid] [--quick] [--from-data]
 
-``parts`` measures what a study is made of: one worker's time for a wall, drawing, handing out, merging, bytes. ``runs``
-runs whole studies on the program's own worker processes and on a local Dask cluster. About three minutes in all; on a
-machine with anything else to do the runs take longer than the model says. parts.csv and runs.csv hold both, README.md
-what follows.
+``parts`` measures the parts of a study: one worker's time for a wall, sampling, dispatch, merging, bytes. ``runs`` runs
+whole studies on the program's own worker processes and on a local Dask cluster. About three minutes in all; on a
+machine with other load the runs take longer than the model predicts. parts.csv and runs.csv hold both, README.md the
+results.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def settings_of(wall: str) -> StudySettings:
 
 
 class Copies(Executor):
-    """Solves nothing: writes a copy of one solved wall for each that it is given, and keeps account of that time."""
+    """A worker that solves nothing: it writes a copy of one solved wall for each sample, and adds up the time."""
 
     _max_workers = 8
 
@@ -59,7 +59,7 @@ class Copies(Executor):
         self.row, self.status, self.seconds, self.spent = row, status, seconds, 0.0
 
     def submit(self, function: Any, /, *arguments: Any, **more: Any) -> Future:  # type: ignore[override]
-        """Do what ``run_batch`` would have done after solving."""
+        """Write and return the results, as ``run_batch`` does after solving."""
         began = time.process_time()
         folder, batch = arguments
         rows = joined([self.row] * len(batch))
@@ -73,7 +73,7 @@ class Copies(Executor):
 
 
 def parts(wall: str, solved: int, copied: int) -> dict[str, float]:
-    """Measure what a study is made of, by the processor: a few walls solved, and many copies of one."""
+    """Measure the parts of a study in processor time: a few walls solved, and many copies of one."""
     settings = settings_of(wall)
     with tempfile.TemporaryDirectory() as place:
         first = Path(place) / "first.dp"
@@ -92,7 +92,7 @@ def parts(wall: str, solved: int, copied: int) -> dict[str, float]:
         copies = Copies(row, 0, each)
         whole = _seconds(lambda: study.run(many.path, samples=copied, executor=copies)) - copies.spent
         merging = _seconds(many.consolidate)
-        # drawn again by the run, and merged
+        # sampled again by the run, and merged
         parent = max(whole - merging - drawing, 0.0)
         size = sum(f.stat().st_size for f in many.path.rglob("*") if f.is_file())
     return {

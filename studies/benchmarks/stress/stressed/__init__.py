@@ -1,1 +1,1 @@
-"""What solvers are stressed with, how their answers are judged, and how it is run and counted."""
+"""The extreme cases, how their results are judged, and how they are run and counted."""

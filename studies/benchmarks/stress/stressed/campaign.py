@@ -1,4 +1,4 @@
-"""Run cases, each in a process that may die or hang without harm; what is done is kept, and not done again."""
+"""Run cases, each in a process that may die or hang without harm; finished cases are stored and not repeated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLUMNS = ("family", "case", "way", "verdict", "by", "off", "seconds", "message"
 
 
 def jobs(families: Iterable[str] = (), ways: Iterable[str] = ()) -> list[Job]:
-    """Return what there is to do: family, case and way of each."""
+    """Return the jobs: family, case and way of each."""
     wanted, asked = set(families), set(ways) or set(WAYS)
     return [
         (case.family, case.name, way)
@@ -42,7 +42,7 @@ def one(job: Job) -> dict[str, Any]:
 
 
 def warm_up() -> None:
-    """Compile what there is to compile, before workers are born of this process and before time is taken."""
+    """Compile all kernels, before workers are forked and times are taken."""
     with np.errstate(all="ignore"):
         for way in WAYS:
             one(("proportion", "in proportion", way))
@@ -51,7 +51,7 @@ def warm_up() -> None:
 
 
 def done_in(file: Path) -> list[dict[str, Any]]:
-    """Return rows that are kept."""
+    """Return the stored rows."""
     if not file.exists():
         return []
     with file.open(newline="", encoding="utf-8") as stream:
@@ -59,18 +59,18 @@ def done_in(file: Path) -> list[dict[str, Any]]:
 
 
 def run(wanted: list[Job], file: Path, limit: float, processes: int = 1) -> None:
-    """Run what is not yet in a file, and add it there.
+    """Run the jobs that are not in a file, and add their rows.
 
     Parameters
     ----------
     wanted : list of tuple
         Jobs.
     file : Path
-        Where rows are kept, one for each job.
+        File of the rows, one for each job.
     limit : float
-        Seconds that one may take (by the clock) before it counts as failed.
+        Wall-clock limit of a job (s), after which it counts as failed.
     processes : int
-        Side by side.
+        Number of processes.
     """
     known = {(row["family"], row["case"], row["way"]) for row in done_in(file)}
     todo = [job for job in wanted if job not in known]
@@ -108,17 +108,17 @@ def in_processes(
     work : callable
         Job -> its row.
     lost : callable
-        Job and what became of its process -> the row of one that hung or died.
+        Job and end of its process -> the row of a job that hung or died.
     written : callable
-        Row -> what is written of it.
+        Row -> the values that are written.
     file : Path
         Where rows are added.
     columns : sequence of str
-        Names of what a row holds.
+        Names of the columns.
     limit : float
-        Seconds that a job may take by the clock.
+        Wall-clock limit of a job (s).
     processes : int
-        Side by side.
+        Number of processes.
     """
     begun, new = time.perf_counter(), not file.exists()
     with (
@@ -126,7 +126,7 @@ def in_processes(
         ProcessPool(max_workers=processes) as pool,
         ExitStack() as at_once,
     ):
-        at_once.callback(pool.stop)  # where it is interrupted: a pool that is left waits for all that was handed to it
+        at_once.callback(pool.stop)  # when interrupted: otherwise the pool waits for all submitted jobs
         writer = csv.DictWriter(stream, fieldnames=columns, lineterminator="\n")
         if new:
             writer.writeheader()

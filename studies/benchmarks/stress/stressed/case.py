@@ -1,4 +1,4 @@
-"""One case of the campaign, the ways to solve it, and what came of it."""
+"""One case of the campaign, the ways to solve it, and its result."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ IN_TIME = ("in time, rigid", "in time, deformable")
 WAYS = STATIC + IN_TIME
 """The solvers, and whether blocks are deformable."""
 RIGID = tuple(way for way in WAYS if way.endswith("rigid"))
-"""Of which all cases are asked; zones cost more and are asked for some of them."""
+"""Ways of all cases; zones take longer and are used for some cases only."""
 PERIODS = 30.0
-"""Of the slowest vibration that a run in time is given to come to rest, with local damping."""
+"""Periods of the slowest vibration within which a locally damped run in time comes to rest."""
 STEPS = 1_000_000
-"""Time steps that a run in time may take, fewer with more degrees of freedom: some seconds."""
+"""Largest number of time steps of a run in time, fewer with more degrees of freedom: some seconds."""
 
 VERDICTS = ("right", "fell, rightly", "solved", "fell", "refused", "gave up", "not tried", "WRONG", "FAILED")
-"""What can come of a case; what each means is said on the page."""
+"""Verdicts of a case; the page explains them."""
 
 
 class Check(NamedTuple):
-    """An independent answer, and how far the solver's is from it, relative; beyond ``allowed`` it is wrong."""
+    """An independent answer, and the relative error of the solver's; beyond ``allowed`` it is wrong."""
 
     by: str
     off: float
@@ -42,7 +42,7 @@ class Check(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a solver found: the model, its increments or outputs, and the run if it was one in time."""
+    """Result of a solver: the model, its increments or outputs, and the run if it is one in time."""
 
     model: Model
     path: list[Increment]
@@ -50,23 +50,23 @@ class Found(NamedTuple):
 
 
 class NotTriedError(Exception):
-    """A run that would take too long to be of this campaign."""
+    """A run that would take too long for this campaign."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One wall with something extreme about it.
+    """One wall with an extreme property.
 
     Attributes
     ----------
     family, name : str
-        What is extreme, and how much; together unique.
+        The extreme property and its value; together unique.
     make : callable
         Whether blocks are deformable -> the wall.
     expect : {"", "stands", "falls", "refused"}
-        What statics alone say of it, where they do; or that it is no wall.
+        Result of statics alone, where there is one; "refused" if the input is no wall.
     check : callable, optional
-        What was found -> how far it is from an independent answer; None if there is none for this way.
+        Result -> its error against an independent answer; None if there is none for this way.
     increments : int
         Of the movement.
     settings : dict
@@ -76,13 +76,13 @@ class Case:
     elastic_start : bool
         Whether the explicit solver may begin at the elastic solution under dead load, or has to cycle there.
     explicit_tolerance : float, optional
-        Of the explicit solver; its own does not see forces of a thousandth of a block's weight.
+        Of the explicit solver; its default neglects forces of a thousandth of a block's weight.
     follow : callable, optional
-        Model, solver -> what was found, in place of the path as it is.
+        Model, solver -> result, in place of the solver's path.
     most_steps : float
-        Of a run in time times its size in hundreds of degrees of freedom; longer ones are not tried.
+        Time steps times hundreds of degrees of freedom beyond which a run in time is not tried.
     ways : tuple of str
-        Which solvers are asked.
+        Solvers of the case.
     """
 
     family: str
@@ -101,7 +101,7 @@ class Case:
 
 
 def solver_of(case: Case, way: str) -> Solver:
-    """Return the solver's settings: its own, and what the case asks for."""
+    """Return the solver's settings: its defaults, and those of the case."""
     method, _, blocks = way.partition(", ")
     own = {"method": "explicit" if method == "explicit" else "quasi_static", "blocks": blocks}
     if method == "explicit":
@@ -110,7 +110,7 @@ def solver_of(case: Case, way: str) -> Solver:
 
 
 def built(case: Case, way: str) -> tuple[Model, Solver]:
-    """Return the model of a case, and how it is to be solved."""
+    """Return the model of a case, and its solver."""
     solver = solver_of(case, way)
     made = case.make(way.endswith("deformable"))
     if isinstance(made, Model):

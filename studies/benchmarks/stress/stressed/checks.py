@@ -1,7 +1,7 @@
-"""What every answer is asked: is it finite, does it make energy, do its stresses carry the wall.
+"""Checks of every result: finite values, energy balance, equilibrium and joint law of the stresses.
 
-None of it uses what the solvers say of themselves: forces are added up anew from the stresses of the contacts, and
-held against the law as the user wrote it.
+No check uses the solvers' own diagnostics: forces are summed from the stresses of the contacts, and compared with the
+law of the input.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from damagepred.solvers import Increment
 from stressed.case import Found
 
 MADE = 1e-3
-"""Share of the energy that went about which may seem to have been made: steps are not infinitely short."""
+"""Allowed gain of energy, as a share of the energy exchanged: steps are of finite length."""
 MADE_IN_TIME = 0.02
 """The same of a run in time, whose blocks hit each other."""
 TAKEN = ("friction_work", "fracture_work", "crushing_work", "plastic_work", "released_energy", "damping_work")
-"""What only takes energy."""
+"""Dissipated energies, which cannot be negative."""
 OPTIONAL = {"deflection", "jack_load", "last_stable_load_factor", "broken_at"}
-"""What an increment may leave open, being no number."""
+"""Fields of an increment that may be NaN."""
 LAW_WITHIN = 1e-5
-"""Share of a strength by which the law may be passed: bonds break beyond 1e-6 of theirs."""
+"""Share of a strength by which stresses may exceed it: bonds break beyond 1e-6 of theirs."""
 
 
 def not_finite(found: Found) -> str:
-    """Return what is no number in any increment, '' if all is."""
+    """Return the fields that are not finite in any increment, '' if none."""
     known = None
     for step in found.path:
         values = {f.name: getattr(step, f.name) for f in fields(step) if f.name not in OPTIONAL}
@@ -38,7 +38,7 @@ def not_finite(found: Found) -> str:
             values |= {f"zones.{name}": value for name, value in zones._asdict().items()}
         numbers = {name: np.asarray(v) for name, v in values.items() if v is not None and not isinstance(v, str)}
         absent = {name for name, value in numbers.items() if value.ndim == 0 and np.isnan(value)}
-        # the explicit solver has no balance of energy, and only runs in time have a clock: in all increments or in none
+        # the explicit solver has no energy balance, and only runs in time have a time: in all increments or in none
         known = absent if known is None else known
         wrong = [n for n, v in numbers.items() if n not in known and not np.isfinite(v).all()]
         if wrong:
@@ -47,7 +47,7 @@ def not_finite(found: Found) -> str:
 
 
 def energy_made(found: Found) -> str:
-    """Return what says that energy came from nothing, '' if nothing does."""
+    """Return a description of a gain of energy, '' if there is none."""
     if found.run is not None:
         return _made_in_time(found)
     for step in found.path:
@@ -108,7 +108,7 @@ def imbalance(model: Model, step: Increment) -> float:
 
 
 def plain_law(model: Model) -> bool:
-    """Tell whether joints have no other law than the paper's, or with residual values."""
+    """Return whether all joints have the paper's law, or that with residual values."""
     law = model.properties
     return not (
         law.brittle_shear.any()

@@ -1,10 +1,10 @@
-"""Walls near the load at which they fall: friction, slender and squat blocks, near-mechanisms.
+"""Walls near their collapse load: friction, slender and squat blocks, near-mechanisms.
 
-Dry walls of rigid blocks stand or fall by statics alone. For one block the limit is known; for walls it is found by
-linear programming (tests/verification/limit_analysis.py, which shares nothing with the solvers). Limit analysis takes
-joints to dilate as they slide. The solvers' do not, so beyond its factor every wall must fall, while short of it one
-that slides as it turns may fall, too; one that is said to stand must be in equilibrium, which is checked
-for every block from the stresses.
+The collapse load of dry walls of rigid blocks follows from statics alone. For one block the limit is known; for walls
+it is found by linear programming (tests/verification/limit_analysis.py, which shares nothing with the solvers). Limit
+analysis assumes dilatant (associated) sliding; the solvers' joints do not dilate. So every wall must collapse above the
+factor, and a wall that slides as it rotates may collapse below it. A wall that is reported to stand must be in
+equilibrium, which is checked for every block from the stresses.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tests.verification.limit_analysis import collapse_factor
 
 THICKNESS, G = 0.2, 9.81
 SHARES = (0.4, 0.9, 0.99, 1.01, 1.1, 2.0)
-"""Of the load at which a wall falls."""
+"""Shares of the collapse load."""
 
 
 def tilted(wall: DryWall, factor: float) -> Assembly:
@@ -42,7 +42,7 @@ def tilted(wall: DryWall, factor: float) -> Assembly:
 
 
 def zoned(wall: DryWall, factor: float, deformable: bool) -> Assembly:
-    """Return it with rigid or deformable blocks; what is held stays rigid."""
+    """Return the wall with rigid or deformable blocks; fixed blocks stay rigid."""
     made = tilted(wall, factor)
     for number in range(len(wall.blocks)):
         corners = np.array(wall.blocks[number])
@@ -59,10 +59,11 @@ def pushed(wall: DryWall, factor: float, deformable: bool) -> Assembly:
 
 
 def in_time(seconds: float) -> Callable[[Model], Dynamics]:
-    """Return a run from equilibrium if there is one, long enough to see whether a wall sets off.
+    """Return a run from equilibrium if there is one, long enough for a collapse to develop.
 
-    It is damped where joints ring, and hardly where blocks slide and turn. Without, a sliding block may flutter, its
-    friction not being that of an energy, and one that chatters gains energy: see the family "chatter".
+    Damping is strong for vibrations of joints and weak for sliding and rotation. Without damping a sliding block may
+    flutter, because friction is not derived from a potential, and one that chatters gains energy: see the family
+    "chatter".
     """
 
     def dynamics(model: Model) -> Dynamics:
@@ -74,7 +75,7 @@ def in_time(seconds: float) -> Callable[[Model], Dynamics]:
 
 
 def limit(wall: DryWall) -> float:
-    """Return the factor at which a wall falls."""
+    """Return the load factor of collapse."""
     return collapse_factor(wall.blocks, set(wall.held), wall.friction, *wall.loads())
 
 
@@ -114,7 +115,7 @@ WALLS = (
 
 
 def walls() -> list[Case]:
-    """Return dry walls on which gravity leans, and which are pushed, by shares of their limit."""
+    """Return dry walls under inclined gravity, and pushed, by shares of their limit."""
     made = []
     for wall in WALLS:
         falls_at = limit(wall)
@@ -142,7 +143,7 @@ def walls() -> list[Case]:
 
 
 def corbel(bricks: int, share: float) -> DryWall:
-    """Return a tower of bricks of which every upper part is a share of the way to toppling over what is below."""
+    """Return a tower of overhanging bricks, each upper part at a share of its toppling overhang."""
     length, height, left, low = 0.24, 0.075, 0.0, 0.0
     blocks = [box(-1.0, -1.0, 3.0, 1.0)]
     for i in range(bricks):
@@ -181,7 +182,7 @@ def mechanisms() -> list[Case]:
             )
         )
     for strength, apart in itertools.product((0.0, 1e3, 1e5, 1e7), (0.01, 0.5, 1.1)):
-        # bearings far apart hold a thrust between them, by which also joints without a bond may stand
+        # bearings far apart carry a thrust, with which also joints without a bond may be in equilibrium
         expect = "falls" if strength == 0.0 and apart < 1.0 else "stands" if strength == 1e7 else ""
         made.append(
             Case(
@@ -196,5 +197,5 @@ def mechanisms() -> list[Case]:
 
 
 def cases() -> list[Case]:
-    """Return all of them."""
+    """Return all cases."""
     return [replace(case, explicit_tolerance=1e-5) for case in one_block() + walls() + mechanisms()]

@@ -1,4 +1,4 @@
-"""Polygons as drawings leave them: corners twice, on a line, nearly the same; blocks that hardly touch, or overlap."""
+"""Polygons with defects of drawings: coincident, collinear or close corners; blocks that hardly touch, or overlap."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CLEAN: Corners = [(0.0, B), (A, B), (A, 2 * B), (0.0, 2 * B)]
 
 
 def three(middle: Corners, deformable: bool) -> Assembly:
-    """Return a stack of three with a middle block of one's own."""
+    """Return a stack of three blocks with a given middle block."""
     made = Assembly(joint=BOND)
     for corners in (rectangle(0.0, 0.0, A, B), middle, rectangle(0.0, 2 * B, A, 3 * B)):
         made.add_block(corners, zone_size=B if deformable else 0.0)
@@ -62,22 +62,22 @@ MIDDLES: dict[str, tuple[str, Corners]] = {
     "bears on a corner": ("falls", [(0.12, B), (A, 1.5 * B), (0.12, 2 * B), (0.0, 1.5 * B)]),
 }
 OTHER = {"corner cut by 1e-7 m"}
-"""Of those that stand, which are not the clean drawing, though nearly."""
+"""Stable drawings that differ slightly from the clean one."""
 
 
 def lies_lower(found: Found, by: float) -> Check:
-    """Compare how far the upper two of the stack have fallen, on what is below, with the gap that was there."""
+    """Compare the drop of the upper two blocks with the gap below them."""
     moved = found.path[-1].displacement[1:, :2]
     return Check("gap", float(np.abs(moved - (0.0, -by)).max() / by), 1e-2)
 
 
 def stays(found: Found) -> Check:
-    """Compare with a stack at rest: what stands on its tip straight up does not know to which side to fall."""
+    """Compare with a stack at rest: a block balanced on its tip stays in unstable equilibrium."""
     return Check("symmetry", float(np.abs(found.path[-1].displacement).max() / B), 1e-4)
 
 
 def cases() -> list[Case]:
-    """Return all of them; what falls by statics alone finds, in time, what it falls on."""
+    """Return all cases; a block that falls by statics lands on the block below in time."""
     check: Callable[[Found], Check | None] = as_if_clean
     floats = {"gap of 1 mm": lambda found: lies_lower(found, 1e-3), "bears on a corner": stays}
     still = Dynamics(duration=0.3, outputs=6, damping="local", start="unstressed")

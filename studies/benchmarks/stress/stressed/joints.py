@@ -1,4 +1,4 @@
-"""Strengths from nothing to unbreakable, friction from 0 to 2, bricks that yield under their own weight."""
+"""Strengths from zero to unbreakable, friction from 0 to 2, bricks that yield under their own weight."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ FOOT = Wall(length=1.2, height=0.6, block_length=0.24, block_height=0.1)
 
 
 def wall(strength: float, cohesion: float, friction: float, law: dict[str, float] | None = None) -> Scene:
-    """Return a small wall that sags by 1 mm."""
+    """Return a small wall in dishing of 1 mm."""
     joint = Joint(tensile_strength=strength, cohesion=cohesion, friction=friction, **law or {})
     return Scene(wall=FOOT, joint=joint, movement=Movement(central_deflection=1e-3, increments=4))
 
 
 def moved(model: Model) -> Dynamics:
-    """Return a run in which the ground takes its time."""
+    """Return a run with slowly moving ground."""
     return Dynamics(duration=0.3, outputs=10, movement_time=0.25, damping="viscous", damping_ratio=0.5, frequency=20.0)
 
 
@@ -76,10 +76,10 @@ def weak_stack(deformable: bool, cohesion: float, friction: float) -> Assembly:
 
 
 def weak_bricks() -> list[Case]:
-    """Return stacks of bricks that are weaker and weaker.
+    """Return stacks of bricks of decreasing strength.
 
-    The lowest brick carries 5.9 kPa. It stands for sure where uniaxial compression does, 2 C (sqrt(1 + mu2) + mu), and
-    is squeezed out where even between rough plates, three times as long as high, it carries no 3.6 C without friction.
+    The lowest brick carries 5.9 kPa. Lower bound of its strength: uniaxial compression, 2 C (sqrt(1 + mu2) + mu). Upper
+    bound without friction: 3.6 C between rough plates, three times as long as high.
     """
     made = []
     for cohesion, friction in itertools.product((0.0, 1.0, 300.0, 1e3, 2.9e3, 3.1e3, 1e4, 1e6), (0.0, 0.75)):
@@ -98,5 +98,5 @@ def weak_bricks() -> list[Case]:
 
 
 def cases() -> list[Case]:
-    """Return all of them."""
+    """Return all cases."""
     return strengths() + weak_bricks()

@@ -1,4 +1,4 @@
-"""Solve a case and judge what came of it."""
+"""Solve a case and judge its result."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stressed.checks import energy_made, not_finite, statics
 from stressed.limit import cannot_stand
 
 SLACK = 3.0
-"""Times a solver's tolerance within which forces added up anew balance."""
+"""Factor on a solver's tolerance within which independently summed forces must balance."""
 ASTRAY = 0.1
-"""Of a block's size that a wall on ground that stands still has moved when it has fallen."""
+"""Displacement of a collapsed wall on fixed ground, as a share of a block's size."""
 SEEN, FARTHER = 1e-4, 2.5
-"""How far (m) a wall that falls has gone at the end of a run in time, and over where it was at half of it."""
+"""Displacement (m) of a collapsed wall at the end of a run in time, and its ratio to that at half of the time."""
 
 
 def judge(case: Case, way: str) -> dict[str, Any]:
-    """Solve a case in one way; return a row of what came of it."""
+    """Solve a case in one way; return the row of its result."""
     row: dict[str, Any] = {
         "family": case.family,
         "case": case.name,
@@ -54,14 +54,14 @@ def judge(case: Case, way: str) -> dict[str, Any]:
 
 
 def said(error: Exception) -> str:
-    """Return what an error says, on one line."""
+    """Return the message of an error, on one line."""
     return " ".join(str(error).split())
 
 
 def sets_off(result: Found) -> bool:
-    """Tell whether a run in time falls: it is four times as far, or more, in twice the time, or leans on what is there.
+    """Return whether a run in time collapses: its displacement is at least four times as large in twice the time.
 
-    What falls may have come to rest again by the end: then it is a tenth of a block away.
+    A collapsed wall may have come to rest again by the end: then it is displaced by a tenth of a block.
     """
     model, size = result.model, float(np.sqrt(result.model.blocks.area.max(where=result.model.moves, initial=0.0)))
     ground = max(model.ground.full.largest(), np.abs(model.supports.prescribed_displacement).max(initial=0.0))
@@ -73,7 +73,7 @@ def sets_off(result: Found) -> bool:
 
 
 def verdict(case: Case, way: str, result: Found) -> dict[str, Any]:
-    """Judge what was found."""
+    """Judge a result."""
     if case.expect == "refused":
         return {"verdict": "WRONG", "by": "geometry", "message": "taken for a wall"}
     wrong = not_finite(result)

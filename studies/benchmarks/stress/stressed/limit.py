@@ -1,9 +1,9 @@
-"""Can a wall stand as it is cracked? Statics alone, by linear programming: a fall that it allows is not proven right.
+"""Static limit analysis of a cracked wall by linear programming: a sufficient proof of collapse.
 
-Forces at the two ends of every interface are sought that keep all blocks in equilibrium, under pressure and friction,
-and where bonds are whole with all of their cohesion and tension at once. That is more than the joint can carry, whose
-stresses are not all at their limits together, and dilates as it slides, which the solvers' joints do not. So where
-there are no such forces, the wall falls.
+The linear program searches forces at the two ends of every interface that keep all blocks in equilibrium, with pressure
+and friction, and the full cohesion and tension of intact bonds. This overestimates the strength of a joint, whose
+stresses are not all at their limits together, and assumes dilatant sliding. So where no such forces exist, the wall
+collapses.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from damagepred.enumerations import ContactState
 from damagepred.solvers import Increment
 
 ENOUGH = 1e-7
-"""Forces that are missing, over the mean weight of a block, that rounding explains."""
+"""Missing force that rounding explains, over the mean weight of a block."""
 
 
 class Statics(NamedTuple):
-    """Blocks and interfaces with what these can carry; n blocks, m interfaces, SI, tension positive.
+    """Blocks and interfaces with their strengths; n blocks, m interfaces, SI, tension positive.
 
     Attributes
     ----------
@@ -45,11 +45,11 @@ class Statics(NamedTuple):
     load : array (n, 3)
         On each block (N, N m).
     free : array of bool (n, 3)
-        What is not held.
+        Free degrees of freedom.
     reactions : array (n, 3, k)
-        Of k loads whose size is not known, for 1 N of each.
+        Directions of k loads of unknown size (per N).
     weight : float
-        What forces are measured by (N).
+        Reference force (N).
     """
 
     block_a: IntArray
@@ -70,14 +70,14 @@ class Statics(NamedTuple):
 
 
 def cannot_stand(model: Model, step: Increment) -> bool:
-    """Tell whether no forces keep the wall in equilibrium, bonds being broken as they are in an increment.
+    """Return whether no forces keep the wall in equilibrium, with the broken bonds of an increment.
 
     Parameters
     ----------
     model : Model
         n blocks, m interfaces.
     step : Increment
-        In which it fell.
+        Increment of the collapse.
     """
     face, law, n = model.interfaces, model.properties, model.n_blocks
     free = np.ones(3 * n, dtype=bool)
@@ -113,7 +113,7 @@ def cannot_stand(model: Model, step: Increment) -> bool:
 
 
 def out_of_reach(wall: Statics) -> bool:
-    """Tell whether no forces that the interfaces can carry keep the blocks in equilibrium.
+    """Return whether no forces within the strengths of the interfaces keep the blocks in equilibrium.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def out_of_reach(wall: Statics) -> bool:
     row, column, value = (np.concatenate(part) for part in (rows, columns, values))
     forces = coo_array((value * scale[row], (row, column)), shape=(3 * n, 4 * m)).tocsr()[free]
     unknown = csr_array((wall.reactions.reshape(3 * n, -1) * scale[:, None])[free])
-    # what is missing, at least: a force either way on every degree of freedom
+    # minimise the missing forces: one in each direction on every degree of freedom
     count, reactions = len(free), unknown.shape[1]
     missing = coo_array((np.ones(count), (np.arange(count), np.arange(count))), shape=(count, count))
     equilibrium = hstack([forces, unknown, missing, -1.0 * missing])

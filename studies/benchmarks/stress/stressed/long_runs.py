@@ -24,7 +24,7 @@ DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6)
 
 
 def steps_of(steps: int, **more: Any) -> Callable[[Model], Dynamics]:
-    """Return a run in time of so many steps."""
+    """Return a run in time of a given number of steps."""
 
     def dynamics(model: Model) -> Dynamics:
         once = Dynamics(duration=1.0, outputs=1, **more)
@@ -38,7 +38,7 @@ def steps_of(steps: int, **more: Any) -> Callable[[Model], Dynamics]:
 
 
 def pair(deformable: bool) -> Assembly:
-    """Return two blocks, bonded, that fly and turn where nothing pulls."""
+    """Return two bonded blocks in free flight with rotation, without gravity."""
     made = Assembly(gravity=(0.0, 0.0), joint=BOND)
     for i in range(2):
         block = made.add_block(rectangle(0.0, 0.1 * i, 0.24, 0.1 * (i + 1)), zone_size=0.24 * deformable)
@@ -48,7 +48,7 @@ def pair(deformable: bool) -> Assembly:
 
 
 def ringing(deformable: bool) -> Assembly:
-    """Return a bonded stack on the ground whose top is struck."""
+    """Return a bonded stack on the ground with an initial velocity of its top."""
     made = Assembly(joint=BOND)
     for i in range(5):
         made.add_block(rectangle(0.0, 0.1 * i, 0.24, 0.1 * (i + 1)), zone_size=0.24 * deformable)
@@ -58,7 +58,7 @@ def ringing(deformable: bool) -> Assembly:
 
 
 def rocking(deformable: bool) -> Assembly:
-    """Return a dry pier on a plate that is struck and rocks."""
+    """Return a dry pier on a plate that rocks after an impulse."""
     made = Assembly(joint=DRY)
     plate = made.add_block(rectangle(-0.5, -0.1, 1.0, 0.0), zone_size=0.0)
     made.support(plate)
@@ -69,19 +69,19 @@ def rocking(deformable: bool) -> Assembly:
 
 
 def momentum(found: Found) -> Check:
-    """Compare linear and angular momentum, and energy, at the end with those at first."""
+    """Compare final and initial linear and angular momentum, and energy."""
     run = found.run
     assert run is not None
     model, (first, last) = found.model, (found.path[0], found.path[-1])
     way = (model.mass @ (last.displacement[:, :2] - first.displacement[:, :2])) / model.mass.sum()
     off = np.abs(way / (np.array([0.3, 0.2]) * last.time) - 1.0).max()
     energy = abs((last.kinetic_energy + last.elastic_energy) / (first.kinetic_energy + first.elastic_energy) - 1.0)
-    turned = last.displacement[:, 2].mean() / (20.0 * last.time)  # lengthened a little by its turning
+    turned = last.displacement[:, 2].mean() / (20.0 * last.time)  # lengthened a little by its rotation
     return Check("momentum and energy", float(max(off, energy, abs(turned - 1.0))), 1e-3)
 
 
 def drift(found: Found) -> Check:
-    """Compare all energy at the end with that at first and the work of loads since."""
+    """Compare the final energy with the initial energy and the work of loads."""
     path = found.path
     whole = [step.kinetic_energy + step.elastic_energy - step.external_work for step in path]
     size = max(step.kinetic_energy for step in path)
@@ -89,13 +89,13 @@ def drift(found: Found) -> Check:
 
 
 def still(found: Found) -> Check:
-    """Compare where blocks are after a million cycles more with where they had come to rest."""
+    """Compare positions after a million further cycles with those at rest."""
     before, after = found.path[-2].displacement, found.path[-1].displacement
     return Check("rest", float(np.abs(after - before).max() / np.abs(before).max()), 1e-3)
 
 
 def dry_wall(deformable: bool) -> Assembly:
-    """Return a dry wall whose ground sags by 2 mm."""
+    """Return a dry wall in dishing of 2 mm."""
     made, low = Assembly(joint=DRY), []
     for course in range(4):
         edges = np.array([0.0, *(np.arange(1, 6) * 0.24 - 0.12 * (course % 2 == 0)), 1.2])
@@ -109,7 +109,7 @@ def dry_wall(deformable: bool) -> Assembly:
 
 
 def goes_on(model: Model, solver: Solver) -> Found:
-    """Let the explicit solver settle, and then cycle a million times more."""
+    """Solve to convergence with the explicit solver, and cycle a million times more."""
     path = ExplicitStepper(model, solver)
     found, scheme = [], path.scheme
     for number, progress in enumerate((0.0, 1.0)):
@@ -123,7 +123,7 @@ def goes_on(model: Model, solver: Solver) -> Found:
 
 
 def chattering(deformable: bool) -> Assembly:
-    """Return a dry block that is put on a plate whose joint is not yet pressed, and bounces on it."""
+    """Return a dry block on a plate with an unstressed joint, on which it bounces."""
     made = Assembly(joint=DRY)
     made.support(made.add_block(rectangle(-0.5, -0.1, 1.0, 0.0), zone_size=0.0))
     made.add_block(rectangle(0.0, 0.0, 0.3, 0.3), zone_size=0.3 * deformable)
@@ -131,13 +131,13 @@ def chattering(deformable: bool) -> Assembly:
 
 
 def made_by_bouncing(found: Found) -> Check:
-    """Compare the energy that was made with what went about."""
+    """Compare the gain of energy with the energy exchanged."""
     size = max(step.kinetic_energy + step.elastic_energy for step in found.path)
     return Check("energy", max(-step.energy_error for step in found.path) / size, 2e-2)
 
 
 def chatter() -> list[Case]:
-    """Return a block that chatters, at shorter and shorter steps, and with a little damping."""
+    """Return a block that chatters, with decreasing steps, and with a little damping."""
     undamped = [
         Case(
             "chatter",
@@ -180,7 +180,7 @@ def chatter() -> list[Case]:
 
 
 def cases() -> list[Case]:
-    """Return all of them."""
+    """Return all cases."""
     rigid, both = ("in time, rigid",), ("in time, rigid", "in time, deformable")
     return [
         Case(

@@ -32,10 +32,10 @@ def in_proportion(found: Found) -> Check | None:
 
 
 def for_full_movement(model: Model) -> FloatArray:
-    """Return how far moving ground takes the blocks of an elastic wall, (n, 3) (m, rad), by one direct solution."""
+    """Return the displacement (n, 3) (m, rad) of an elastic wall's blocks on moving ground, by a direct solution."""
     face, law, ground = model.interfaces, model.properties, model.ground.full
     here = slice(len(face.x) - len(ground.normal), None)
-    # joints whose ground goes by as much as they would close are pulled open
+    # the prescribed displacement of the ground acts as an imposed opening of its joints
     pull = -law.normal_stiffness[here, None] * ground.normal * face.contact_area[here]
     drag = (-law.shear_stiffness[here, None] * ground.shear * face.contact_area[here]).sum(axis=1)
     turning, pull = (pull * face.contact_offset[here]).sum(axis=1), pull.sum(axis=1)
@@ -116,5 +116,5 @@ def weightless() -> list[Case]:
 
 
 def cases() -> list[Case]:
-    """Return all of them."""
+    """Return all cases."""
     return sizes() + weightless()

@@ -1,8 +1,7 @@
-"""Stacks with one thing out of proportion, and how far their blocks go down.
+"""Stacks with one extreme property, and the settlements of their blocks.
 
-A stack of four bricks (three blocks where there is a sliver) stands on the ground under its own weight, its joints
-strong enough to stay elastic, so that there is one answer: that of a direct solution whose residuals are taken in
-longer numbers.
+A stack of four bricks (three blocks where there is a sliver) stands on the ground under its own weight, with joints
+strong enough to stay elastic, so the solution is unique: a direct solution with residuals in extended precision.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ Pair = tuple[float, float]
 LENGTH, HEIGHT, COUNT = 0.24, 0.075, 4
 MODULUS = 9e9
 BOND = {"tensile_strength": 1e12, "cohesion": 1e12}
-"""Joints that stay elastic, so that there is one answer."""
+"""Joints that stay elastic, so the solution is unique."""
 
 
 def joint(stiffness: float = 82e9) -> Joint:
@@ -79,7 +78,7 @@ def slivers(deformable: bool, ratio: float) -> Assembly:
 
 
 def cracking_wall(deformable: bool, at: float) -> Assembly:
-    """Return a wall of 5 courses on a joint without tension, both corners of its coordinates ``at`` (m), that sags."""
+    """Return a wall of 5 courses on a joint without tension, in dishing, its coordinates shifted by ``at`` (m)."""
     weak = Joint(normal_stiffness=8.2e9, shear_stiffness=3.6e9, tensile_strength=0.0, cohesion=0.0, friction=0.5)
     assembly = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.1e6))
     for course in range(5):
@@ -98,7 +97,7 @@ def cracking_wall(deformable: bool, at: float) -> Assembly:
 
 
 def cases() -> list[Case]:
-    """Return all stresses, from none to the largest."""
+    """Return all stresses, from zero to the largest."""
     found: list[tuple[str, str, Callable[[bool], Assembly]]] = [("in proportion", "", stack)]
     for power in (2, 4, 6):
         ratio = 10.0**power
@@ -151,7 +150,7 @@ def cases() -> list[Case]:
 
 
 def against_reference(found: Found) -> Check:
-    """Compare how far blocks go down with the direct solution."""
+    """Compare settlements with the direct solution."""
     exact = reference(found.model)
     error = np.abs(found.path[0].displacement - exact)[:, :2].max() / np.abs(exact[:, :2]).max()
     if found.run is not None:
@@ -160,7 +159,7 @@ def against_reference(found: Found) -> Check:
 
 
 def reference(model: Model) -> FloatArray:
-    """Return the displacement (n, 3) of the blocks under dead load: direct solution, residuals in longer numbers."""
+    """Return the displacement (n, 3) of the blocks under dead load, with residuals in extended precision."""
     free = DiscreteSystem.of(model).free_dofs
     stiffness = DiscreteSystem.of(model).elastic_stiffness[free][:, free].tocsc()
     scale = 1.0 / np.sqrt(stiffness.diagonal())

@@ -1,4 +1,4 @@
-"""Random scenes, as a user could write them: tables for ``Scene.from_dict``, all from one number."""
+"""Random scenes, as a user could write them: tables for ``Scene.from_dict``, determined by a number."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) 
     Parameters
     ----------
     number : int
-        Everything follows from it.
+        Seed of the scene.
     most : int
-        Blocks, about.
+        Approximate number of blocks.
     rng : numpy.random.Generator, optional
-        In place of that of the number.
+        Generator, by default seeded with the number.
     """
     rng = np.random.default_rng([SEED, number]) if rng is None else rng
 
@@ -97,7 +97,7 @@ def scene(number: int) -> Scene:
 
 
 def cases(count: int = 120, all_ways: int = 30) -> list[Case]:
-    """Return so many of them, the first also with deformable blocks and in time."""
+    """Return random scenes, the first also with deformable blocks and in time."""
     return [
         Case(
             "random scenes",

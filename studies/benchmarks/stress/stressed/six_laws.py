@@ -1,8 +1,8 @@
-"""Random walls that crack, with six laws of the joints, and whether the path of equilibria comes to its end.
+"""Random walls that crack, with six laws of the joints, and whether the path of equilibria is complete.
 
 Walls of 3 m x 1.2 m, with and without damp-proof course and window, dishing and doming to 10-20 mm in 10-20 increments,
 tensile strength and cohesion different in every joint (lognormal, coefficient of variation 0.3), friction of the
-damp-proof course 0.3-0.7. Each wall follows from its number alone.
+damp-proof course 0.3-0.7. The number of a wall determines it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LAWS: dict[str, dict[str, Any]] = {
 
 
 def random_wall(number: int, law: str = "paper") -> tuple[Scene, np.random.Generator]:
-    """Return a wall, and what draws the strengths of its joints, both from its number alone."""
+    """Return a wall, and the generator of the strengths of its joints, from its number."""
     rng = np.random.default_rng([2026, number])
     with_dpc, with_window, dishing = rng.random(3) < 0.5
     kind = "dishing" if dishing else "doming"
@@ -76,7 +76,7 @@ def model_of_wall(number: int, law: str) -> Model:
 
 
 def cases(walls: int = 30) -> list[Case]:
-    """Return so many walls for each of the six laws."""
+    """Return walls for each of the six laws."""
     return [
         Case(
             "six laws",

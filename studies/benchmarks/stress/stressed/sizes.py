@@ -1,4 +1,4 @@
-"""From one block to 20 000: walls that dish, and stacks under their own weight."""
+"""From one block to 20 000: walls in dishing, and stacks under their own weight."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ MOST = {
     "in time, rigid": 5000,
     "in time, deformable": 100,
 }
-"""Blocks that each solver is asked for: some minutes at most."""
+"""Largest number of blocks for each solver: some minutes at most."""
 
 
 def wall(blocks: int) -> Scene:
-    """Return a wall of about as many bricks, 2.5 times as long as high, that dishes by 1/2000 of its length."""
+    """Return a wall of about this number of bricks, 2.5 times as long as high, in dishing of L/2000."""
     courses = max(1, round((blocks * LENGTH / (2.5 * HEIGHT)) ** 0.5))
     units = max(1, round(blocks / courses))
     length, height = units * LENGTH, courses * HEIGHT
@@ -53,7 +53,7 @@ def closed_form(found: Found) -> Check | None:
 
 
 def carries_all(found: Found) -> Check:
-    """Compare the force on the ground with all weight."""
+    """Compare the force on the ground with the total weight."""
     weight = -float(found.model.supports.load.reshape(-1, 3)[:, 1].sum())
     return Check("weight", max(abs(step.base_reaction / weight - 1.0) for step in found.path))
 
@@ -64,7 +64,7 @@ def shortly(model: Model) -> Dynamics:
 
 
 def cases() -> list[Case]:
-    """Return all of them."""
+    """Return all cases."""
     made = []
     for count in (1, 2, 10, 100, 1000, 5000, 20_000):
         static = tuple(way for way in STATIC if MOST[way] >= count)

@@ -1,8 +1,7 @@
-"""Time steps beyond the limit, forced on the solvers behind their own checks; and a wall that cracks at other steps.
+"""Time steps beyond the limit, with the solvers' checks bypassed; and a wall that cracks with other steps.
 
-Shares of the limit up to 1 are what the user may ask for. Limits are bounds: where a share above 1 holds, the bound was
-not reached (zones: Gershgorin's circles; runs in time that may meet new blocks: the stiffness of faces in full
-contact).
+A user may set shares of the limit up to 1. Limits are bounds: where a share above 1 is stable, the bound is not sharp
+(zones: Gershgorin's circles; runs in time that may meet new blocks: the stiffness of faces in full contact).
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ RIGHT = 1e-2
 
 
 class Outcome(NamedTuple):
-    """What came of a case: error over the largest displacement, and the message if it was refused."""
+    """Result of a case: error over the largest displacement, and the message if it was refused."""
 
     error: float
     message: str = ""
 
     @property
     def verdict(self) -> str:
-        """Right, refused, or wrong without a word."""
+        """Right, refused, or wrong without a message."""
         return "refused" if self.message else "right" if self.error <= RIGHT else "WRONG"
 
     def row(self) -> dict[str, Any]:
@@ -48,7 +47,7 @@ class Outcome(NamedTuple):
 
 
 def outcome(found: Callable[[], np.ndarray], exact: np.ndarray) -> Outcome:
-    """Return what comes of a solution."""
+    """Return the result of a solution."""
     try:
         displacement = found()
     except DamagepredError as error:
@@ -57,7 +56,7 @@ def outcome(found: Callable[[], np.ndarray], exact: np.ndarray) -> Outcome:
 
 
 def longer_steps(share: float) -> dict[str, Outcome]:
-    """Solve with time steps of a share of the limit; beyond it, behind the back of what would refuse them."""
+    """Solve with time steps of a share of the limit; beyond it, with the check bypassed."""
     forced = max(share, 1.0)
     found: dict[str, Outcome] = {}
     scaled, stepped = explicit.scaled_mass, in_time.time_step
@@ -95,7 +94,7 @@ SHARES = (0.1, 0.5, 0.9, 1.0, 1.05, 1.2, 1.5, 2.0)
 
 
 def refused_words() -> list[str]:
-    """Return what is said when a time step beyond the limit is asked for."""
+    """Return the message that refuses a time step beyond the limit."""
     said = []
     for part in ("solver", "dynamics"):
         asked = f"`[{part}] time_step_safety = 1.2`"
@@ -109,7 +108,7 @@ def refused_words() -> list[str]:
 
 
 def cracked(model: Model, own: Solver) -> tuple[int, float, float]:
-    """Return cracked contacts, largest opening (m) and seconds of the wall that sags."""
+    """Return cracked contacts, largest opening (m) and seconds of the wall in dishing."""
     begun = time.process_time()
     last = list(solve_path(model, own, 4))[-1]
     count = int((last.state == ContactState.CRACKED).sum())
