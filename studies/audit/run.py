@@ -2,10 +2,10 @@
 
     python studies/audit/run.py [--scenes 2000] [--seed 1] [--solver both] [-j N] [--time-limit 60]
 
-Scene i of a seed depends on (seed, i) alone. Every run is made in a process of its own that may take ``--time-limit``
-seconds; its row is kept in ``scenes.csv`` and not made again, unless with ``--fresh``: the same command goes on where
-it was stopped, and a larger ``--scenes`` extends. ``--csv`` keeps the rows elsewhere and leaves the page as it is;
-``--from-data`` makes the page from what is kept.
+Scene i of a seed depends on (seed, i) alone. Every run has a separate process with a limit of ``--time-limit`` seconds.
+Its row is stored in ``scenes.csv`` and not repeated, unless with ``--fresh``: the same command resumes, and a larger
+``--scenes`` extends. ``--csv`` stores the rows in another file and does not write the page; ``--from-data`` only writes
+the page.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pages import machine, put_in  # noqa: E402
 
 ROWS = HERE / "scenes.csv"
 SECONDS = {"quasi_static": 0.4, "explicit": 0.9}
-"""Mean processor time of a run, its checks included, when this was last measured: see the page."""
+"""Mean processor time of a run with its checks (s): see the page."""
 
 
 def main() -> int:
@@ -57,7 +57,7 @@ def main() -> int:
         try:
             run(wanted, options.csv, options.time_limit, options.processes)
         except KeyboardInterrupt:
-            print("stopped; the same command goes on from here", file=sys.stderr)
+            print("stopped; the same command resumes", file=sys.stderr)
             return 130
     rows = page.read(options.csv)
     print(page.in_a_word(rows))

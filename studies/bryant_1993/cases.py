@@ -14,7 +14,8 @@ HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
 NAMES = ("dishing", "doming", "window_dishing", "window_doming")
 GRADE, MESH = "N25", "3-L11TM"
-"""Concrete and mesh of the footing, top and bottom: the tested beam's are not reported. Those of house footings."""
+"""Concrete and mesh of the footing, top and bottom: typical of house footings, those of the tested beam are not
+reported."""
 STEP = 0.2e-3
 """Movement of an increment (m): the paper's 1 mm and 6 mm, and the test's 7 and 8 mm, are among them."""
 
@@ -32,9 +33,9 @@ class Case:
     shown : tuple of float
         Deflections at which it is drawn (m).
     test : dict
-        What was measured and seen.
+        Results of the test.
     other_way : float
-        Deflection that the same wall was taken to the other way (m).
+        Deflection of the same wall in the opposite direction (m).
     """
 
     name: str
@@ -55,7 +56,7 @@ class Case:
 
 
 def results_of_the_test() -> dict[str, Any]:
-    """Return what is known of the test and of the paper's model."""
+    """Return the reported results of the test and of the paper's model."""
     return tomllib.loads((DATA / "test_results" / "bryant_1993.toml").read_text(encoding="utf-8"))
 
 
@@ -76,13 +77,13 @@ def read_case(name: str) -> Case:
 
 
 def end_of_the_test(name: str) -> float:
-    """Return the largest deflection of a test (m); of a window wall, not reported, that of the solid one."""
+    """Return the largest deflection of a test (m); for a window wall, not reported, that of the solid wall."""
     test = results_of_the_test()
     return float(test[name.removeprefix("window_")]["central_deflection"])
 
 
 def on_jacks(scene: Scene, concrete: ReinforcedConcrete | None = None) -> Scene:
-    """Return a wall on its footing on the rig: held supports, three equal jacks, taken from the level state."""
+    """Return a wall on its footing on the rig: fixed supports, three equal jacks, from the level state."""
     return replace(
         scene,
         movement=replace(scene.movement, shape="jacks"),
@@ -92,20 +93,20 @@ def on_jacks(scene: Scene, concrete: ReinforcedConcrete | None = None) -> Scene:
 
 
 def further(scene: Scene) -> Scene:
-    """Return a wall on jacks that is taken on to the full deflection, jacks and supports pulling where they must."""
+    """Return a wall on jacks up to the full deflection, with jacks and supports that can pull."""
     return replace(scene, rig=replace(scene.rig, stop_at_zero=False))
 
 
 def virgin() -> ReinforcedConcrete:
-    """Return the reinforced concrete of the footing before anything has bent it."""
+    """Return the uncracked reinforced concrete of the footing."""
     return ReinforcedConcrete(grade=GRADE, bottom=MESH)
 
 
 def bent_before(moment: float) -> ReinforcedConcrete:
-    """Return it bent by a moment (Nm) before, up and down: cracked, with tension stiffening as EN 1992 has it then."""
+    """Return concrete cracked by an earlier moment (Nm) of both signs, with tension stiffening after EN 1992."""
     return replace(virgin(), earlier_moment=moment, tension_stiffening=0.5)
 
 
 def counterpart(name: str) -> str:
-    """Return the case that moves the other way."""
+    """Return the case of the opposite movement."""
     return name.replace("dishing", "doming") if "dishing" in name else name.replace("doming", "dishing")

@@ -1,4 +1,4 @@
-"""Pictures of one wall of the test, each beside the paper's of the same number."""
+"""Pictures of one wall of the test, numbered as in the paper."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def development(solved: Solved, way: str = "elastic") -> Figure:
 
 
 def _shorten(ax: Axes, ds: xr.Dataset, increment: int) -> None:
-    """Let a drawing say only what differs from its neighbours."""
+    """Remove labels that are the same in neighbouring drawings."""
     scale = ax.get_title(loc="left").replace("\n", " ").split("displacements ")[-1].split(" large")[0]
     parts = [f"{MM * float(ds['central_deflection'][increment]):.2g} mm"]
     if "jack_load" in ds:
@@ -51,7 +51,7 @@ def _shorten(ax: Axes, ds: xr.Dataset, increment: int) -> None:
 
 
 def deformation(solved: Solved) -> Figure:
-    """Draw a wall at the end of the test, too large (the paper's Figure 12): prescribed, and on jacks."""
+    """Draw a wall at the end of the test, exaggerated (the paper's Figure 12): prescribed, and on jacks."""
     figure = new_figure(10.0, 13.0)
     for ax, way in zip(figure.subplots(2, 1), ("prescribed", "bent"), strict=True):
         ds = solved.whole[way]
@@ -67,7 +67,7 @@ def jack_load(solved: Solved) -> Figure:
     ax = figure.add_subplot()
     dishing = "dishing" in solved.case.name
     for way in ("elastic", "cracked", "bent"):
-        # the path that ends at the limit knows it best
+        # the path that ends at the limit gives it most accurately
         exact = {k: v for k, v in solved.limit[way].attrs.items() if k == "limit_deflection"}
         draw_jack_load(
             solved.whole[way].assign_attrs(exact),

@@ -1,4 +1,4 @@
-"""What is measured on a solved wall, as the test was measured."""
+"""Quantities of a solved wall, as measured in the test."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from damagepred.plotting.dpc import open_stretches
 from damagepred.plotting.stress import block_stress, one_of
 
 THRESHOLDS = (0.1e-3, 0.5e-3, 1.0e-3, 1.3e-3)
-"""Openings (m) from which a dpc counts as separated: how wide a gap was seen in the test is not reported."""
+"""Openings (m) from which a dpc counts as separated: the threshold of the test is not reported."""
 AROUND = 0.6
-"""How far around a window its stress is looked at (m)."""
+"""Distance around a window within which stresses are evaluated (m)."""
 
 
 def at(ds: xr.Dataset, deflection: float) -> int:
@@ -47,7 +47,7 @@ class Dpc:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Dpc:
-        """Read it."""
+        """Return the dpc of a dataset."""
         order = _contacts_along(ds)
         along = (ds[f"contact_{name}"].values[increment, order] for name in ("opening", "normal_stress", "slip"))
         x = ds["vertex_x"].values
@@ -56,22 +56,22 @@ class Dpc:
         )
 
     def stretches(self, threshold: float) -> list[tuple[float, float]]:
-        """Return where it is open by more than a threshold (m)."""
+        """Return the contacts with an opening above a threshold (m)."""
         return open_stretches(self.x, self.opening, threshold)
 
     def separated(self, threshold: float) -> float:
-        """Return along how much of the wall (m) it is open by more than a threshold (m)."""
+        """Return the length (m) with an opening above a threshold (m)."""
         return sum(b - a for a, b in self.stretches(threshold))
 
     def closed_at_ends(self, threshold: float) -> tuple[float, float]:
-        """Return how far from either end it is not open by more than a threshold (m): half the wall if nowhere."""
+        """Return the distance from each end (m) without an opening above a threshold (m): half the wall if none."""
         found = self.stretches(threshold)
         if not found:
             return (self.right - self.left) / 2, (self.right - self.left) / 2
         return found[0][0] - self.left, self.right - found[-1][1]
 
     def opening_at(self, distance: float) -> float:
-        """Return the opening so far from the ends (m), the mean of both."""
+        """Return the opening at a distance from the ends (m), the mean of both."""
         places = (self.left + distance, self.right - distance)
         return float(np.mean([np.interp(x, self.x, self.opening) for x in places]))
 
@@ -82,12 +82,12 @@ class Dpc:
 
     @property
     def bearing(self) -> float:
-        """Along how much of the wall it carries (m)."""
+        """Length of the wall on which the dpc bears (m)."""
         return float(self.reach[self.stress < 0].sum())
 
     @property
     def sliding(self) -> float:
-        """Largest plastic slip where it carries (m)."""
+        """Largest plastic slip where it bears (m)."""
         return float(np.abs(self.slip[self.stress < 0]).max(initial=0.0))
 
 
@@ -118,21 +118,21 @@ class Line:
 
 
 def line_through(x: FloatArray, y: FloatArray) -> Line:
-    """Return the straight line with the least squares of what it leaves."""
+    """Return the line of least squares."""
     slope, start = np.polyfit(x, y, 1)
     left = y - (start + slope * x)
     return Line(float(slope), float(start), 1.0 - float((left**2).sum() / ((y - y.mean()) ** 2).sum()))
 
 
 def width_against_separation(ds: xr.Dataset) -> Line:
-    """Return how the window's width (m) follows the widest opening of the dpc (m), once that is visible."""
+    """Return the regression of the window's width (m) on the widest opening of the dpc (m), once that is visible."""
     gap, change = ds["dpc_opening_max"].values, ds["opening_width_change"].values[:, 0]
     visible = gap > HAIRLINE
     return line_through(gap[visible], change[visible]) if visible.sum() > 2 else Line(np.nan, np.nan, np.nan)
 
 
 def separation_at(ds: xr.Dataset, change: float) -> float | None:
-    """Return the widest opening of the dpc (m) at which the window's width has first changed by so much (m)."""
+    """Return the widest opening of the dpc (m) at which the window's width has first changed by a given amount (m)."""
     gap, found = ds["dpc_opening_max"].values, np.abs(ds["opening_width_change"].values[:, 0])
     past = np.flatnonzero(found >= abs(change))
     if not past.size or past[0] == 0:
@@ -160,7 +160,7 @@ class AroundWindow:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> AroundWindow:
-        """Look at the bricks above the dpc within ``AROUND`` of the window, and at the joints under its sill."""
+        """Evaluate bricks above the dpc within ``AROUND`` of the window, and joints under its sill."""
         left, sill = float(ds["opening_left"][0]), float(ds["opening_sill"][0])
         width, height = float(ds["opening_width"][0]), float(ds["opening_height"][0])
         x, y = ds["block_x"].values, ds["block_y"].values
@@ -175,7 +175,7 @@ class AroundWindow:
 
 
 def cracked_above_dpc(ds: xr.Dataset, increment: int) -> int:
-    """Return how many mortar joints above the dpc have broken."""
+    """Return the number of broken mortar joints above the dpc."""
     kind, y = ds["contact_kind"].values, ds["contact_y"].values
     mortar = ((kind == ContactKind.BED_JOINT) | (kind == ContactKind.HEAD_JOINT)) & (
         y > y[kind == ContactKind.DPC].max()

@@ -1,4 +1,4 @@
-"""What the limits hang on: one thing changed at a time, on jacks.
+"""Sensitivity of the limits: one parameter changed at a time, on jacks.
 
     python studies/bryant_1993/sensitivity.py
 
@@ -33,12 +33,12 @@ SHEET = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.5)
 
 @dataclass(frozen=True)
 class Variant:
-    """One thing changed.
+    """One changed parameter.
 
     Attributes
     ----------
     name : str
-        What.
+        Description.
     change : callable
         From the scene on jacks with an elastic footing.
     """
@@ -74,12 +74,12 @@ def unbreakable(scene: Scene) -> Scene:
 
 
 def stiff_bricks(scene: Scene) -> Scene:
-    """Return a wall whose bricks have their own modulus, so that brickwork, joints and all, has about 9000 MPa."""
+    """Return a wall with bricks of a modulus that gives brickwork, with its joints, about 9000 MPa."""
     return replace(scene, block=replace(scene.block, elastic_modulus=UNIT_MODULUS))
 
 
 def variants(bent: float) -> list[Variant]:
-    """Return all variants; ``bent`` is the moment (Nm) by which a footing was bent before."""
+    """Return all variants; ``bent`` is the earlier moment in the footing (Nm)."""
     before = bent_before(bent)
     found = [
         Variant("as the paper: elastic, 7000 MPa", lambda s: s),
@@ -119,7 +119,7 @@ def variants(bent: float) -> list[Variant]:
 
 
 def row(variant: Variant, names: tuple[str, ...] = NAMES) -> list[str]:
-    """Return the row of a variant: for each wall its limit (mm) and what the test measured there (mm)."""
+    """Return the row of a variant: for each wall its limit (mm) and the measured quantity there (mm)."""
     cells = []
     for name in names:
         case = read_case(name)
@@ -135,7 +135,7 @@ def row(variant: Variant, names: tuple[str, ...] = NAMES) -> list[str]:
 
 
 def alone(line_load: Callable[[Scene], float], concrete: ReinforcedConcrete | None = None) -> list[str]:
-    """Return the limits (mm) of the footing alone, what it carries of the wall being a dead load (N/m)."""
+    """Return the limits (mm) of the footing alone under a dead load (N/m)."""
     found = []
     for name in ("dishing", "doming"):
         scene = on_jacks(read_case(name).scene, concrete)
@@ -153,7 +153,7 @@ def courses_below(scene: Scene) -> float:
 
 
 def whole_wall(scene: Scene) -> float:
-    """Return the weight of wall and roof as an even load (N/m)."""
+    """Return the weight of wall and roof as a uniform load (N/m)."""
     wall = scene.wall
     return wall.height * wall.thickness * scene.block.density * GRAVITY + scene.loads.roof / wall.length
 

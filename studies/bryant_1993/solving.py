@@ -20,7 +20,7 @@ LABELS = {
     "cracked": "jacks, reinforced footing, new",
     "bent": "jacks, reinforced footing, bent before",
 }
-"""The ways to load a wall, as tables and pictures call them."""
+"""Names of the ways to load a wall, in tables and pictures."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Solved:
     case : Case
         The wall.
     limit : dict of str to Dataset
-        By way: on jacks, up to where they (dishing) or a support (doming) carry nothing any more.
+        By way: on jacks, up to the deflection at which they (dishing) or a support (doming) carry no load.
     whole : dict of str to Dataset
-        By way: up to the test's deflection, with jacks and supports that pull where they must.
+        By way: up to the test's deflection, with jacks and supports that can pull.
     earlier_moment : float
-        By which the footing that was bent before had been bent (Nm).
+        Earlier moment in the footing that was bent before (Nm).
     """
 
     case: Case
@@ -46,7 +46,7 @@ class Solved:
 
 
 def solve(scene: Scene, what: str) -> xr.Dataset:
-    """Solve one path, and say so."""
+    """Solve one path, and report its time."""
     began = time.perf_counter()
     ds = damagepred.solve(scene, on_failure="return")
     reached = 1e3 * float(ds["central_deflection"][-1])
@@ -57,7 +57,7 @@ def solve(scene: Scene, what: str) -> xr.Dataset:
 
 
 def earlier_moment(case: Case) -> float:
-    """Return the largest moment (Nm) in a new footing when the wall is taken the other way, as far as the test went."""
+    """Return the largest moment (Nm) in a new footing at the test's deflection in the opposite direction."""
     kind = "doming" if case.scene.movement.kind == "dishing" else "dishing"
     movement = replace(case.scene.movement, kind=kind, central_deflection=case.other_way)
     scene = further(on_jacks(replace(case.scene, movement=movement), virgin()))

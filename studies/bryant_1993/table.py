@@ -1,4 +1,4 @@
-"""The table: measured in the test, the paper's model, and ours in four ways."""
+"""The table: the test, the paper's model, and this model loaded in four ways."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Row:
     Attributes
     ----------
     case, quantity : str
-        What was measured.
+        Case and quantity.
     test, paper : str
-        In the test, and by the paper's model.
+        Values of the test and of the paper's model.
     ours : dict of str to str
         By way of loading.
     """
@@ -226,7 +226,7 @@ def write_csv(found: list[Row], file: Path) -> None:
 
 
 def between(text: str, mark: str, lines: list[str]) -> str:
-    """Return a text with what stands between two marks replaced."""
+    """Return a text with the part between two marks replaced."""
     start, end = f"<!-- {mark} -->", f"<!-- end of {mark} -->"
     head, rest = text.split(start)
     return head + start + "\n\n" + "\n".join(lines) + "\n\n" + end + rest.split(end)[1]

@@ -1,8 +1,8 @@
-"""The main job, end to end: one wall, a study of many, fragility curves, pictures.
+"""The main job: one wall, a study of many, fragility curves, pictures.
 
     python studies/bryant_window/run.py [--samples 32] [--workers 2] [--output studies/bryant_window/results]
 
-Runs the same commands a user types and prints each. The same call goes on where an interrupted one stopped.
+Runs the same commands a user types and prints each. The same call resumes an interrupted one.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def main() -> int:
 
 
 def damagepred(*arguments: object) -> int:
-    """Print a command and run it; 3 (some walls failed, and are on record) does not stop the rest."""
+    """Print a command and run it; exit code 3 (some walls failed, and are recorded) does not stop the others."""
     words = [str(a) for a in arguments]
     print("$ damagepred " + " ".join(os.path.relpath(w) if os.sep in w else w for w in words), flush=True)
     code = subprocess.run([sys.executable, "-m", "damagepred", *words], check=False).returncode

@@ -1,4 +1,4 @@
-"""Contacts of joints without a bond, and steps of the movement: what each costs, and what error it leaves.
+"""Contacts of joints without a bond, and steps of the movement: time and error of each.
 
     python studies/contacts/run.py
 
@@ -37,7 +37,7 @@ SHARES = (0.2, 0.25, 0.3, 0.34, 0.38, 0.4)
 def rotation_error(solver: Solver, share: float, length: float = 0.24, thickness: float = 0.11) -> float:
     """Return the error of the rotation of a block on a joint without tension, over the closed form.
 
-    theta = 2 N / (k_n t a^2) with the pressed length a = 3 (b / 2 - e).
+    theta = 2 N / (k_n t a^2) with the contact length a = 3 (b / 2 - e).
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def timed(scene: Scene) -> tuple[xr.Dataset, float]:
 
 
 def farthest(one: xr.Dataset, other: xr.Dataset) -> float:
-    """Return the largest difference of a block's place at the end (m)."""
+    """Return the largest difference of a block's final position (m)."""
     x, y = (one[f"block_displacement_{a}"].values[-1] - other[f"block_displacement_{a}"].values[-1] for a in "xy")
     return float(np.hypot(x, y).max())
 
@@ -112,7 +112,7 @@ def rotation_rows() -> Iterable[list[str]]:
 
 
 def cost_rows(walls: dict[str, Scene]) -> Iterable[list[str]]:
-    """Return what parts of an interface cost and change."""
+    """Return time and results by number of parts of an interface."""
     for name, scene in walls.items():
         for parts in (1, 2, 4, 8):
             ds, seconds = timed(replace(scene, solver=replace(scene.solver, no_tension_subdivisions=parts)))
@@ -121,7 +121,7 @@ def cost_rows(walls: dict[str, Scene]) -> Iterable[list[str]]:
 
 
 def step_rows(walls: dict[str, Scene]) -> Iterable[list[str]]:
-    """Return what step control costs, and how much a wall depends on the number of its increments."""
+    """Return time and results with and without step control, against many increments."""
     for name, scene in walls.items():
         fine, _ = timed(replace(scene, movement=replace(scene.movement, increments=160)))
         for control in (0.01, 1e9):

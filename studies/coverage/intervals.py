@@ -1,4 +1,4 @@
-"""Made-up samples with known answers, and the intervals that the toolkit gives for them.
+"""Synthetic samples with known true values, and the intervals that the toolkit gives for them.
 
 A case draws samples and returns, for each quantity, the interval's ends and the true value; both ends NaN where the
 toolkit gives no interval.
@@ -38,7 +38,7 @@ DAMAGED = (3, 5, 8, 20, 60)
 
 
 def seed_of(random: np.random.Generator) -> int:
-    """Return a seed for what takes one."""
+    """Return a seed."""
     return int(random.integers(2**31))
 
 
@@ -87,11 +87,11 @@ def curve(
     band: str = "bca",
     weighted: bool = False,
 ) -> Found:
-    """Give a lognormal curve of walls of which a share is damaged by the end."""
+    """Give a lognormal curve of walls of which a given share is damaged at the end."""
     walls = round(damaged / share)
     end = median * np.exp(dispersion * special.ndtri(min(share, 0.9995)))
     normal, weight = random.standard_normal(walls), np.ones(walls)
-    if weighted:  # drawn one standard deviation weaker, for half of the walls
+    if weighted:  # half of the walls are sampled one standard deviation weaker
         shifted = random.random(walls) < 0.5
         normal = normal - shifted
         weight = 1.0 / (0.5 + 0.5 * np.exp(-normal - 0.5))
@@ -103,7 +103,7 @@ def curve(
 
 
 def common(random: np.random.Generator, walls: int, dispersion: float = 0.4) -> Found:
-    """Give three curves of one dispersion; the second is told of."""
+    """Give three curves of one dispersion; the second is evaluated."""
     medians = 8e-3 * np.array([1.0, 1.6, 2.4])
     capacity = medians * np.exp(dispersion * random.standard_normal(walls))[:, None]
     ds = paths(capacity, 20e-3, 40)
@@ -112,10 +112,10 @@ def common(random: np.random.Generator, walls: int, dispersion: float = 0.4) -> 
 
 
 def empirical(random: np.random.Generator, walls: int) -> Found:
-    """Give a curve without a form."""
+    """Give a nonparametric curve."""
     ds = paths(8e-3 * np.exp(0.4 * random.standard_normal(walls)), 15e-3, 30)
     one = fit_fragility(ds, model="empirical", bootstrap=BOOTSTRAP, seed=seed_of(random), points=31).isel(category=0)
-    found = {"median": (float(one["median_lower"]) - 0.5e-3, float(one["median_upper"]), 8e-3)}  # known to a step
+    found = {"median": (float(one["median_lower"]) - 0.5e-3, float(one["median_upper"]), 8e-3)}  # known to an increment
     for place, name in ((6, "probability 0.04"), (12, "probability 0.31"), (24, "probability 0.84")):
         at = one.isel(intensity=place)
         truth = float(special.ndtr(np.log(float(at["intensity"]) / 8e-3) / 0.4))
@@ -124,7 +124,7 @@ def empirical(random: np.random.Generator, walls: int) -> Found:
 
 
 def counted(random: np.random.Generator, each: int, model: str = "separate") -> Found:
-    """Give curves of walls that are each known at one of five movements."""
+    """Give curves of walls that are each observed at one of five movements."""
     movement = np.array([4e-3, 6e-3, 9e-3, 13e-3, 20e-3])
     medians, dispersion = np.array([8e-3, 14e-3]), 0.5
     capacity = medians * np.exp(dispersion * random.standard_normal((5, each)))[:, :, None]
@@ -154,7 +154,7 @@ def surface(random: np.random.Generator, walls: int, slope: float = 0.7) -> Foun
 
 
 def median_of(random: np.random.Generator, walls: int, replicates: int = 1, end: float = 20e-3) -> Found:
-    """Give the median movement that a stopping rule looks at."""
+    """Give the median movement of a stopping rule."""
     u = unit_points("sobol", 2, walls, seed_of(random), replicates) if replicates > 1 else random.random((walls, 2))
     capacity = 8e-3 * np.exp(0.4 * special.ndtri(u).sum(axis=1) / np.sqrt(2))
     ds = paths(capacity, end, 40).assign_attrs(replicates=replicates)
@@ -163,7 +163,7 @@ def median_of(random: np.random.Generator, walls: int, replicates: int = 1, end:
 
 
 def own_movements(random: np.random.Generator, walls: int) -> Found:
-    """Give a probability from walls that are each known at a movement of its own."""
+    """Give a probability from walls that are each observed at an individual movement."""
     at = random.uniform(2e-3, 20e-3, walls)
     hit = (at >= 8e-3 * np.exp(0.4 * random.standard_normal(walls))).astype(np.int8)
     ds = xr.Dataset(
@@ -208,7 +208,7 @@ def importance(random: np.random.Generator, walls: int, beta: float, shift: floa
 
 
 def stopped(random: np.random.Generator, share: float, half_width: float = 0.05) -> Found:
-    """Give a share of as many walls as a stopping rule asked for."""
+    """Give a share of the walls that a stopping rule requires."""
     rule = StopWhen(category=1, at=0.01, half_width=half_width)
     at = interim_sizes(32, 2048)
     each = _each(tuple(at))
@@ -244,12 +244,12 @@ def two_regions(z: FloatArray, _: object) -> FloatArray:
 
 
 def second_region(z: FloatArray, _: object) -> FloatArray:
-    """Return margins of two equally likely regions, one of which comes into sight late."""
+    """Return margins of two equally likely regions, one of which appears only at late levels."""
     return np.minimum(3.3 - z[:, 0], 0.4 * (3.3 - z[:, 1]) + 0.6 * np.maximum(2.6 - z[:, 1], 0.0))
 
 
 def late_region(z: FloatArray, _: object) -> FloatArray:
-    """Return margins of two equally likely regions, one of which few samples of a level see before it is reached."""
+    """Return margins of two equally likely regions, one of which has few samples at early levels."""
     return np.minimum(3.3 - z[:, 0], 5.0 * (3.3 - z[:, 1]))
 
 

@@ -1,4 +1,4 @@
-"""How often an interval of 90 % holds the truth, for every interval that the toolkit prints.
+"""Coverage of every interval of 90 % that the toolkit prints.
 
 Run: python studies/coverage/run.py [--repetitions 400] [--seconds 40]
     [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
@@ -26,7 +26,7 @@ from damagepred.errors import InputError  # noqa: E402
 
 BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 LEAST = 0.85
-"""Coverage below which an interval does not keep what it says."""
+"""Smallest acceptable coverage."""
 
 FEWEST = 100
 """Repetitions of a slow case."""
@@ -100,7 +100,7 @@ def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = (), sec
 
 
 def table(folder: Path) -> str:
-    """Return the page's table: the coverage before the mends, if it was measured, and now."""
+    """Return the page's table: the coverage before the corrections, if it was measured, and now."""
     now = pd.read_csv(folder / "coverage.csv")
     file = folder / "before.csv"
     before = pd.read_csv(file).set_index(KEYS)["coverage"] if file.is_file() else pd.Series(dtype=float)
@@ -131,7 +131,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=[], help="words that intervals begin with")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=HERE)
-    parser.add_argument("--page", action="store_true", help="write the page from the table that is there")
+    parser.add_argument("--page", action="store_true", help="write the page from the stored table")
     asked = parser.parse_args()
     asked.output.mkdir(parents=True, exist_ok=True)
     if not asked.page:

@@ -1,4 +1,4 @@
-"""A study that is treated badly ends with the same results, bit by bit, as one that is left in peace.
+"""A study that is killed, hung or interrupted has the same results, bit by bit, as an undisturbed one.
 
 Run: python studies/durability/run.py [--kills 50] [--walls 48] [--only kill worker hang dask disk interrupt]
 """
@@ -29,7 +29,7 @@ STUDY = HERE / "small.toml"
 
 
 class Mistreated(AssertionError):
-    """A study did not survive as it should."""
+    """A requirement on a disturbed study is not met."""
 
 
 def command(folder: Path, walls: int, *more: str) -> list[str]:
@@ -50,20 +50,20 @@ def start(folder: Path, walls: int, *more: str) -> subprocess.Popen[str]:
 
 
 def finish(folder: Path, walls: int, *more: str) -> str:
-    """Run a study, or what is left of it, to its end; return what it said."""
+    """Run or resume a study to its end; return its output."""
     run = subprocess.run(command(folder, walls, *more), capture_output=True, text=True, check=False, timeout=900)
     require(run.returncode == 0, f"exit code {run.returncode}: {run.stderr}")
     return run.stdout
 
 
 def require(condition: bool, message: str) -> None:
-    """Complain if something is not as it should be."""
+    """Raise an error if a requirement is not met."""
     if not condition:
         raise Mistreated(message)
 
 
 def same(first: Path, second: Path) -> None:
-    """Check that two studies came to the same, to the last bit, but for the time it took."""
+    """Check that the results of two studies are identical to the last bit, except for times."""
     a, b = open_study(first), open_study(second)
     require(set(a.variables) == set(b.variables), "other variables")
     for name in set(a.variables) - {"run_time"}:
@@ -77,13 +77,13 @@ def kept(folder: Path) -> dict[Path, bytes]:
 
 
 def check_kept(before: dict[Path, bytes]) -> None:
-    """Check that parts are still there and unchanged."""
+    """Check that parts exist unchanged."""
     for file, content in before.items():
         require(file.is_file() and file.read_bytes() == content, f"{file.name} was lost or changed")
 
 
 def wait_for(condition: Callable[[], bool], limit: float = 300.0) -> None:
-    """Wait until something is so."""
+    """Wait until a condition is true."""
     deadline = time.monotonic() + limit
     while not condition():
         require(time.monotonic() < deadline, "nothing happened")
@@ -100,22 +100,22 @@ def children(process: int) -> list[int]:
     return found
 
 
-# -- what is done to it -----------------------------------------------------------------------------------------------
+# -- disturbances ----------------------------------------------------------------------------------------------------
 
 
 def kill(folder: Path, walls: int, undisturbed: Path, kills: int, seed: int = 1) -> str:
-    """Kill -9 the whole process group at random moments, and go on each time."""
+    """Kill -9 the whole process group at random moments, and resume each time."""
     luck, acknowledged, done, restarts = random.Random(seed), 0, 0, 0
     target = folder
     for number in range(kills):
         before = kept(target) if target.exists() else {}
         count = len(StudyFolder(target).finished()) if before else 0
-        if count == walls:  # complete: begin another one
+        if count == walls:  # complete: start another one
             same(undisturbed, target)
             restarts += 1
             target, before, count = folder.with_name(f"{folder.stem}-{restarts}.dp"), {}, 0
         run = start(target, walls)
-        # anywhere from the start of the program to a few seconds into its work
+        # from the start of the program to a few seconds of its work
         if luck.random() < 0.7:
             wait_for(lambda run=run, t=target, c=count: run.poll() is not None or len(StudyFolder(t).finished()) > c)
         time.sleep(luck.uniform(0.0, 1.5))
@@ -190,7 +190,7 @@ def small_disk(size: int) -> Iterator[Path | None]:
 
 
 def disk(folder: Path, walls: int, undisturbed: Path) -> str:
-    """Let the disk run full, make room, and go on; without a disk to fill, limit the size of files."""
+    """Fill the disk, free space, and resume; where no disk can be mounted, limit the size of files."""
     design = (undisturbed / "design.nc").stat().st_size
     with small_disk(32 * 2**20) as place:
         if place is not None:
@@ -255,8 +255,8 @@ TREATMENTS: dict[str, Callable[..., str]] = {
 
 
 def mistreat(names: list[str], walls: int, kills: int, place: Path) -> dict[str, str]:
-    """Do these things to a study each, and compare; return what came out."""
-    warnings.simplefilter("error", ArchiveWarning)  # a file that is damaged was not written whole
+    """Run the disturbances, and compare; return the results."""
+    warnings.simplefilter("error", ArchiveWarning)  # a damaged file was not written completely
     undisturbed = place / "undisturbed.dp"
     finish(undisturbed, walls)
     found = {}
@@ -271,7 +271,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=50, help="random moments to kill all at (50)")
     parser.add_argument("--walls", type=int, default=48, help="of the study (48)")
-    parser.add_argument("--only", nargs="+", choices=TREATMENTS, default=list(TREATMENTS), help="what to do to it")
+    parser.add_argument("--only", nargs="+", choices=TREATMENTS, default=list(TREATMENTS), help="disturbances to run")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         mistreat(options.only, options.walls, options.kills, Path(place))

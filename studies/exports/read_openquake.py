@@ -1,4 +1,4 @@
-"""What OpenQuake makes of an exported fragility model. Runs in OpenQuake's own environment: see run.py.
+"""Probabilities of an exported fragility model, computed by OpenQuake. Runs in OpenQuake's environment: see run.py.
 
     python read_openquake.py curves_openquake.xml LEVEL...
 

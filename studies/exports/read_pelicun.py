@@ -1,4 +1,4 @@
-"""What pelicun makes of an exported damage model. Runs in pelicun's own environment: see run.py.
+"""Damage states of an exported damage model, computed by pelicun. Runs in pelicun's environment: see run.py.
 
     python read_pelicun.py curves_pelicun.csv DEMAND_UNIT LEVEL...
 
@@ -23,7 +23,7 @@ def main() -> None:
     (demand,) = options["CustomDemandTypes"].values()
     asset = Assessment(options | {"PrintLog": False, "Seed": 1})
 
-    # one place a level, so that one run tells all
+    # one location per level, so one run gives all levels
     columns = {(demand["Acronym"], str(i), "1"): [unit, *[float(level)] * SIZE] for i, level in enumerate(levels, 1)}
     demands = pd.DataFrame(columns, index=["Units", *range(SIZE)])
     asset.demand.load_sample(demands)

@@ -1,10 +1,10 @@
-"""Whether pelicun and OpenQuake read from exported curves what was written into them.
+"""Check that pelicun and OpenQuake read exported curves correctly.
 
     python studies/exports/run.py [--only pelicun|openquake] [--output studies/exports/results]
 
-Makes an environment of its own for each program in the output folder (the first time: a few minutes, 2 GB), exports
-curves with known medians and dispersions, has them read there, and compares the probabilities. Exits with 1 if one
-differs by more than it may.
+It makes a separate environment for each program in the output folder (the first time: a few minutes, 2 GB), exports
+curves with known medians and dispersions, reads them there, and compares the probabilities. It exits with 1 if a
+difference is larger than allowed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ HERE = Path(__file__).resolve().parent
 
 NEEDED = {
     "pelicun": ["pelicun==3.10.0", "pandas<3"],
-    # of the engine's own list what its reader imports: the rest is for maps and servers
+    # only the requirements that the engine's reader imports; the others are for maps and servers
     "openquake": [
         "numpy",
         "scipy",
@@ -54,7 +54,7 @@ CASES = {
     "deflection_ratio": ("1", "unitless", 1.0, (1 / 900, 1 / 500, 1 / 320, 1 / 220), 0.42),
     "central_deflection": ("m", "m", 100.0, (6.5e-3, 12e-3, 18.5e-3, 27e-3), 0.42),
 }
-"""Unit here, in pelicun, what OpenQuake's is smaller by; medians; dispersion."""
+"""Unit here, unit in pelicun, factor to OpenQuake's unit; medians; dispersion."""
 
 
 def known_curves(measure: str) -> xr.Dataset:
@@ -81,7 +81,7 @@ def known_curves(measure: str) -> xr.Dataset:
 
 
 def environment(program: str, folder: Path) -> Path:
-    """Make a program's environment if it is not there; return its interpreter."""
+    """Make a program's environment if it is missing; return its interpreter."""
     place = folder / program
     python, done = place / "bin" / "python", place / "done"
     if not done.exists():
@@ -90,7 +90,7 @@ def environment(program: str, folder: Path) -> Path:
         install = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         for package in WITHOUT_DEPENDENCIES.get(program, []):
             subprocess.run([*install, "--no-deps", package], check=True)
-        # pip's word that the engine wants more than its reader needs is no error
+        # pip's warning about missing requirements of the engine is no error
         subprocess.run([*install, *NEEDED[program]], check=True)
         done.touch()
     return python
@@ -104,7 +104,7 @@ def read(python: Path, script: str, *arguments: object) -> dict:
 
 
 def compare(program: str, python: Path, folder: Path) -> float:
-    """Return the largest difference over what is allowed, after printing each."""
+    """Print each difference; return the largest ratio to the allowed one."""
     worst = 0.0
     for measure, (_, unit, factor, medians, dispersion) in CASES.items():
         curves = known_curves(measure)
@@ -120,7 +120,7 @@ def compare(program: str, python: Path, folder: Path) -> float:
             else:
                 found = read(python, "read_openquake.py", file, *(factor * levels))
                 parameters = 0.0
-                # told to 1e-6; between the levels of a discrete function it interpolates straight
+                # given to 1e-6; linear interpolation between the levels of a discrete function
                 allowed = np.full_like(ours, 2e-6 if kind == "openquake" else 5e-3)
             difference = np.abs(np.array(found["probability"]) - ours)
             worst = max(worst, float((difference / allowed).max()), parameters / 1e-12)

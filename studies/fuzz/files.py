@@ -1,8 +1,8 @@
 """Mutated files that a user could give: each is refused in a sentence, fails by name, or has a finite result.
 
-A file follows from the seed and its number alone. Tables are mutated as tables (keys removed, renamed, retyped, moved
-between files; numbers made extreme; other units; deep nesting), and their text as bytes. What is accepted and small is
-built and solved with a time limit.
+The seed and the number of a file determine it. Tables are mutated as tables (keys removed, renamed, retyped, moved
+between files; numbers made extreme; other units; deep nesting), and their text as bytes. Accepted small walls are built
+and solved with a time limit.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ from damagepred.study.campaign.sample import solve_sample
 from damagepred.text import controls_escaped
 
 GOOD = ("solved", "refused", "failed by name", "accepted")
-"""Outcomes that are as they should be; all others are defects."""
+"""Correct outcomes; all others are defects."""
 COLUMNS = ("number", "kind", "changes", "outcome", "seconds", "message")
 
 
 @dataclass(frozen=True)
 class Options:
-    """How files are tried.
+    """Options of the campaign.
 
     Attributes
     ----------
     limits : Limits
-        Of a wall that is solved.
+        Limits of a wall that is solved.
     solved_share : float
         Share of accepted files that are solved; all others are only read and built.
     patience : float
@@ -57,7 +57,7 @@ class Options:
     most_changes : int
         Mutations of a file at most.
     mild : float
-        Share of files of which numbers alone are scaled: most of these are accepted.
+        Share of files in which only numbers are scaled: most of these are accepted.
     damaged_bytes : float
         Share of files whose text is damaged besides.
     memory : float
@@ -78,7 +78,7 @@ class Hang(BaseException):
 
 
 class Tried(NamedTuple):
-    """What became of a file."""
+    """Outcome of a file."""
 
     number: int
     kind: str
@@ -269,7 +269,7 @@ def holder_of(tables: dict[str, Any], path: tuple[Any, ...]) -> Any:
 
 
 def scale(tables: dict[str, Any], rng: np.random.Generator) -> str:
-    """Make one number of nested tables larger or smaller, in place; return what was done in words."""
+    """Make one number of nested tables larger or smaller, in place; return a description."""
     found = [p for p in places(tables) if type(holder_of(tables, p)[p[-1]]) in (int, float)]
     if not found:
         return "nothing to scale"
@@ -281,7 +281,7 @@ def scale(tables: dict[str, Any], rng: np.random.Generator) -> str:
 
 
 def mutate(tables: dict[str, Any], others: list[dict[str, Any]], rng: np.random.Generator) -> str:
-    """Change one thing in nested tables, in place; return what in words."""
+    """Change one entry of nested tables, in place; return a description."""
     found = list(places(tables))
     if not found:
         tables["wall"] = {}
@@ -330,7 +330,7 @@ def mutate(tables: dict[str, Any], others: list[dict[str, Any]], rng: np.random.
 
 
 def damage_text(content: bytes, rng: np.random.Generator) -> tuple[bytes, str]:
-    """Change the bytes of a text; return them and what was done in words."""
+    """Change the bytes of a text; return them and a description."""
     text = bytearray(content)
     where = int(rng.integers(len(text) + 1))
     lines = content.splitlines(keepends=True)
@@ -378,7 +378,7 @@ def study_of(name: str, scene: dict[str, Any]) -> dict[str, Any]:
 
 
 def written(folder: Path, number: int, seed: int, options: Options) -> tuple[str, Path, str]:
-    """Write a mutated file and all that it names; return its kind, its place, and what was changed."""
+    """Write a mutated file and all files that it names; return its kind, path, and changes."""
     rng = np.random.default_rng((seed, number))
     names = list(SCENES)
     scenes = [scene_of(name) for name in names]
@@ -432,7 +432,7 @@ def patience(seconds: float) -> Iterator[None]:
         raise Hang
 
     before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)  # of this process: others may keep the machine busy
+    signal.setitimer(signal.ITIMER_PROF, seconds)  # processor time of this process, because of other load
     try:
         yield
     finally:
@@ -457,7 +457,7 @@ FINITE = (
 
 
 def not_finite(values: Any) -> list[str]:
-    """Return the names of results that are not finite, of all that always are."""
+    """Return the names of results that must be finite and are not."""
     return [name for name in FINITE if name in values and not np.isfinite(np.asarray(values[name])).all()]
 
 
@@ -497,7 +497,7 @@ def _values(study: Study) -> dict[str, float]:
 
 
 def try_file(number: int, seed: int, options: Options, folder: Path) -> Tried:
-    """Make a file, try it, and say what became of it."""
+    """Make a file, try it, and return its outcome."""
     kind, place, changes = written(folder, number, seed, options)
     solved = np.random.default_rng((seed, number, 1)).random() < options.solved_share
     before, began, here = _peak(), time.perf_counter(), Path.cwd()
@@ -530,7 +530,7 @@ def try_file(number: int, seed: int, options: Options, folder: Path) -> Tried:
 
 
 def bad_message(outcome: str, message: str) -> bool:
-    """Return whether a message is too long, missing, or holds what belongs on no screen."""
+    """Return whether a message is too long, missing, or contains unprintable text."""
     missing = outcome in ("refused", "failed by name") and not message.strip()
     return missing or len(message) > LONGEST_MESSAGE or "Traceback" in message or "\x1b" in message
 
@@ -543,7 +543,7 @@ def _peak() -> float:
 
 
 def read_log(log: Path) -> list[Tried]:
-    """Read what earlier runs found; a last line that was cut off does not count."""
+    """Read the rows of earlier runs; an incomplete last line is ignored."""
     if not log.is_file():
         return []
     with log.open(encoding="utf-8", newline="") as stream:
@@ -558,7 +558,7 @@ def run(
     options: Options = Options(),
     say: Callable[[str], None] = print,
 ) -> list[Tried]:
-    """Try files one after the other; an interrupted run goes on where it was.
+    """Try files one after the other; the same call resumes an interrupted run.
 
     Parameters
     ----------
@@ -597,7 +597,7 @@ def run(
 
 
 def warm_up() -> None:
-    """Compile what solving takes, which is not the fault of a file."""
+    """Compile all kernels, so that no file's time includes it."""
     for name in SCENES:
         if name != "record":
             solve(Scene.from_dict(scene_of(name)), on_failure="return")
@@ -620,7 +620,7 @@ def summary(tried: list[Tried]) -> str:
 
 
 def defects(tried: list[Tried]) -> list[Tried]:
-    """Return the files whose outcome is not as it should be."""
+    """Return the files with a defect."""
     return [t for t in tried if t.outcome not in GOOD]
 
 

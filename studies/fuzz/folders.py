@@ -1,8 +1,8 @@
-"""Damaged study folders and files: every command refuses them in a sentence, names what it leaves out, or is right.
+"""Damaged study folders and files: every command refuses them, names omitted files, or gives the right answer.
 
-A damage follows from the seed and its number alone: single bits flipped anywhere, files cut, emptied, removed, renamed,
+The seed and the number of a damage determine it: single bits flipped anywhere, files cut, emptied, removed, renamed,
 exchanged with those of another study, attributes changed, pipes and folders in their place. Each command runs in a fork
-with a time limit. At the end ``repair`` and ``study`` must bring back what was there, bit by bit.
+with a time limit. At the end ``repair`` and ``study`` must restore all samples, bit by bit.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ COMMANDS = {
 PATIENCE = 60.0
 """Time (s) after which a command counts as hung."""
 RARELY = {"report": 5}
-"""Commands that are slow: of so many folders one."""
+"""Slow commands, and the number of folders of which one is tried."""
 _TIMES = re.compile(r"\d+(\.\d+)? (s|ms|min)\b|\s+")
 
 
@@ -129,7 +129,7 @@ def noise(file: Path, luck: random.Random, other: Path) -> None:
 
 
 def exchange(file: Path, luck: random.Random, other: Path) -> None:
-    """Put a file of another study of equal size in its place, of the same kind if there is one."""
+    """Replace a file by one of another study of equal size, of the same kind if there is one."""
     alike = [f for f in files(other) if f.name == file.name] or [f for f in files(other) if f.suffix == file.suffix]
     shutil.copy(luck.choice(alike or files(other)), file)
 
@@ -217,7 +217,7 @@ def run(arguments: str, place: Path) -> Said:
 
 
 def defect(command: str, said: Said, honest: Said, gone: bool) -> str:
-    """Say what is wrong with what a command did; without a file that is gone, the study is an unfinished one."""
+    """Return the defects of a command's answer; a study without a missing file is unfinished."""
     if said.code == -1:
         return f"{command}: hang"
     if said.code not in (0, 2, 3) or "Traceback" in said.err:
@@ -231,7 +231,7 @@ def defect(command: str, said: Said, honest: Said, gone: bool) -> str:
 
 
 def values_differ(folder: Path, honest: xr.Dataset, gone: bool) -> str:
-    """Say whether the archive holds other values than it did, or lacks some without a word."""
+    """Return whether the archive has changed values, or missing ones without a message."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", ArchiveWarning)
         try:
@@ -246,7 +246,7 @@ def values_differ(folder: Path, honest: xr.Dataset, gone: bool) -> str:
 
 
 def different(ds: xr.Dataset, honest: xr.Dataset) -> str:
-    """Say in what an archive differs from a sound one, of the samples it has; only the last may have failed."""
+    """Return the differences of an archive's samples from those of an undamaged one; only the last may have failed."""
     status = ds["status"].values
     if len(status) != honest.sizes["sample"] or (status[:-1] == 2).any():
         return "open_study: samples are gone, or failed"
@@ -259,7 +259,7 @@ def different(ds: xr.Dataset, honest: xr.Dataset) -> str:
 
 
 def mended(place: Path, honest: xr.Dataset) -> str:
-    """Repair a folder, run what is missing, and say whether it is as before."""
+    """Repair a folder, run missing samples, and return whether all are restored."""
     steps = [run(command, place) for command in ("repair study.dp", COMMANDS["study"], COMMANDS["verify"])]
     if wrong := [said for said in steps if said.code not in (0, 3)]:
         text = wrong[0].err.strip()
@@ -300,7 +300,7 @@ def one(
     for _ in range(1 if luck.random() < 0.8 else 2):
         file = luck.choice(files(place / "study.dp") if luck.random() < 0.9 else [place / "wall.nc"])
         damage = luck.choices(list(DAMAGE), list(DAMAGE.values()))[0]
-        with contextlib.suppress(OSError):  # the second damage of a file that is no netCDF any more
+        with contextlib.suppress(OSError):  # the second damage of a file that is no longer netCDF
             damage(file, luck, other / "study.dp")
         done.append(f"{damage.__name__} {file.relative_to(place)}")
     gone = any(what.startswith(("remove", "rename", "exchange wall")) for what in done)
@@ -316,7 +316,7 @@ def one(
 
 
 def main(count: int, seed: int, out: Path) -> int:
-    """Try so many damaged folders; write a log, print a summary, and return 1 where there are defects."""
+    """Try damaged folders; write a log, print a summary, and return 1 where there are defects."""
     found, answers = [], Counter()
     with studies() as (source, other):
         place = source.with_name("damaged")

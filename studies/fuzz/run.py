@@ -3,7 +3,7 @@
 Run: python studies/fuzz/run.py files [--count 20000] [--seed 1] [--solved 0.3] [--out FOLDER]
      python studies/fuzz/run.py folders [--count 1000] [--seed 1] [--out FOLDER]
 
-An interrupted run of files goes on where it was when the same command is given again.
+The same command resumes an interrupted run of files.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def main() -> int:
-    """Run what is asked for; return 1 where there are defects."""
+    """Run the campaign; return 1 where there are defects."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     kinds = parser.add_subparsers(dest="what", required=True)
     files = kinds.add_parser("files", help="scenes, studies, damage tables and tables of values, mutated")

@@ -15,7 +15,7 @@ from PIL import Image
 
 GUIDE = Path(__file__).resolve().parents[2] / "damagepred" / "guide"
 WIDTH = 1000
-"""Of a picture on the page (pixels)."""
+"""Size of a picture on the page (pixels)."""
 _BLOCK = re.compile(
     r"(?:<!-- file: (?P<file>\S+) -->\n(?:<!--[^\n]*-->\n)*)?```(?P<kind>toml|bash)\n(?P<text>.*?)```", re.DOTALL
 )

@@ -106,7 +106,7 @@ def draw_curves(title: str, fitted: Sequence[tuple[Case, xr.Dataset]], path: Pat
         deflection = 1e3 * curves["intensity"].values
         for k, ax in enumerate(panels[kinds.index(case.kind)]):
             own = curves.isel(category=k)
-            # what has no curve: its shares as they are counted
+            # without a curve, the counted shares
             fitted_here = bool(np.isfinite(own["median"]))
             values = own["probability"] if fitted_here else own["empirical"]
             style, width = ("-", 1.6) if fitted_here else (":", 1.1)

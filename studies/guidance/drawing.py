@@ -1,4 +1,4 @@
-"""The picture of a study: how many walls are in which category at each limit, variant by variant."""
+"""The picture of a study: shares of walls in each category at each limit, variant by variant."""
 
 from __future__ import annotations
 

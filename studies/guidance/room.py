@@ -1,4 +1,4 @@
-"""What all studies of this room do: read variants of one wall, run them with the same samples, tabulate and draw."""
+"""Common part of the guidance studies: read variants of one wall, run them with the same samples, tabulate, draw."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ KINDS = ("dishing", "doming")
 
 @dataclass(frozen=True)
 class Variant:
-    """The wall with something changed.
+    """A variant of the wall.
 
     Attributes
     ----------
     name : str
-        What.
+        Description.
     settings : StudySettings
         Of the study.
     """
@@ -53,8 +53,8 @@ def read_variants(folder: Path) -> tuple[str, list[Variant]]:
     Parameters
     ----------
     folder : Path
-        With ``settings.toml``: a title, and for each ``[[variant]]`` its name, what it sets of ``wall.toml``, and what
-        it leaves out of it (``remove``: lists of keys).
+        With ``settings.toml``: a title, and for each ``[[variant]]`` its name, the changed keys of ``wall.toml``, and
+        the removed ones (``remove``: lists of keys).
     """
     tables, found = read_toml(folder / "settings.toml"), []
     for variant in tables["variant"]:
@@ -79,16 +79,16 @@ def overlaid(base: Any, change: Any) -> Any:
 
 
 def study_of(settings: StudySettings, kind: str, increments: int | None, reach: float) -> StudySettings:
-    """Return the study of a variant that moves one way.
+    """Return the study of a variant in dishing or doming.
 
     Parameters
     ----------
     settings : StudySettings
         Of the variant.
     kind : {"dishing", "doming"}
-        Which way.
+        Direction of the movement.
     increments : int or None
-        Other than it says.
+        Increments, by default those of the settings.
     reach : float
         Share of its movement that is followed.
     """
@@ -108,13 +108,13 @@ def study_of(settings: StudySettings, kind: str, increments: int | None, reach: 
 
 
 def archive_of(output: Path, study: StudySettings) -> Path:
-    """Return the folder of a study: the same for variants that are the same, in whichever study they are."""
+    """Return the folder of a study: equal variants of different studies share one."""
     text = json.dumps(study.to_dict(), sort_keys=True, default=str)
     return output / f"{study.scene.movement.kind}_{hashlib.sha256(text.encode()).hexdigest()[:12]}.dp"
 
 
 def run_walls(study: StudySettings, place: Path, samples: int | None, workers: int) -> RunSummary:
-    """Run what is left of a study; a single worker is this process, which need not compile anew for each study."""
+    """Run the missing samples; a single worker is this process, which compiles only once for all studies."""
     if workers > 1:
         return Study(study).run(place, samples, workers=workers)
     with ThreadPoolExecutor(1) as executor:
@@ -122,30 +122,30 @@ def run_walls(study: StudySettings, place: Path, samples: int | None, workers: i
 
 
 def walls_of(place: Path, samples: int | None) -> xr.Dataset:
-    """Return the walls there are of a study, the first so many if it is said: other studies may have asked for more."""
+    """Return the stored walls of a study, or the first ``samples``: other studies may have run more."""
     ds = open_study(place)
     ds = ds.isel(sample=slice(0, samples))
     return ds.isel(sample=np.flatnonzero(ds["status"].values != SampleStatus.MISSING))
 
 
 def run_study(folder: Path, arguments: Sequence[str] | None = None) -> int:
-    """Run one study of the room and write its table and picture; return the exit code.
+    """Run one guidance study and write its table and picture; return the exit code.
 
     Parameters
     ----------
     folder : Path
         Of the study.
     arguments : sequence of str, optional
-        In place of those of the command line.
+        Command line arguments, by default those of the process.
     """
     parser = argparse.ArgumentParser(description=folder.name)
-    parser.add_argument("--samples", type=int, help="walls for each variant and way; by default as in wall.toml")
+    parser.add_argument("--samples", type=int, help="walls for each variant and direction; by default as in wall.toml")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--increments", type=int, help="of the movement; by default as in wall.toml")
     parser.add_argument("--reach", type=float, default=1.0, help="share of the movement to follow")
     parser.add_argument("--archives", type=Path, default=ROOM / "results", help="folder for the walls")
     parser.add_argument("--output", type=Path, default=folder, help="folder for table and picture")
-    parser.add_argument("--tables-only", action="store_true", help="make table and picture from the walls there are")
+    parser.add_argument("--tables-only", action="store_true", help="write table and picture from the stored walls")
     options = parser.parse_args(arguments)
     title, variants = read_variants(folder)
     cases, failed = [], False

@@ -1,4 +1,4 @@
-"""Shares of the walls that have reached a category by a given deflection, with what they leave open."""
+"""Shares of the walls that have reached a category by a given deflection, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MEASURES = ("control_joint_opening_max", "control_joint_closing_max")
 
 
 class Case(NamedTuple):
-    """The walls of one variant, moving one way."""
+    """The walls of one variant in one direction."""
 
     variant: str
     kind: str
@@ -32,10 +32,10 @@ def rows_of(cases: Sequence[Case], limits: Mapping[str, MovementLimit]) -> pd.Da
     """Return a table with a row for each variant, way of movement, limit of AS 2870 Table 4.1, and category.
 
     ``share`` counts walls known at that deflection. ``lower`` and ``upper`` hold the share of all walls with 90 %
-    confidence (Wilson), walls that failed before having been undamaged in the one and damaged in the other.
+    confidence (Wilson), walls that failed before counted as undamaged in the one and damaged in the other.
     ``median capacity`` is the deflection by which half of the walls have reached the category, infinite if they have
-    not; how far control joints have opened and closed are medians of the walls followed so far, to the category
-    at which the study stops.
+    not. Openings and closures of control joints are medians of the walls that were followed to this deflection; a path
+    ends at the category at which the study stops.
     """
     rows: list[dict[str, Any]] = []
     for case in cases:
@@ -63,7 +63,7 @@ def rows_of(cases: Sequence[Case], limits: Mapping[str, MovementLimit]) -> pd.Da
 
 
 def counts(ds: xr.Dataset, at: int, category: int) -> dict[str, Any]:
-    """Return how many walls have reached a category by an increment, and the share with its interval."""
+    """Return the number of walls that have reached a category by an increment, and the share with its interval."""
     worst = ds["damage_category"].values[:, : at + 1].max(axis=1)
     reached = worst >= category
     unknown = (ds["status"].values == FAILED) & ~reached & (ds["damage_category"].values[:, at] < 0)
@@ -80,20 +80,20 @@ def counts(ds: xr.Dataset, at: int, category: int) -> dict[str, Any]:
 
 
 def capacity(ds: xr.Dataset, category: int) -> dict[str, float]:
-    """Return the median of the deflections (mm) at which walls were first seen in a category, and its quartiles.
+    """Return median and quartiles of the deflections (mm) of the first increment in a category.
 
     A wall that has not reached it, or failed before, has an infinite one.
     """
     reached = ds["damage_category"].values >= category
     deflection = ds["central_deflection"].values
     first = np.where(reached.any(axis=1), 1e3 * deflection[np.arange(len(reached)), reached.argmax(axis=1)], np.inf)
-    # of walls in order, so that none is mixed with an infinite one
+    # of sorted walls, without interpolation towards infinite values
     low, middle, high = (float(np.quantile(first, q, method="inverted_cdf")) for q in (0.25, 0.5, 0.75))
     return {"median capacity (mm)": middle, "lower quartile (mm)": low, "upper quartile (mm)": high}
 
 
 def medians(ds: xr.Dataset, at: int) -> dict[str, float]:
-    """Return the medians of what opens (mm), of the walls followed so far."""
+    """Return the medians of openings (mm), of the walls followed to this deflection."""
     found = {}
     for name in MEASURES:
         values = ds[name].values[:, at] if name in ds else np.array([np.nan])
@@ -133,7 +133,7 @@ def markdown(rows: pd.DataFrame) -> str:
 
 
 def put_in(readme: Path, text: str, begin: str = BEGIN) -> None:
-    """Write a table into a README, between the marks that are there for it, if they are."""
+    """Write a table into a README, between its marks, if it has them."""
     before, _, rest = readme.read_text(encoding="utf-8").partition(begin)
     _, found, after = rest.partition(END)
     if found:

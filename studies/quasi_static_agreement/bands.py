@@ -19,7 +19,7 @@ SOLVERS = {
     "explicit, fast": FAST,
     "explicit, slow": SLOW,
 }
-"""Paces of the explicit solver are those of the other parts; the default brings an increment on in 10 000 cycles."""
+"""Rates of the explicit solver are those of the other parts; the default ramp has 10 000 cycles."""
 BRITTLE = range(8)
 """Numbers of the random walls that crack, of the comparison of cohesions."""
 
@@ -62,7 +62,7 @@ HEADS = (
 
 
 def widths(case: Case, solver: Solver) -> tuple[str, ...]:
-    """Return what tables show of the last increment of a path."""
+    """Return the tabulated values of the last increment of a path."""
     result = path_of(case, solver)
     joint, band = (1e3 * float(result[name][-1]) for name in ("crack_width", "crack_band"))
     mortar = gauges(case.model()).joints.is_wall

@@ -1,4 +1,4 @@
-"""What the explicit solver makes of a wall, kept so that it is worked out only once."""
+"""Results of the explicit solver, stored so that each wall is solved only once."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from damagepred.errors import SolverError
 from damagepred.pipeline import follow
 from damagepred.scene import Solver
 
-# the reference leans on no skip
+# the reference skips no computation
 FAST = Solver(method="explicit", symmetric_half=False, ramp_cycles=3000)
 SLOW = replace(FAST, tolerance=1e-4, ramp_cycles=10_000, maximum_cycles=1_000_000)
 SLOWER = replace(FAST, tolerance=1e-5, ramp_cycles=40_000, maximum_cycles=4_000_000)
 DAMPED = replace(SLOWER, damping=0.98)
 PACES = {"fast": FAST, "slow": SLOW, "slower": SLOWER, "damped": DAMPED}
-"""The explicit solver in a hurry and not: cycles over which an increment comes on, and when it counts as settled. The
-last is as slow as the third, and more damped, so that a bond that breaks gives less of a jolt."""
+"""Rates of the explicit solver: cycles of the ramp of an increment, tolerance and damping. The last is as slow as the
+third, and more damped, so that the release of a broken bond is less dynamic."""
 
 Result = dict[str, Any]
 
 
 def pace_text(solver: Solver) -> str:
-    """Return what sets a pace."""
+    """Return the settings of a rate in words."""
     return f"ramp {solver.ramp_cycles}, tolerance {solver.tolerance_used:g}, damping {solver.damping:g}"
 
 
 def path_of(case: Case, solver: Solver) -> Result:
-    """Follow a wall's path; return its last increment's fields and what is known of every increment."""
+    """Follow a wall's path; return the fields of its last increment and the values of every increment."""
     model = case.model()
     rows, step = [], None
     end, began = "complete", time.perf_counter()
@@ -84,7 +84,7 @@ def path_of(case: Case, solver: Solver) -> Result:
 
 
 def cache_file(folder: Path, case: Case, solver: Solver) -> Path:
-    """Return where a result is kept: under the wall's name, the numbers that make it, and the pace."""
+    """Return the file of a result: by the wall's name, a hash of its numbers, and the rate."""
     name = f"{case.name} {fingerprint(case.model())} {pace_text(solver)}"
     return folder / f"{name.replace(',', '').replace(' ', '_')}.npz"
 
@@ -92,7 +92,7 @@ def cache_file(folder: Path, case: Case, solver: Solver) -> Path:
 def explicit_results(
     cases: list[Case], paces: list[str], folder: Path, *, fresh: bool, processes: int, limit: float
 ) -> dict[tuple[str, str], Result]:
-    """Return the explicit solver's results of walls at some paces, from the folder or worked out now."""
+    """Return the explicit solver's results of walls at some rates, from the folder or computed now."""
     folder.mkdir(parents=True, exist_ok=True)
     wanted = [(case, pace, cache_file(folder, case, PACES[pace])) for case in cases for pace in paces]
     missing = [job for job in wanted if fresh or not job[2].exists()]
@@ -117,7 +117,7 @@ def load(file: Path) -> Result:
 
 
 def note(text: str) -> None:
-    """Say how far things are."""
+    """Print the progress."""
     print(text, file=sys.stderr, flush=True)
 
 

@@ -1,10 +1,10 @@
-"""Compare the quasi-static solver with the explicit one, run slowly and settled tightly.
+"""Compare the quasi-static solver with the explicit one at slow movement and small tolerance.
 
     python studies/quasi_static_agreement/run.py [--part unique|dry|brittle|transient|bands|cohesion] [--walls 40]
 
-Walls of which hardly anything breaks have one answer, and both solvers must give it. Walls that crack brittly have
-many; there the two are compared wall by wall and as samples. Walls without bonds show what friction does. What the
-explicit solver gives is kept in ``results`` and not worked out again, unless the walls or its settings change, or with
+The solution of walls with hardly any broken bonds is unique, and both solvers must find it. That of brittle walls is
+not; there the two are compared wall by wall and as samples. Walls without bonds show the effect of friction. Results of
+the explicit solver are stored in ``results`` and not computed again, unless the walls or its settings change, or with
 ``--fresh``.
 """
 
@@ -30,9 +30,9 @@ from damagepred.scene import Solver
 HERE = Path(__file__).resolve().parent
 QUASI_STATIC = Solver(method="quasi_static")
 WITHIN = 0.01
-"""Share within which two answers count as the same where there is only one."""
+"""Relative difference within which two solutions agree where it is unique."""
 HARDLY = 0.002
-"""Share of a wall's contacts that are broken in mortar at most, where "hardly anything" breaks."""
+"""Largest share of broken mortar contacts of a wall with a unique solution."""
 EVER_SLOWER = ["fast", "slow", "slower"]
 SLOWING = {pace: PACES[pace] for pace in EVER_SLOWER}
 Row = dict[str, Any]
@@ -42,7 +42,7 @@ Row = dict[str, Any]
 
 
 def compare(case: Case, quasi: Result, explicit: Result) -> Row:
-    """Return by how much two results differ at the end of the path, relative to the largest of the explicit one."""
+    """Return the differences of two results at the end of the path, relative to the explicit one's largest values."""
     model = case.model()
     face = model.interfaces
     on_dpc = face.kind == ContactKind.DPC
@@ -52,7 +52,7 @@ def compare(case: Case, quasi: Result, explicit: Result) -> Row:
         return np.maximum(result["opening"][on_dpc], 0.0)
 
     def slip(result: Result) -> FloatArray:
-        # the wall above may drift along as a whole: friction at two ends resists alike, only the sum is determined
+        # the wall above may translate: friction at its two ends is equal, so only the sum of slips is determined
         values = result["slip"][on_dpc]
         return values - values.mean() if values.size else values
 
@@ -75,7 +75,7 @@ def stresses_off_by(case: Case, found: Result, expected: Result) -> float:
 
 
 def off_by(found: FloatArray, expected: FloatArray, nothing: float = 0.0) -> float:
-    """Return the largest difference over the largest value; not a number where there is nothing to compare."""
+    """Return the largest difference over the largest value; NaN if there is no value."""
     if not expected.size or max(np.abs(expected).max(), np.abs(found).max()) <= nothing:
         return float("nan")
     return float(np.abs(found - expected).max() / np.abs(expected).max())
@@ -85,7 +85,7 @@ MEASURES = {"dpc_opening": "dpc opening", "slip": "slip on dpc", "base_reaction"
 
 
 def unique_part(count: int, options: argparse.Namespace) -> str:
-    """Compare walls with one answer; return the table."""
+    """Compare walls with a unique solution; return the table."""
     cases = unique_cases(count)
     kept = explicit_results(
         cases,
@@ -124,7 +124,7 @@ def unique_part(count: int, options: argparse.Namespace) -> str:
 
 
 def kind_of(row: Row, contacts: int) -> str:
-    """Say whether a wall's path is unique."""
+    """Return in words whether a wall's path is unique."""
     broken = max(row["broken_slow"], row["broken_explicit_slow"])
     if broken == 0:
         return "unique"
@@ -181,7 +181,7 @@ def unique_table(rows: list[Row], contacts: dict[str, int]) -> str:
 
 
 def within(row: Row, pace: str) -> bool:
-    """Tell whether all that can be compared agrees; what is not a number is not there to compare."""
+    """Return whether all comparable values agree; NaN is not compared."""
     return all(not row[f"{name}_{pace}"] > WITHIN for name in MEASURES)
 
 
@@ -214,11 +214,11 @@ def draw_unique(rows: list[Row], file: Path) -> None:
             )
         axis.axhline(WITHIN, color="0.3", lw=0.8, ls=":")
         axis.text(len(EVER_SLOWER) - 0.62, WITHIN * 1.1, "1 %", fontsize=8, color="0.3")
-        axis.set(title=title, xlim=(-0.4, len(EVER_SLOWER) - 0.4), xlabel="pace and tolerance of the explicit solver")
+        axis.set(title=title, xlim=(-0.4, len(EVER_SLOWER) - 0.4), xlabel="rate and tolerance of the explicit solver")
         axis.set_xticks(range(len(EVER_SLOWER)), names)
         axis.grid(alpha=0.25)
     axes[0].set_ylabel("difference between the solvers")
-    axes[0].plot([], [], "o-", color="tab:blue", label="no mortar broken: one answer")
+    axes[0].plot([], [], "o-", color="tab:blue", label="no mortar broken: unique solution")
     axes[0].plot([], [], "o--", color="tab:red", label="mortar broken: several")
     figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     figure.savefig(file, dpi=130)
@@ -228,7 +228,7 @@ def draw_unique(rows: list[Row], file: Path) -> None:
 # -- where friction alone holds -----------------------------------------------------------------------------------
 
 FINER = (1, 4, 16)
-"""Times as many increments."""
+"""Factors on the number of increments."""
 
 
 def dry_part(count: int, options: argparse.Namespace) -> str:
@@ -291,7 +291,7 @@ def dry_part(count: int, options: argparse.Namespace) -> str:
 
 # -- where it is not ----------------------------------------------------------------------------------------------
 
-END = {  # what is judged at the end of a path, in the unit given
+END = {  # quantities compared at the end of a path, in the given unit
     "crack_width": ("largest crack width", "mm", 1e3),
     "cracked": ("cracked contacts", "1", 1.0),
     "dpc_opening": ("dpc opening", "mm", 1e3),
@@ -300,7 +300,7 @@ END = {  # what is judged at the end of a path, in the unit given
     "category_band": ("damage category by band", "1", 1.0),
 }
 REACHED = (1, 2, 3)
-"""Categories of which the movement that brings them is compared."""
+"""Categories whose capacities are compared."""
 
 
 def brittle_part(count: int, options: argparse.Namespace) -> str:
@@ -352,7 +352,7 @@ def deflection_at(result: Result, category: int) -> float:
 
 
 def paired(rows: list[Row], first: str, second: str, key: str) -> tuple[FloatArray, FloatArray]:
-    """Return what two solvers give, for the walls of which both give it."""
+    """Return the values of two solvers, for the walls with both."""
     if key == "dpc_opening":
         rows = [r for r in rows if r["dpc"]]
     both = np.array([(r[f"{first}: {key}"], r[f"{second}: {key}"]) for r in rows]).reshape(-1, 2)
@@ -361,12 +361,12 @@ def paired(rows: list[Row], first: str, second: str, key: str) -> tuple[FloatArr
 
 
 def tests(found: FloatArray, expected: FloatArray) -> dict[str, Any]:
-    """Return how two paired samples compare."""
+    """Return the comparison of two paired samples."""
     difference = found - expected
-    # digits that say nothing are not a difference
+    # differences of rounding do not count
     difference[np.abs(difference) < 1e-6 * max(1e-12, np.abs(expected).max(initial=0.0))] = 0.0
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # few differences, or many alike: the p-value is then an approximation
+        warnings.simplefilter("ignore")  # few differences, or many ties: the p-value is then an approximation
         ks = stats.ks_2samp(found, expected)
         signed = stats.wilcoxon(difference).pvalue if (difference != 0).any() else np.nan
     draws = np.random.default_rng(1).integers(0, len(difference), (10_000, len(difference)))
@@ -435,7 +435,7 @@ def brittle_table(rows: list[Row], names: list[str]) -> str:
     for title, first, second in (
         ("quasi-static against explicit", quasi, slow),
         ("quasi-static against explicit, damped", quasi, damped),
-        ("the explicit solver against itself, run slower still", slower, slow),
+        ("the explicit solver against itself at a slower rate", slower, slow),
         ("the explicit solver against itself, slower and damped", damped, slow),
     ):
         lines += [f"{title}:", "", *comparison(rows, first, second), ""]
@@ -504,14 +504,14 @@ def main() -> None:
         "--random", type=int, default=16, help="random walls whose mortar does not break, or is none (16)"
     )
     parser.add_argument("--walls", type=int, default=40, help="random walls that crack (40)")
-    parser.add_argument("--fresh", action="store_true", help="do not use the explicit results that are kept")
-    parser.add_argument("--processes", type=int, default=1, help="side by side, for the explicit solver (1)")
+    parser.add_argument("--fresh", action="store_true", help="do not use stored explicit results")
+    parser.add_argument("--processes", type=int, default=1, help="number of processes of the explicit solver (1)")
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds that one explicit path may take (1800)")
-    parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for tables and what is kept")
+    parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for tables and stored results")
     parser.add_argument("--figures", type=Path, default=HERE, help="folder for the figures")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    # compiled, or loaded, apart from what is timed
+    # compiling or loading is not timed
     note(f"compile or load: {path_of(brittle_case(2), QUASI_STATIC)['seconds']:.1f} s")
     parts = {
         "unique": lambda: unique_part(options.random, options),

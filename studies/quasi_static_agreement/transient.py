@@ -1,4 +1,4 @@
-"""What a bond that breaks does to the bonds beside it before the wall has come to rest again."""
+"""Transient loads on the bonds beside a broken bond, before equilibrium."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from damagepred.solvers.state.joint_history import JointHistory, fields_of
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 INCREMENTS, CYCLES = 400, 1000
-"""Steps of the movement, small enough to tell breaks apart; cycles in which the wall comes to rest."""
+"""Steps of the movement, small enough to separate breaks; cycles to equilibrium."""
 DAMPINGS = (0.8, 0.95, 0.98, 0.99)
 BEYOND = 0.1
-"""Share of its strength by which a bond is loaded beyond what it carries before and after, for it to count."""
+"""Smallest transient overload of a bond that counts, as a share of its strength."""
 
 
 def transient_table(case: Case) -> str:
-    """Let bonds break from rest, and return by how much others are loaded meanwhile, for some dampings."""
+    """Break bonds in equilibrium, and return the transient loads of others, for some dampings."""
     model = case.model()
     steps = list(solve_path(model, Solver(method="quasi_static", symmetric_half=False), INCREMENTS))
     breaks = [(a, b) for a, b in pairwise(steps) if broken(model, b).sum() > broken(model, a).sum()]
@@ -49,7 +49,7 @@ def broken(model: Model, step: Increment) -> BoolArray:
 
 
 def meanwhile(model: Model, start: Increment, to_break: BoolArray, damping: float) -> tuple[float, ...]:
-    """Break bonds at standing movement; return the load of the bond most affected before, meanwhile, after; when."""
+    """Break bonds at constant movement; return the load of the most affected bond before, meanwhile, after; when."""
     strength = model.properties.tensile_strength[:, None]
     # no other bond breaks meanwhile
     law = model.properties
@@ -71,7 +71,7 @@ def meanwhile(model: Model, start: Increment, to_break: BoolArray, damping: floa
         at[load > peak] = cycle
         peak = np.maximum(peak, load)
     excess = peak - np.maximum(before, load)
-    # of those that count, the one that comes nearest to breaking
+    # of the bonds that count, the one nearest to its strength
     chosen = np.where(excess > BEYOND, 100.0 + peak, excess)
     where = np.unravel_index(int(chosen.argmax()), peak.shape)
     return float(before[where]), float(peak[where]), float(load[where]), int(at[where])

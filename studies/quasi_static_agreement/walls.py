@@ -1,4 +1,4 @@
-"""The walls that both solvers are given; each follows from its name and number alone."""
+"""The walls for both solvers; name and number determine each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 BRYANT = ("bryant_dishing", "bryant_doming", "bryant_window_dishing", "bryant_window_doming")
 UNBREAKABLE = {"tensile_strength": 100e6, "cohesion": 200e6}
 INCREMENTS = 16
-"""Of the random walls whose mortar does not break; with few, waves of the explicit solver are left over."""
+"""Increments of the random walls whose mortar does not break; with few, waves of the explicit solver remain."""
 
 
 class Case(NamedTuple):
@@ -35,7 +35,7 @@ class Case(NamedTuple):
 
 
 def fingerprint(model: Model) -> str:
-    """Return a short hash of all numbers that make a wall, to six digits: results belong to these and no others."""
+    """Return a short hash of all numbers that make a wall, to six digits: it identifies stored results."""
     face = model.interfaces
     digest = hashlib.sha256()
     for values in (
@@ -58,7 +58,7 @@ def fingerprint(model: Model) -> str:
 
 
 def unique_cases(count: int) -> list[Case]:
-    """Return walls of which the mortar breaks hardly or not at all: those of the test, and random ones."""
+    """Return walls whose mortar hardly breaks: those of the test, and random ones."""
     cases = []
     for name in BRYANT:
         scene = Scene.from_toml(DATA / f"{name}.toml")
@@ -69,7 +69,7 @@ def unique_cases(count: int) -> list[Case]:
 
 
 def dry_case(number: int, finer: int = 1) -> Case:
-    """Return a random wall without any bond: friction holds it, in so many times as many increments."""
+    """Return a random wall without any bond, with ``finer`` times the number of increments."""
     scene = strong_wall(number)
     movement = replace(scene.movement, increments=finer * INCREMENTS)
     scene = replace(scene, joint=replace(scene.joint, tensile_strength=0.0, cohesion=0.0), movement=movement)
@@ -78,7 +78,7 @@ def dry_case(number: int, finer: int = 1) -> Case:
 
 @cache
 def numbers(count: int) -> tuple[int, ...]:
-    """Return the numbers of the first random walls that make a wall: openings and bricks do not always go together."""
+    """Return the numbers of the first valid random walls: openings do not always fit the bricks."""
     found: list[int] = []
     number = 0
     while len(found) < count:

@@ -15,21 +15,21 @@ THICKNESS, LENGTH, HEIGHT = 0.1, 0.99, 1.0
 COURSES, MODULE = 16, 0.22
 """Courses between the clamps; a brick with its share of the joints around it (m)."""
 PRELOAD = 0.30e6
-"""Pressure on top before the push (Pa)."""
+"""Vertical preload (Pa)."""
 PEAK_OF_TEST = 50e3
-"""About what the test carried (N)."""
+"""Approximate strength in the test (N)."""
 
 BRITTLE = Joint(normal_stiffness=82e9, shear_stiffness=36e9, tensile_strength=0.25e6, cohesion=0.35e6, friction=0.75)
 SOFT = replace(BRITTLE, fracture_energy=18.0)
-"""Its tension falls with the opening: 0.018 N/mm."""
+"""Tension softens with the opening: 0.018 N/mm."""
 SOFT_IN_SHEAR = replace(SOFT, shear_fracture_energy=125.0)
-"""Slip, too, uses up its bond: 0.125 N/mm."""
+"""The bond also softens with slip: 0.125 N/mm."""
 BRICK = BlockMaterial(elastic_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)
 STEEL = BlockMaterial(elastic_modulus=2e13, poisson_ratio=0.3, density=0.0)
-"""What clamps the panel: as good as rigid, and its weight is part of the preload."""
+"""The clamps of the panel: nearly rigid; their weight is part of the preload."""
 BRICK_CRACK = Joint(normal_stiffness=1e15, shear_stiffness=1e15, tensile_strength=2.0e6, cohesion=2.8e6, friction=1.0)
-"""The upright joint in mid-brick in which a brick may crack; it hardly gives before. Its shear is a guess that never
-acts before its tension does."""
+"""The vertical joint in mid-brick in which a brick may crack; nearly rigid before. Its shear strength is assumed, and
+not reached before its tensile strength."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Panel:
 
 
 def brick_edges(course: int, length: float, split: bool) -> np.ndarray:
-    """Return where blocks of a course begin and end (m), and which of these joints lie in mid-brick."""
+    """Return the ends of the blocks of a course (m), and the joints in mid-brick."""
     joints = np.arange(MODULE if course % 2 else MODULE / 2, length - 1e-9, MODULE)
     edges = np.concatenate(([0.0], joints, [length]))
     if not split:
@@ -72,22 +72,22 @@ def panel(
     preload: float = PRELOAD,
     brick_crack: Joint = BRICK_CRACK,
 ) -> Panel:
-    """Return the panel: clamped courses below and above, pressed, then pushed along its top at fixed height.
+    """Return the panel: clamped courses below and above, compressed, then displaced along its top at fixed height.
 
     Parameters
     ----------
     joint : Joint
         Mortar.
     push : float
-        How far the top goes (m).
+        Displacement of the top (m).
     bricks_crack : bool
-        Whether bricks may crack upright in the middle.
+        Whether bricks may crack vertically in the middle.
     courses, length
         Of another panel of the same bricks.
     preload : float
         Pressure (Pa).
     brick_crack : Joint
-        What bricks crack in.
+        Joint in which bricks crack.
     """
     height = HEIGHT / COURSES
     wall = Assembly(thickness=THICKNESS, joint=joint, block=BRICK)

@@ -26,9 +26,9 @@ from damagepred.scene import Joint, Solver
 
 HERE = Path(__file__).resolve().parent
 PUSH = 4e-3
-"""How far the top goes (m)."""
+"""Displacement of the top (m)."""
 DROP = 0.02
-"""Share by which the force must fall for what was before to count as a peak."""
+"""Share by which the force must drop after a peak."""
 
 CAP = 10.5e6
 """Compressive strength (Pa): of the panel's masonry, assumed (Lourenco and Rots 1997)."""
@@ -65,7 +65,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Curve:
-    """What came out."""
+    """Result."""
 
     case: Case
     ds: xr.Dataset
@@ -78,7 +78,7 @@ class Curve:
         return self.ds["block_displacement_x"].values[:, -1]
 
     def first_peak(self) -> int:
-        """Return the increment of the first peak: where the force falls by more than a share before it rises again."""
+        """Return the increment of the first peak, after which the force drops by a share before it rises again."""
         highest = 0
         for i in range(len(self.force)):
             if self.force[i] > self.force[highest]:
@@ -116,7 +116,7 @@ def cases(explicit: bool) -> list[Case]:
 
 
 def draw_curves(curves: list[Curve], file: Path) -> None:
-    """Draw force over displacement: on the left whole bricks, on the right bricks that may crack."""
+    """Draw force over displacement: on the left uncracked bricks, on the right bricks that may crack."""
     figure, axes = plt.subplots(1, 2, figsize=(13.0, 5.2), sharey=True, layout="constrained")
     names = list(JOINTS)
     for ax, split in zip(axes, (False, True), strict=True):
@@ -160,7 +160,7 @@ def draw_cracks(curves: list[Curve], file: Path) -> None:
 
 
 def print_agreement(curves: list[Curve]) -> None:
-    """Print how far the two solvers are apart, up to some displacements."""
+    """Print the differences of the two solvers, up to some displacements."""
     for explicit in (c for c in curves if c.case.method == "explicit"):
         other = next(c for c in curves if c.case == replace(explicit.case, method="quasi_static"))
         apart = np.abs(explicit.force - other.force) / 1e3
@@ -171,7 +171,7 @@ def print_agreement(curves: list[Curve]) -> None:
 
 
 def print_steps() -> None:
-    """Print what the number of steps changes, without cap, at 1.6 mm."""
+    """Print the force by number of steps, without cap, at 1.6 mm."""
     for method, steps in (("quasi_static", 16), ("quasi_static", 64), ("quasi_static", 256), ("explicit", 64)):
         case = Case("softening in tension and shear", SOFT_IN_SHEAR, False, True, method)
         curve = case.solve(steps, 1.6e-3)
@@ -181,7 +181,7 @@ def print_steps() -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--increments", type=int, default=160, help="steps of the push")
-    parser.add_argument("--steps", action="store_true", help="print, too, what the number of steps changes")
+    parser.add_argument("--steps", action="store_true", help="also print the force by number of steps")
     parser.add_argument("--no-explicit", action="store_true", help="leave out the explicit solver")
     parser.add_argument("--output", type=Path, default=HERE, help="folder for the pictures")
     options = parser.parse_args()

@@ -33,7 +33,7 @@ def agreement(paths: pd.DataFrame) -> pd.DataFrame:
 def capacities(paths: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each wall and category: the deflection ratio at which the model and each method first reach it.
 
-    Not reached is NaN; ``followed_to`` tells up to where the model was followed.
+    NaN if not reached; ``followed_to`` is the end of the model's path.
     """
     columns = {"model": "category", "perpends": "perpend_category"} | {m: f"{m}_category" for m in METHODS}
     rows = []
@@ -49,10 +49,10 @@ def capacities(paths: pd.DataFrame) -> pd.DataFrame:
 
 
 def summary(levels: pd.DataFrame) -> list[str]:
-    """Return the table of the README: how often each method says less, the same, or more than the model.
+    """Return the table of the README: shares of lower, equal and higher categories than the model's.
 
-    By the widest crack of the wall, and by what opens of perpends alone: they part the wall, while a bed joint may be
-    where it rests and has lifted off.
+    By the widest crack of the wall, and by openings of perpends alone, which separate the wall; a bed joint may open
+    where the wall lifts off.
 
     Parameters
     ----------
@@ -84,9 +84,9 @@ def cracked(reached: pd.DataFrame, category: int = 2) -> list[str]:
     Parameters
     ----------
     reached : DataFrame
-        Of ``capacities``; walls count that were followed to the end.
+        Of ``capacities``; only complete paths count.
     category : int
-        Which.
+        Category.
     """
     whole = reached[
         (reached["reaches"] == category) & (reached["followed_to"] > (1 - 1e-4) * reached["followed_to"].max())

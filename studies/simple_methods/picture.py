@@ -17,9 +17,9 @@ from damagepred.scene import Scene
 
 MARKERS = {"none": ("o", -0.11), "window": ("s", 0.0), "door": ("^", 0.11)}
 ANYWHERE = "#2a7fb8"
-"""Of each opening, and how far aside (L/H)."""
+"""Style of each opening, and its shift (L/H)."""
 NEVER = 1 / 215
-"""Where walls stand that did not reach the category."""
+"""Ordinate of walls that did not reach the category."""
 HIGHEST = 4
 BASE = {False: "no damp-proof course", True: "with a damp-proof course"}
 
@@ -32,7 +32,7 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
     reached : DataFrame
         Of ``compare.capacities``.
     category : int
-        Which.
+        Category.
     """
     figure = new_figure(9.5, 8.6)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
@@ -119,7 +119,7 @@ def _walls(ax: Axes, own: pd.DataFrame) -> None:
 
 
 def draw_matrices(levels: pd.DataFrame) -> Figure:
-    """Draw how many walls have which category by the model and by each simple method.
+    """Draw the numbers of walls by category of the model and of each simple method.
 
     Parameters
     ----------

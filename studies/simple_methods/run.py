@@ -2,8 +2,8 @@
 
     python studies/simple_methods/run.py [--quick] [--output studies/simple_methods/results] [--at-most 20]
 
-Solves every wall of settings.toml, writes its path into results/paths.csv, and goes on where an earlier call stopped;
---at-most ends after so many walls. When all are there it writes agreement.csv, capacities.csv and the pictures.
+Solves every wall of settings.toml, writes its path into results/paths.csv, and resumes an earlier call; --at-most
+limits the number of walls. When all are solved it writes agreement.csv, capacities.csv and the pictures.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ def main() -> int:
         save(paths, store)
         print(f"{scene_of(case, settings).title}: {time.process_time() - start:.1f} s", flush=True)
     if len(missing) > options.at_most:
-        print(f"{len(missing) - options.at_most} walls to go; the same command goes on")
+        print(f"{len(missing) - options.at_most} walls remain; the same command resumes")
         return 0
     return 3 * report(paths, options.output)
 
 
 def path_of(case: Case, settings: dict[str, Any]) -> pd.DataFrame:
-    """Return what each method says of a wall at each increment."""
+    """Return the result of each method for a wall at each increment."""
     scene = scene_of(case, settings)
     with limited(settings["processor_seconds"]):
         wall = solve(scene, store_zones=False, on_failure="return")
@@ -103,7 +103,7 @@ def above_dpc(scene: Scene) -> float:
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """End a solution that takes more processor time than this; it then counts as failed, with what it has found."""
+    """End a solution that takes more processor time; it then counts as failed, with the path so far."""
 
     def end(number: int, frame: object) -> None:
         raise SolverError(f"took more than {seconds:g} s of processor time")
@@ -117,7 +117,7 @@ def limited(seconds: float) -> Iterator[None]:
 
 
 def held_on(values: np.ndarray, count: int, beyond: float | None = None) -> np.ndarray:
-    """Return a path at ``count`` increments; a wall that fell before stays as it was when it fell, unless told."""
+    """Return a path at ``count`` increments; a collapsed wall stays in its last state, unless otherwise requested."""
     last = values[-1:] if beyond is None else np.array([beyond], dtype=values.dtype)
     return np.concatenate((values, np.repeat(last, count - len(values))))
 

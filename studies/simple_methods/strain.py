@@ -1,4 +1,4 @@
-"""Strain of a wall of bricks, from how the bricks around each of them have moved."""
+"""Strain of a wall of bricks, from the displacements of the bricks around each of them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from damagepred.arrays import FloatArray
 def largest_tensile_strain(ds: xr.Dataset, gauge: float, above: float = -np.inf) -> FloatArray:
     """Return the largest principal strain in a solved wall at each increment (1), tension positive.
 
-    A linear field is fitted to the displacement of the bricks whose centres lie within ``gauge`` of each brick's, so
-    that joints and bricks count together, and no peak at a corner for more than it is over this length.
+    A linear field is fitted to the displacement of the bricks whose centres lie within ``gauge`` of each brick's, which
+    averages over joints and bricks, and over stress concentrations at corners.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def largest_tensile_strain(ds: xr.Dataset, gauge: float, above: float = -np.inf)
     gauge : float
         Radius (m).
     above : float
-        Only bricks whose centre is higher count (m).
+        Height (m) above which bricks are included.
     """
     inside = np.flatnonzero(ds["block_y"].values > above)
     place = np.column_stack((ds["block_x"].values[inside], ds["block_y"].values[inside]))
@@ -35,7 +35,7 @@ def largest_tensile_strain(ds: xr.Dataset, gauge: float, above: float = -np.inf)
 
 
 def gradients(place: FloatArray, gauge: float) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Return the matrices (n, n) that take values at the bricks to the slope along x and y of the field around each.
+    """Return the matrices (n, n) from values at the bricks to the gradient of the field around each.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def gradients(place: FloatArray, gauge: float) -> tuple[sparse.csr_array, sparse
         offset = place[near] - place[number]
         fit = np.column_stack((np.ones(len(near)), offset))
         if np.linalg.matrix_rank(fit, tol=1e-6 * gauge) < 3:
-            continue  # bricks in a line tell no strain
+            continue  # bricks in a line determine no strain
         slopes.append(np.linalg.pinv(fit)[1:])
         rows.append(np.full(len(near), number))
         columns.append(near)

@@ -1,4 +1,4 @@
-"""The walls of the study: as the distinct element model takes them, and as elastic walls."""
+"""The walls of the study: for the distinct element model, and as elastic walls."""
 
 from __future__ import annotations
 

@@ -3,11 +3,11 @@
     python studies/soil_movement/run.py [--samples 32] [--workers 2] [--footings veneer full_masonry]
         [--kinds doming dishing] [--largest 150] [--output studies/soil_movement/results]
 
-Every footing and way of movement is a study of its own, with the same sampled walls, in a folder that damagepred
+Every footing and direction of movement is a separate study, with the same sampled walls, in a folder that damagepred
 reads (status, replay, plot). Its paths run through the mounds of growing y_s up to the largest, and are read at each
-y_s on the way. The same call goes on where an interrupted one stopped; a larger --samples adds walls. Another --largest
-is another study of the same walls: 60 mm with more samples bounds closer what hardly ever happens there. Tables and
-curves are made from all that is in the output folder.
+y_s in between. The same call resumes an interrupted one; a larger --samples adds walls. Another --largest is another
+study of the same walls: 60 mm with more samples gives closer bounds on small probabilities. Tables and curves are made
+from all studies in the output folder.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ KINDS = ("doming", "dishing")
 MOVEMENTS = (20, 40, 60, 75, 85, 100, 125, 150)
 """Surface movements y_s (mm) of the tables: the limits of the classes, and some beyond."""
 LARGEST = 150.0
-"""y_s (mm) to which walls are moved."""
+"""Largest y_s (mm) of the paths."""
 STEP = 5.0
 """Increments of the movement (mm)."""
 STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
@@ -52,7 +52,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--footings", nargs="+", choices=list(FOOTINGS), default=["veneer", "full_masonry"])
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
-    parser.add_argument("--largest", type=float, default=LARGEST, help="y_s (mm) to which walls are moved")
+    parser.add_argument("--largest", type=float, default=LARGEST, help="largest y_s (mm) of the paths")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for archives, tables, pictures")
     options = parser.parse_args()
     for footing in options.footings:
@@ -95,7 +95,7 @@ def place(output: Path, footing: str, kind: str, millimetres: float) -> Path:
 
 
 def studies_of(output: Path, footing: str, kind: str) -> dict[float, xr.Dataset]:
-    """Return the studies in a folder by the y_s (mm) to which their walls are moved."""
+    """Return the studies in a folder by the largest y_s (mm) of their paths."""
     found = {}
     for folder in output.glob(f"{footing}_{kind}_*mm.dp"):
         found[float(folder.name.removeprefix(f"{footing}_{kind}_").removesuffix("mm.dp"))] = open_study(folder)
@@ -103,7 +103,7 @@ def studies_of(output: Path, footing: str, kind: str) -> dict[float, xr.Dataset]
 
 
 def report(output: Path) -> bool:
-    """Write tables and curves of all studies in a folder; say which walls failed, and return whether any did."""
+    """Write tables and curves of all studies in a folder; print failed walls, and return whether there are any."""
     rows, thirds, fits, curves, failed = [], [], [], {}, False
     for footing, kind in ((f, k) for f in FOOTINGS for k in KINDS):
         studies = studies_of(output, footing, kind)
@@ -160,7 +160,7 @@ def draw(curves: dict[tuple[str, str], object], shared: pd.DataFrame, path: Path
         draw_fragility(found.drop_vars("empirical"), ax)
         own = shared[(shared["footing"] == footing) & (shared["movement"] == kind)]
         for category, part in own.groupby("category"):
-            # a bar for what has happened; of what has not, the table has the upper bound
+            # bars for shares above zero; for the others the table has the upper bound
             part = part.assign(upper=part["upper"].where(part["reached"] > 0, part["share"]))
             x, share = part["y_s (mm)"] + 0.6 * (category - 2.5), part["share"]
             ax.errorbar(

@@ -1,4 +1,4 @@
-"""How the stiffness of the soil decides on damage: one wall, alone, on softer and stiffer ground.
+"""Influence of the soil's stiffness on damage: one wall on softer and stiffer ground.
 
 python studies/soil_movement/stiffness.py [--movement 100]
 """
@@ -14,7 +14,7 @@ from run import settings
 from damagepred import solve
 
 STIFFNESS = {"dishing": (1e6, 2e6, 4e6, 8e6), "doming": (1.25e6, 2.5e6, 5e6, 10e6)}
-"""Of the soil (Pa/m), about the defaults of swelling and of shrinking soil."""
+"""Stiffness of the soil (Pa/m), around the defaults of swelling and of shrinking soil."""
 
 
 def main() -> int:

@@ -18,7 +18,7 @@ def read_at(ds: xr.Dataset, movement: float) -> xr.Dataset:
     Parameters
     ----------
     ds : xarray.Dataset
-        Study whose walls are all moved as far.
+        Study whose paths all end at the same movement.
     movement : float
         y_s (m), that of one of the increments.
     """
@@ -27,7 +27,7 @@ def read_at(ds: xr.Dataset, movement: float) -> xr.Dataset:
 
 
 def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list[dict[str, Any]]:
-    """Return how many walls reached which category on their paths, with a Wilson interval.
+    """Return the number of walls that reached each category on their paths, with a Wilson interval.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list
         Of the interval.
     """
     worst = _worst(ds)
-    # a wall that failed after it had reached a category has reached it; before, it is not known
+    # a wall that failed after it had reached a category counts; one that failed before is unknown
     lost = (ds["status"].values == SampleStatus.FAILED) & (ds["damage_category"].values[:, -1] < 0)
     known_paths = ds["status"].values <= SampleStatus.FAILED
     rows = []
@@ -83,7 +83,7 @@ def by_thirds(ds: xr.Dataset, place: str, categories: int = 4) -> list[dict[str,
 
 
 def _worst(ds: xr.Dataset) -> np.ndarray:
-    """Return the worst category of each wall on its path (sample,), -1 where nothing of it is known."""
+    """Return the worst category of each wall on its path (sample,), -1 where it is unknown."""
     if "damage_category" not in ds:
         return np.full(ds.sizes["sample"], -1, dtype=np.int8)
     return np.asarray(ds["damage_category"].values.max(axis=1))

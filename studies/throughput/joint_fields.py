@@ -1,4 +1,4 @@
-"""What it takes to draw the joints of one wall: every distribution and every form of field, on the 816-block wall.
+"""Time to sample the joints of one wall: every distribution and every form of field, on the 816-block wall.
 
 Run: python studies/throughput/joint_fields.py [--repeats 20]
 """

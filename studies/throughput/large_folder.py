@@ -1,4 +1,4 @@
-"""How long a folder of many walls takes to list, to go on with, and to read: made of copies of one solved wall.
+"""Time to list, resume and read a folder of many walls, made of copies of one solved wall.
 
 Run: python studies/throughput/large_folder.py [--walls 100000]
 """
@@ -26,7 +26,7 @@ from damagepred.study.campaign.status import study_status
 
 
 def timed(what: str, do: Callable[[], object]) -> None:
-    """Say how long something takes."""
+    """Print the time of a block of code."""
     began = time.perf_counter()
     do()
     print(f"{what}: {time.perf_counter() - began:.2f} s", flush=True)

@@ -1,4 +1,4 @@
-"""What a thousand walls cost: the solid wall of the full-scale test, per-joint strengths, full paths.
+"""Time of a thousand walls: the solid wall of the full-scale test, per-joint strengths, full paths.
 
 Run: python studies/throughput/run.py [--walls 1000] [--workers 1 2]
 """
@@ -40,14 +40,14 @@ def solid_wall_study(samples: int) -> StudySettings:
 
 
 class Watch(threading.Thread):
-    """Looks at the worker processes of this one until told to stop: the most memory each has held, and its time."""
+    """Monitors the worker processes of this one: the peak memory of each, and its time."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
         self.over, self.memory, self.seconds = threading.Event(), {}, {}
 
     def run(self) -> None:
-        """Look four times a second."""
+        """Sample four times a second."""
         tick = os.sysconf("SC_CLK_TCK")
         while not self.over.wait(0.25):
             for process in Path("/proc").glob("[0-9]*"):
@@ -56,7 +56,7 @@ class Watch(threading.Thread):
                     if int(fields[1]) != os.getpid():
                         continue
                     status = (process / "status").read_text()
-                except OSError:  # it has just ended
+                except OSError:  # the process has just ended
                     continue
                 peak = [line.split()[1] for line in status.splitlines() if line.startswith("VmHWM")]
                 if peak:
@@ -65,7 +65,7 @@ class Watch(threading.Thread):
 
 
 def measure(walls: int, workers: int, folder: Path) -> dict[str, Any]:
-    """Run the study and return what it took."""
+    """Run the study and return its times and memory."""
     study, watch = Study(solid_wall_study(walls)), Watch()
     seen: list[tuple[int, float, float]] = []  # walls done, time, processor time of the workers
     watch.start()
@@ -80,7 +80,7 @@ def measure(walls: int, workers: int, folder: Path) -> dict[str, Any]:
     watch.join()
     if summary.failed:
         print(f"{summary.failed} walls failed", file=sys.stderr)
-    # once each worker has been through a few walls: loading libraries and kernels is not what a wall costs
+    # after the first walls of each worker: the time of a wall excludes loading libraries and kernels
     steady = [row for row in seen if row[0] >= min(4 * workers, walls // 2)]
     count, clock, processor = (last - first for first, last in zip(steady[0], steady[-1]))
     solving = float(np.nansum(open_study(folder)["run_time"].values))
@@ -111,7 +111,7 @@ def measure(walls: int, workers: int, folder: Path) -> dict[str, Any]:
 
 
 def overhead(walls: int, folder: Path) -> dict[str, float]:
-    """Return what a wall takes besides being drawn, assembled, solved and judged (ms), processor and clock."""
+    """Return the overhead of a wall besides sampling, assembly, solution and judging (ms), processor and clock."""
     study = Study(solid_wall_study(walls))
     study.run(folder, samples=1, workers=1)
     study._prepare(StudyFolder(folder), walls)
@@ -134,7 +134,7 @@ def overhead(walls: int, folder: Path) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--walls", type=int, default=1000, help="how many (1000)")
-    parser.add_argument("--workers", type=int, nargs="+", default=[2], help="runs, with so many processes each (2)")
+    parser.add_argument("--workers", type=int, nargs="+", default=[2], help="processes, one run for each number (2)")
     parser.add_argument("--efficiency", type=int, default=100, help="walls to compare 1 with 2 workers; 0: not (100)")
     parser.add_argument("--results", type=Path, default=HERE / "results" / "throughput.json", help="what was measured")
     options = parser.parse_args()

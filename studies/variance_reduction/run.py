@@ -1,14 +1,14 @@
-"""How many walls do Sobol points and a coarse wall save? Measured, not promised.
+"""Variance reduction by Sobol points and coarse walls, measured.
 
     python studies/variance_reduction/run.py --wall small|solid|window [--part sobol split coarse] [--replicates 16]
         [--samples 64] [--pairs 128] [--pilot 96]
 
-Sobol points: a study of several independent scrambles. What random walls would scatter follows from the walls
-themselves; how much the scrambles' means scatter is seen. The ratio of the two variances is the ratio of the numbers of
-walls for the same error. The first points of a scramble are one, too: so one study tells it for short ones and long.
-Split: pairs of walls with the same values for the whole wall and joints drawn anew tell which share of the variance
-points in the space of those values could even out at most. Coarse walls: a pilot run of each kind beside the same fine
-walls. The same call goes on where an interrupted one stopped; the tables are written to the output folder.
+Sobol points: a study of several independent scrambles. The variance of the mean of random walls follows from the
+variance between walls, that of Sobol points from the means of the scrambles. The ratio of the two variances is the
+ratio of the numbers of walls for the same error. The first points of a scramble are a scramble, too, so one study gives
+all sizes. Split: pairs of walls with the same values for the whole wall and resampled joints give the largest share of
+the variance that points can remove. Coarse walls: a pilot run of each kind with the same fine walls. The same call
+resumes an interrupted one; the tables are written to the output folder.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
 
 LIMITS = {"solid": 4e-3}
-"""Opening of the dpc (m) whose movement is asked for, of walls that reach no category."""
+"""Opening of the dpc (m) whose movement is estimated, for walls that reach no category."""
 
 COARSE = {
     "ten increments": {"movement": {"increments": 10}},
     "two contacts an interface": {"solver": {"contacts_per_interface": 2}},
     "blocks twice as large": {"wall": {"block_length": 0.48, "block_height": 0.15}},
 }
-"""Coarse walls, by what makes them coarse."""
+"""Coarse walls, by kind of coarsening."""
 
 SMALL = """
 [study]
@@ -103,7 +103,7 @@ for whether it is reached by that."""
 def reached(ds: xr.Dataset, what: str) -> tuple[FloatArray, FloatArray]:
     """Return the movements (m) between which a category, or an opening of the dpc, is reached by each wall.
 
-    NaN of walls that failed.
+    NaN for failed walls.
     """
     kind, value = what.split(" ", 1)
     if kind == "category":
@@ -132,7 +132,7 @@ def values_of(ds: xr.Dataset, quantity: Quantity) -> FloatArray:
 
 
 def quantities(ds: xr.Dataset, wall: str) -> list[Quantity]:
-    """Return what is asked, as far as it can be told.
+    """Return the quantities that can be estimated.
 
     The median movement, which is that of its mean logarithm, where nearly all walls get there; the probability at a
     movement that half of the walls have reached, and at one that a tenth have.
@@ -148,7 +148,7 @@ def quantities(ds: xr.Dataset, wall: str) -> list[Quantity]:
         there = np.isfinite(upper)
         if there.mean() > 0.99:
             found.append((name, np.nan))
-        # of a category, the end of the increment in which it was reached
+        # for a category, the end of its increment
         marks = [np.sort(upper)[int(share * len(upper))] for share in (0.5, 0.1) if there.mean() > share]
         found += [(name, float(f"{mark:.3g}")) for mark in dict.fromkeys(marks)]
     return [q for q in found if np.isnan(q[1]) or 0.03 < np.nanmean(values_of(ds, q)) < 0.97]
@@ -162,8 +162,8 @@ def name_of(quantity: Quantity) -> str:
 def run(study: Study, folder: Path, samples: int, workers: int) -> xr.Dataset:
     summary = study.run(folder, samples, workers)
     if summary.interrupted:
-        raise SystemExit(f"{folder}: {summary.done} of {summary.total} walls; the same call goes on")
-    return open_study(folder).isel(sample=slice(samples))  # more may be there from another call
+        raise SystemExit(f"{folder}: {summary.done} of {summary.total} walls; the same call resumes")
+    return open_study(folder).isel(sample=slice(samples))  # there may be more from another call
 
 
 # -- Sobol points -----------------------------------------------------------------------------------------------------
@@ -189,7 +189,7 @@ def sobol(
 
 
 def saved(values: FloatArray, label: IntArray) -> dict[str, float]:
-    """Return how many random walls one Sobol wall stands for, with a 90 % interval from the number of scrambles."""
+    """Return the number of random walls that one Sobol wall replaces, with a 90 % interval."""
     groups = int(label.max()) + 1
     means = np.array([values[label == r].mean() for r in range(groups)])
     ratio = float(values.var(ddof=1) / (len(values) / groups) / means.var(ddof=1))
@@ -201,7 +201,7 @@ def saved(values: FloatArray, label: IntArray) -> dict[str, float]:
 
 
 def split(settings: StudySettings, wall: str, folder: Path, pairs: int, workers: int) -> pd.DataFrame:
-    """Return the share of the variance that values for the whole wall make, from pairs with the same (pick-freeze)."""
+    """Return the share of the variance due to values of the whole wall, from pairs (pick-freeze)."""
     folder.mkdir(parents=True, exist_ok=True)
     design = replace(settings, study=replace(settings.study, sampler="random")).design()
     drawn = pd.DataFrame(design.wall_values(pairs))
@@ -222,7 +222,7 @@ def split(settings: StudySettings, wall: str, folder: Path, pairs: int, workers:
 
 
 def common_share(first: FloatArray, second: FloatArray) -> dict[str, float]:
-    """Return the correlation of walls with the same values for the whole wall, and the most to gain."""
+    """Return the correlation of walls with the same values for the whole wall, and the largest possible gain."""
 
     def correlation(a: FloatArray, b: FloatArray) -> float:
         both = np.append(a, b)
@@ -249,7 +249,7 @@ def common_share(first: FloatArray, second: FloatArray) -> dict[str, float]:
 
 
 def coarse_walls(settings: StudySettings, wall: str, folder: Path, pilot: int, workers: int) -> pd.DataFrame:
-    """Return what a pilot run says of each kind of coarse wall."""
+    """Return the pilot estimates for each kind of coarse wall."""
     rows = []
     for name, change in COARSE.items():
         if name.startswith("blocks") and settings.scene.dpc is not None:

@@ -65,7 +65,7 @@ def main() -> None:
     scene = Scene.from_toml(asked.scene)
     if asked.increments:
         scene = replace(scene, movement=replace(scene.movement, increments=asked.increments))
-    # compile before the clock runs
+    # compile before timing
     small = replace(scene, movement=replace(scene.movement, increments=1))
     for name in ("all rigid", "cut where it matters, 10 % left out"):
         solved(small, CASES[name])

@@ -102,5 +102,5 @@ def test_the_page_shows_the_data(room: dict[str, ModuleType]) -> None:
     rows = pd.read_csv(ROOM / "data.csv")
     whole = room["page"].text(rows, room["page"].medians(rows))
     page = (ROOM / "README.md").read_text(encoding="utf-8")
-    without_machine = whole[whole.index("Exponents:") :]
+    without_machine = whole[whole.index("Exponents p:") :]
     assert without_machine in page

@@ -1,4 +1,4 @@
-"""Solve and check scenes one by one, each in a process with a limit of time; what is done is kept."""
+"""Solve and check scenes one by one, each in a process with a time limit; finished rows are stored."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
 
 WARM_UP, SMALL = 60, 9
-"""Scenes of which those with at most so many bricks are solved beforehand, so that no run waits for the compiler."""
+"""Number of scenes of which the small ones are solved beforehand, so that no run includes compiling."""
 METHODS = ("quasi_static", "explicit")
 COLUMNS = (
     "seed",
@@ -52,7 +52,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Budget:
-    """What the explicit solver may spend, so that thousands of scenes are affordable.
+    """Budget of the explicit solver, which makes thousands of scenes affordable.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Job(NamedTuple):
     Attributes
     ----------
     seed, scene : int
-        From which the scene follows.
+        Seed and number of the scene.
     solver : str
         One of ``METHODS``.
     """
@@ -81,7 +81,7 @@ class Job(NamedTuple):
 
 
 def jobs(seed: int, count: int, methods: Sequence[str] = METHODS) -> list[Job]:
-    """Return what there is to do, scene by scene."""
+    """Return the jobs, scene by scene."""
     return [Job(seed, number, method) for number in range(count) for method in methods]
 
 
@@ -95,7 +95,7 @@ def prepared(scene: Scene, method: str, budget: Budget | None = None) -> Scene:
 
 
 def one(job: Job) -> dict[str, Any]:
-    """Solve a scene, check what came out, and return its row."""
+    """Solve a scene, check the result, and return its row."""
     drawn = scene_of(job.seed, job.scene)
     row = empty_row(job) | {"refused": drawn.refused, "features": "; ".join(drawn.features)}
     begun = time.process_time()
@@ -121,7 +121,7 @@ def one(job: Job) -> dict[str, Any]:
 
 
 def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
-    """Return what the checks say of a dataset, and of the numerical warnings while it was made, by column."""
+    """Return the violations of a dataset, and the numerical warnings of its solution, by column."""
     wall = ArchivedWall(ds)
     found = check(wall) + [Violation("numerical warning", -1, 1.0, words) for words in dict.fromkeys(warned)]
     outcome = {"complete": "solved", "failed": "gave up"}.get(ds.attrs["status"], ds.attrs["status"])
@@ -150,10 +150,10 @@ def examined(ds: Any, warned: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def lifts_off(scene: Scene, progress: float) -> str:
-    """Return "lifted" if the footing would have to be held down by where it was found to collapse, else ''."""
+    """Return "lifted" if the footing needs a downward reaction at the reported collapse, else ''."""
     if scene.rig.support != "lift_off":
         return ""
-    # until a support carries nothing, supports that pull and those that only push are the same
+    # until a support carries no load, bilateral and unilateral supports are the same
     way = float(np.nan_to_num(progress)) * scene.movement.central_deflection
     held = replace(
         scene,
@@ -169,13 +169,13 @@ def said(violation: Violation) -> str:
 
 
 def empty_row(job: Job, words: str = "") -> dict[str, Any]:
-    """Return the row of a job of which nothing is known but that its process hung or died."""
+    """Return the row of a job whose process hung or died."""
     nothing = dict.fromkeys(COLUMNS, "")
     return nothing | job._asdict() | {"outcome": "time" if "longer" in words else "died", "words": words}
 
 
 def kept(file: Path) -> set[Job]:
-    """Return the jobs that are done."""
+    """Return the finished jobs."""
     if not file.exists():
         return set()
     with file.open(newline="", encoding="utf-8") as stream:
@@ -183,7 +183,7 @@ def kept(file: Path) -> set[Job]:
 
 
 def warm_up() -> None:
-    """Compile what a wall needs, before processes are made and times are taken: two increments of some small walls."""
+    """Compile all kernels before processes are forked and times are taken: two increments of some small walls."""
     for number in range(WARM_UP):
         scene = scene_of(0, number).scene
         bricks = scene.wall.length * scene.wall.height / (scene.wall.block_length * scene.wall.block_height)
@@ -197,18 +197,18 @@ def warm_up() -> None:
 
 
 def run(wanted: Sequence[Job], file: Path, limit: float, processes: int = 1) -> None:
-    """Do what is not in a file yet, and add it there.
+    """Run the jobs that are not in a file, and add their rows.
 
     Parameters
     ----------
     wanted : sequence of Job
         The jobs.
     file : Path
-        Where rows are kept.
+        File of the rows.
     limit : float
-        Seconds by the clock for one job.
+        Wall-clock limit of a job (s).
     processes : int
-        Side by side.
+        Number of processes.
     """
     known = kept(file)
     todo = [job for job in wanted if job not in known]

@@ -1,4 +1,4 @@
-"""What every archived wall is asked: equilibrium, joint law, energy and damage, each from the equations alone."""
+"""Checks of every archived wall: equilibrium, joint law, energy and damage, each from the equations alone."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from damagepred.arrays import FloatArray
 
 
 class Violation(NamedTuple):
-    """A rule that an archived wall breaks.
+    """A rule that an archived wall violates.
 
     Attributes
     ----------
     check : str
-        Which rule.
+        Name of the rule.
     increment : int
-        Where.
+        Number of the increment.
     amount : float
-        Ratio to what is allowed.
+        Ratio to the allowed value.
     words : str
         Figures.
     stated : bool
@@ -48,7 +48,7 @@ def check(wall: ArchivedWall, tolerances: Tolerances | None = None) -> list[Viol
     wall : ArchivedWall
         The wall.
     tolerances : Tolerances, optional
-        What is allowed for.
+        Tolerances of the checks.
     """
     allowed = Tolerances() if tolerances is None else tolerances
     worst: dict[str, Violation] = {}
@@ -62,7 +62,7 @@ def check(wall: ArchivedWall, tolerances: Tolerances | None = None) -> list[Viol
 
 
 def _beyond(name: str, step: int, excess: FloatArray, allowed: FloatArray, what: str = "Pa") -> Found:
-    """Yield a violation where an excess is larger than what is allowed."""
+    """Yield a violation where an excess is larger than allowed."""
     excess, allowed = np.broadcast_arrays(excess, allowed)
     wrong = np.flatnonzero(excess > allowed)
     if wrong.size:
@@ -77,7 +77,7 @@ def _beyond(name: str, step: int, excess: FloatArray, allowed: FloatArray, what:
 
 
 ABSENT = {"contact_broken_at", "opening_width_change", "opening_distortion", "opening_diagonal_change"}
-"""What may be no number: a bond that holds, an opening at the wall's end."""
+"""Variables that may be NaN, such as the breaking of an intact bond."""
 NOT_EXPLICIT = {
     "joint_law_violation",
     "external_work",
@@ -90,11 +90,11 @@ NOT_EXPLICIT = {
     "snap_through_energy",
     "energy_error",
 }
-"""What the explicit solver does not tell."""
+"""Variables that the explicit solver does not store."""
 
 
 def finite(wall: ArchivedWall) -> Found:
-    """Find what is no number, and statuses that do not fit the path."""
+    """Find values that are not finite, and statuses that do not fit the path."""
     for name, variable in wall.ds.variables.items():
         if variable.dtype.kind != "f" or name in ABSENT or (wall.explicit and name in NOT_EXPLICIT):
             continue
@@ -116,7 +116,7 @@ def finite(wall: ArchivedWall) -> Found:
 
 
 SLOPES = ("tilt_max", "slope_max", "base_slope_max")
-"""What is not known where a wall offers no two bricks to measure between."""
+"""Variables that are not known where a wall has no two bricks to measure between."""
 
 
 def measurable(wall: ArchivedWall, name: str) -> bool:
@@ -146,7 +146,7 @@ def measurable(wall: ArchivedWall, name: str) -> bool:
 
 
 def equilibrium(wall: ArchivedWall, allowed: Tolerances) -> Found:
-    """Add up forces and moments on every block from the contact stresses, weights, roof, jacks and supports."""
+    """Sum forces and moments on every block from the contact stresses, weights, roof, jacks and supports."""
     unit = wall.yardstick
     scale = np.column_stack((np.ones(wall.n), np.ones(wall.n), wall.gyration))
     for step in range(wall.standing):
@@ -157,7 +157,7 @@ def equilibrium(wall: ArchivedWall, allowed: Tolerances) -> Found:
         # a stress is the stiffness times a small difference of displacements
         rounding += 1e-15 * wall.largest_motion(step) * wall.stiffest / unit
         stated = float(wall["unbalanced_force_ratio"][step])
-        # gridpoints that are out of balance add up in a block, which has some tens of them
+        # unbalanced forces of gridpoints add up in a block, which has some tens of them
         slack = allowed.explicit_slack if wall.explicit else allowed.unbalanced_slack
         limit = slack * max(stated, wall.tolerance) * np.where(wall.deformable, 30.0, 1.0)
         yield from _beyond(
@@ -187,10 +187,10 @@ def compatibility(wall: ArchivedWall, allowed: Tolerances) -> Found:
 
 
 def bond(wall: ArchivedWall, step: int) -> FloatArray:
-    """Return the largest share of the bond that may be left of each contact: 1 intact, 0 broken at once.
+    """Return an upper bound of the integrity of each contact: 1 intact, 0 broken at once.
 
-    Of a bond that softens it follows from the largest opening that the archive has seen since it cracked. Openings in
-    between, slip that wears the bond, and dilation can only have made it less, or are left out.
+    For a softening bond it follows from the largest archived opening since it cracked. Openings between increments,
+    softening by slip, and dilation can only reduce it, or are left out.
     """
     law, cracked = wall.law, wall["contact_state"][: step + 1] == CRACKED
     first = law.tensile_strength / law.normal_stiffness
@@ -202,7 +202,7 @@ def bond(wall: ArchivedWall, step: int) -> FloatArray:
 
 
 def joint_law(wall: ArchivedWall, allowed: Tolerances) -> Found:
-    """Compare the stresses of every contact with what its state lets it carry (FACTS 1)."""
+    """Compare the stresses of every contact with the strength of its state (FACTS 1)."""
     law, kind = wall.law, wall["contact_kind"]
     joint = kind != SECTION
     weight = wall.yardstick / wall.contact_area
@@ -217,7 +217,7 @@ def joint_law(wall: ArchivedWall, allowed: Tolerances) -> Found:
         bare = np.where((state != CRACKED) & (strength == 0.0), allowed.bond_without_strength * weight, 0.0)
         yield from _beyond("tension", step, (sigma - strength)[joint], (slack + bare)[joint])
         yield from _beyond("tension in the dpc", step, sigma[kind == DPC], (slack + bare)[kind == DPC])
-        # linear in what is left of the bond: the larger of the ends
+        # linear in the integrity: the larger of the ends
         limit = np.maximum(
             law.residual_cohesion - sigma * law.residual_friction,
             law.residual_cohesion
@@ -240,7 +240,7 @@ def joint_law(wall: ArchivedWall, allowed: Tolerances) -> Found:
 
 
 def elasticity(wall: ArchivedWall, allowed: Tolerances) -> Found:
-    """Compare stresses with the elastic relation where nothing but elasticity is left, and open joints with zero."""
+    """Compare stresses of elastic contacts with the elastic relation, and those of open joints with zero."""
     law, kind = wall.law, wall["contact_kind"]
     joint = (kind != SECTION) & np.isfinite(law.normal_stiffness)
     brittle = law.critical_opening == 0
@@ -255,7 +255,7 @@ def elasticity(wall: ArchivedWall, allowed: Tolerances) -> Found:
         slack = slack + law.normal_stiffness * 1e-15 * (1.0 + wall.largest_motion(step))
         reach = opening + law.gap
         is_open = joint & (reach > 0) & np.where(kind == CONTROL, True, (state == CRACKED) & brittle)
-        # what holds again with its residual strength is open, too, and carries it; dilated joints are pressed
+        # a contact with residual strength may be open and carry stress; dilated joints are compressed
         is_open &= (law.residual_tensile_strength == 0) & (law.dilation == 0)
         carried = np.abs(sigma) + np.abs(tau)
         carried = np.where(kind == CONTROL, np.abs(sigma), carried)
@@ -281,7 +281,7 @@ def elasticity(wall: ArchivedWall, allowed: Tolerances) -> Found:
 
 
 def cracking(wall: ArchivedWall, allowed: Tolerances) -> Found:
-    """Follow the states: a bond that broke stays broken, and ``contact_broken_at`` says when."""
+    """Check the states: a broken bond stays broken, and ``contact_broken_at`` lies in its increment."""
     state, progress = wall["contact_state"], wall["progress"]
     cracked = state == CRACKED
     healed = cracked[:-1] & ~cracked[1:]
@@ -306,7 +306,7 @@ def cracking(wall: ArchivedWall, allowed: Tolerances) -> Found:
     near = 1e-9
     late = known & ever & ((at > progress[first] + near) | (at < before - near))
     beyond = known & ((at > progress[-1] + near) | (at < 0))
-    # what breaks as the wall collapses belongs to no equilibrium
+    # bonds that break during collapse belong to no equilibrium
     unsaid = cracked[: wall.standing].any(axis=0) & ~known & bonded & (wall["contact_kind"] != CONTROL)
     for wrong, words in (
         (late, "broken_at outside the increment in which the state says it"),
@@ -321,11 +321,11 @@ def cracking(wall: ArchivedWall, allowed: Tolerances) -> Found:
 # -- energy ------------------------------------------------------------------------------------------------------------
 
 TAKEN = ("friction_work", "fracture_work", "crushing_work", "plastic_work", "released_energy")
-"""What only takes energy."""
+"""Dissipated energies, which cannot be negative."""
 
 
 def energy(wall: ArchivedWall, allowed: Tolerances) -> Found:
-    """Add up the energies of the archive, and compare them with those of the contact stresses."""
+    """Sum the energies of the archive, and compare them with those of the contact stresses."""
     if wall.explicit:
         return
     work, error, stored = (wall[name] for name in ("external_work", "energy_error", "elastic_energy"))
@@ -337,7 +337,7 @@ def energy(wall: ArchivedWall, allowed: Tolerances) -> Found:
         yield from _beyond("energy balance", step, np.array([off]), np.array([error[step] + tiny]), "J")
         for name, values in taken.items():
             before = values[step - 1] if step else 0.0
-            # what an increment makes of nothing must lie within its own error
+            # a gain of energy in an increment must lie within its energy error
             loose = error[step] - (error[step - 1] if step else 0.0) + tiny
             yield from _beyond(
                 "dissipation", step, np.array([before - values[step]]), np.array([loose]), f"J of {name}"
@@ -366,7 +366,7 @@ def energy(wall: ArchivedWall, allowed: Tolerances) -> Found:
 
 
 def strain_energy(wall: ArchivedWall, step: int) -> float | None:
-    """Return the elastic energy of all contacts (J), None where zones or cracking sections store some besides."""
+    """Return the elastic energy of all contacts (J), None where zones or cracking sections store energy, too."""
     if wall.deformable.any() or ("concrete" in wall.scene["footing"] and (wall["contact_kind"] == SECTION).any()):
         return None
     law, sigma, tau = wall.law, wall["contact_normal_stress"][step], wall["contact_shear_stress"][step]
@@ -391,7 +391,7 @@ def fracture_limit(wall: ArchivedWall, step: int) -> float | None:
 def external_work(wall: ArchivedWall, allowed: Tolerances, size: FloatArray) -> Found:
     """Compare the work of an increment with that of loads, ground and jacks by the trapezoidal rule.
 
-    The rule misses at most the change of the ground's force over the increment times its way.
+    Its error is at most the change of the ground's force over the increment times its displacement.
     """
     if wall.deformable.any() or wall.shape == "jacks":
         return

@@ -1,4 +1,4 @@
-"""Whether a wall that is said to collapse must: by limit analysis of the state that the archive keeps."""
+"""Proof of reported collapses by limit analysis of the archived state."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from stressed.limit import Statics, out_of_reach
 from audited.wall import CONTROL, CRACKED, SECTION, ArchivedWall
 
 UNBROKEN = 1e4
-"""Force in mean block weights that stands for a strength without limit."""
+"""Force in mean block weights that represents an unlimited strength."""
 
 
 def pulls_on_a_support(held: ArchivedWall) -> bool:
-    """Return whether a footing on jacks would have to be held down at one of its two supports.
+    """Return whether a footing on jacks needs a downward reaction at one of its two supports.
 
-    Where a support only pushes, the footing lifts off it then; what is left to carry the weight, the other support and
-    jacks of equal loads, is statically determinate, so no load of the jacks bends the footing farther.
+    The footing lifts off a unilateral support then. The other support and jacks of equal loads carry the weight; this
+    system is statically determinate, so no load of the jacks bends the footing farther.
 
     Parameters
     ----------
     held : ArchivedWall
-        The same wall on supports that pull as well, moved as far as to where it was found to collapse.
+        The same wall on bilateral supports, at the movement of the reported collapse.
     """
     if "support_load" not in held.ds or len(held["support_x"]) != 2 or not held.standing:
         return False
@@ -28,15 +28,15 @@ def pulls_on_a_support(held: ArchivedWall) -> bool:
 
 
 def must_collapse(wall: ArchivedWall) -> bool:
-    """Return whether no forces keep the wall in equilibrium, its bonds being broken as in the last increment.
+    """Return whether no forces keep the wall in equilibrium, with the broken bonds of the last increment.
 
-    Joints keep all of their cohesion and tension at once, and dilate; so what cannot stand here, cannot stand. Soil and
-    supports, which only yield, are taken as rigid: statics do not ask for their stiffness.
+    Joints have their full cohesion and tension at once, and dilate; so the analysis proves collapse. Soil and supports
+    are taken as rigid: limit analysis does not depend on their stiffness.
 
     Parameters
     ----------
     wall : ArchivedWall
-        That collapsed.
+        The collapsed wall.
     """
     step = wall.steps - 1
     law, first = wall.law, np.unique(wall.interface, return_index=True)[1]

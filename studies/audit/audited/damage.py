@@ -1,4 +1,4 @@
-"""The verdict again, from openings and states alone, by the tables of AS 2870 and BRE Digest 251 in ``data/damage``."""
+"""Independent verdict from openings and states, by the tables of AS 2870 and BRE Digest 251 in ``data/damage``."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def table(name: str) -> dict[str, Any]:
 
 
 def category(width: float, group: float, rules: dict[str, Any]) -> int:
-    """Return the category of a wall by its widest crack and by the widest group of so many cracks (m)."""
+    """Return the category of a wall by its widest crack and its widest group of cracks (m)."""
     found = table(rules["table"])
     factor = found["plasterboard"]["factor"] if rules["plasterboard"] else 1.0
     hair = 1.0 - 1e-12
@@ -46,7 +46,7 @@ def highest(rules: dict[str, Any]) -> int:
 
 
 class Parts:
-    """Which interfaces are of the wall proper, and which of them touch.
+    """Interfaces of the wall proper, and their neighbours.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Parts:
         self.gauges = Gauges(wall, self.proper, float(wall.scene["damage"]["band_gauge"]))
 
     def touching(self, one: int, other: int) -> bool:
-        """Whether two interfaces share a corner that no control joint parts."""
+        """Return whether two interfaces share a corner that no control joint separates."""
         apart = np.abs(self.ends[one][:, None] - self.ends[other][None]).max(axis=-1)
         for i, _j in np.argwhere(apart < self.near):
             corner = self.ends[one][i]
@@ -81,7 +81,7 @@ class Parts:
         return False
 
     def components(self, number: IntArray) -> list[IntArray]:
-        """Return the connected pieces that some interfaces make."""
+        """Return the connected components of some interfaces."""
         left, found = set(number.tolist()), []
         while left:
             piece, front = [], [min(left)]
@@ -164,10 +164,10 @@ def judged(wall: ArchivedWall, parts: Parts, step: int) -> dict[str, FloatArray]
 
 
 def up_to_ends(wall: ArchivedWall, opening: FloatArray) -> FloatArray:
-    """Return the openings, of the outermost contacts that of the joint's end where it is larger (m).
+    """Return the openings (m); at the outermost contacts that of the joint's end where it is larger.
 
-    The opening goes on straight beyond the two outermost contacts. Between rigid blocks that is exact; over a curved
-    ground it is the tangent's, and too large by the curvature.
+    The opening is extrapolated linearly beyond the two outermost contacts. This is exact between rigid blocks; over
+    curved ground it is too large, because of the curvature.
     """
     found = opening.copy()
     for number, (start, end) in enumerate(wall.ends):
@@ -191,20 +191,20 @@ class Gauges:
     """Gauges laid across neighbouring joints of the wall proper, as its guide defines the width of a crack band.
 
     A gauge begins at a contact or at an end of a joint and runs straight across it, from brick to brick, over joints of
-    the same direction that lie no farther on than its length; its reading is the sum of what they are open.
+    the same direction within its length. Its reading is the sum of their openings.
 
     Parameters
     ----------
     wall : ArchivedWall
         The wall.
     proper : array of bool (m,)
-        Which interfaces are joints of the wall proper.
+        Interfaces that are joints of the wall proper.
     length : float
         Of a gauge (m).
     """
 
     def __init__(self, wall: ArchivedWall, proper: BoolArray, length: float) -> None:
-        self.nodes: list[tuple[int, int, float]] = []  # contact, the one it leans on, and by how much of the difference
+        self.nodes: list[tuple[int, int, float]] = []  # contact, its neighbour, and the share of their difference
         rows: list[list[tuple[int, float]]] = []
         first = np.unique(wall.interface, return_index=True)[1]
         ends = wall.ends
@@ -288,7 +288,7 @@ class _Crossing:
 
 
 def group_width(width: FloatArray, place: FloatArray, distance: float, count: int) -> float:
-    """Return the largest width of which so many cracks lie within a distance of one of them (m)."""
+    """Return the largest width (m) that a number of cracks within a distance reach."""
     found = 0.0
     for centre, own in zip(place, width, strict=True):
         near = np.hypot(*(place - centre).T) <= distance * (1 + 1e-12)
@@ -308,7 +308,7 @@ def separation(wall: ArchivedWall, parts: Parts, kind: int, opening: FloatArray,
         x, gap = x[order], gap[order]
         ends = np.sort(parts.ends[number][:, 0])
         inside = (ends[0] < x.min() - 1e-9, ends[1] > x.max() + 1e-9)
-        if inside[0]:  # midpoint quadrature: straight on to the ends
+        if inside[0]:  # midpoint quadrature: linear extrapolation to the ends
             slope = (gap[1] - gap[0]) / (x[1] - x[0]) if len(x) > 1 else 0.0
             x, gap = np.r_[ends[0], x], np.r_[gap[0] + slope * (ends[0] - x[0]), gap]
         if inside[1]:

@@ -32,7 +32,7 @@ def movement_of(scene: dict[str, Any], x: FloatArray, progress: float) -> FloatA
 
 
 def prescribed(movement: dict[str, Any], xi: FloatArray, ratio: float) -> FloatArray:
-    """Return the form of a prescribed movement at a deflection ratio: 0 at the ends, 1 in the middle."""
+    """Return the shape of a prescribed movement at a deflection ratio: 0 at the ends, 1 in the middle."""
     shape = movement["shape"]
     if shape == "parabola":
         return 1.0 - (2.0 * xi - 1.0) ** 2
@@ -41,7 +41,7 @@ def prescribed(movement: dict[str, Any], xi: FloatArray, ratio: float) -> FloatA
             return 1.0 - (2.0 * xi - 1.0) ** 2
         radius = (0.25 + ratio**2) / (2.0 * ratio)
         square = (xi - 0.5) ** 2
-        # sagitta of the chord that is left, without the difference of two large numbers
+        # sagitta of the remaining chord, without the difference of two large numbers
         return np.asarray(1.0 - square / (radius + np.sqrt(radius**2 - square)) / ratio)
     if shape == "three_loads":
         # superposition of three equal point loads on a simply supported beam
@@ -60,7 +60,7 @@ def _point_load(xi: FloatArray, a: float) -> FloatArray:
 
 
 def _mound(mound: dict[str, Any], x: FloatArray, length: float, kind: str, progress: float) -> FloatArray:
-    """Return the free surface when ``surface_movement`` has reached its share: the mound of that movement."""
+    """Return the free surface at a share of ``surface_movement``: the mound of that movement."""
     shape, doming = mound["shape"], kind == "doming"
     size = progress * mound["surface_movement"]
     if shape in ("walsh", "mitchell"):

@@ -1,4 +1,4 @@
-"""The page of the audit: counts, violations by check, and what remains, from the rows that are kept."""
+"""The page of the audit: counts, violations by check, and remaining cases, from the stored rows."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from audited.campaign import METHODS
 from audited.tolerances import Tolerances
 
 OUTCOMES = ("solved", "limit", "collapsed, confirmed", "collapsed", "gave up", "time", "traceback", "died")
-"""What can come of a run; what each means is said on the page."""
+"""Outcomes of a run; the page explains them."""
 GOOD = ("solved", "limit", "collapsed, confirmed")
 LISTED = 40
 """Most cases of a kind that the page lists."""
 
 
 def read(file: Path) -> pd.DataFrame:
-    """Return the rows that are kept, collapses that the other solver or statics confirm being named so."""
+    """Return the stored rows, with collapses marked that the other solver or statics confirm."""
     rows = pd.read_csv(file, keep_default_na=False, na_values={"collapse_progress": ["", "nan"]})
     for name in ("seconds", "seconds_of_checks", "blocks", "increments", "progress", "crack_width", "energy_error"):
         rows[name] = pd.to_numeric(rows[name], errors="coerce")
@@ -65,7 +65,7 @@ def split(names: object) -> list[str]:
 
 
 def feature_counts(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return in how many scenes each feature occurs, and in how many of them cracks or category 1 came."""
+    """Return the number of scenes of each feature, and of those with cracks, collapses and violations."""
     own = rows[rows["solver"] == rows["solver"].iloc[0]]
     names = sorted({name for cell in own["features"] for name in split(cell)})
     table = []
@@ -84,7 +84,7 @@ def feature_counts(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def costs(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return processor seconds by solver, those of the checks included."""
+    """Return processor seconds by solver, with the checks."""
     table = []
     for method in METHODS:
         own = rows[rows["solver"] == method]
@@ -117,7 +117,7 @@ def in_a_word(rows: pd.DataFrame) -> str:
 
 
 def listed(rows: pd.DataFrame) -> str:
-    """Return runs as a list, with their words."""
+    """Return runs as a list, with their messages."""
     lines = [f"- scene {r.scene} of seed {r.seed}, {r.solver}: {r.words}" for r in rows.head(LISTED).itertuples()]
     more = len(rows) - LISTED
     return "\n".join([*lines, *([f"- and {more} more"] if more > 0 else [])]) or "- none"
@@ -137,7 +137,7 @@ def text(rows: pd.DataFrame) -> str:
     for outcome in OUTCOMES:
         if outcome not in GOOD:
             parts += [f"### Outcome: {outcome}", listed(rows[rows["outcome"] == outcome])]
-    parts += ["### What the scenes have", markdown(feature_counts(rows)), "### Cost", markdown(costs(rows))]
+    parts += ["### Features of the scenes", markdown(feature_counts(rows)), "### Cost", markdown(costs(rows))]
     return "\n\n".join(_without_empty(parts))
 
 

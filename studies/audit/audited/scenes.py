@@ -19,7 +19,7 @@ LARGEST = (8, 16, 30, 60, 120)
 """Numbers of bricks that bound a scene, about; each is drawn as often as ``SHARES`` says."""
 SHARES = (0.2, 0.3, 0.25, 0.2, 0.05)
 ATTEMPTS = 100
-"""Draws in which a scene is to be found that the package accepts."""
+"""Largest number of draws until the package accepts a scene."""
 
 
 class Drawn(NamedTuple):
@@ -30,9 +30,9 @@ class Drawn(NamedTuple):
     scene : Scene
         The scene.
     refused : int
-        Draws before it that made no wall.
+        Draws before it that were refused.
     features : tuple of str
-        What it has of the laws, movements and grounds.
+        Laws, movements and grounds of the scene.
     """
 
     scene: Scene
@@ -94,7 +94,7 @@ def scene_of(seed: int, number: int) -> Drawn:
 
 
 def tables(rng: np.random.Generator) -> dict[str, Any]:
-    """Return the tables of a scene, which may yet be refused."""
+    """Return the tables of a scene, which may be refused."""
     draw = Draw(rng)
     found = stress_tables(0, int(rng.choice(LARGEST, p=SHARES)), rng)
     found.pop("title")
@@ -109,7 +109,7 @@ def tables(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _masonry(found: dict[str, Any], draw: Draw) -> None:
-    """Put the sizes and materials of masonry in place of those of the wide range."""
+    """Replace sizes and materials of the wide range by those of masonry."""
     wall = found["wall"]
     units, courses = (round(wall[size] / wall[f"block_{size}"]) for size in ("length", "height"))
     length, height = round(draw.uniform(0.15, 0.5), 2), round(draw.uniform(0.06, 0.25), 2)
@@ -141,7 +141,7 @@ def _masonry(found: dict[str, Any], draw: Draw) -> None:
 
 
 def _law(joint: dict[str, Any], draw: Draw) -> None:
-    """Add laws of the joint to each other; what does not go together is refused, and drawn again."""
+    """Combine laws of the joint; incompatible ones are refused and drawn again."""
     friction, strength, cohesion = joint["friction"], joint["tensile_strength"], joint["cohesion"]
     softens = draw.chance(0.35)
     if softens:
@@ -171,7 +171,7 @@ def _law(joint: dict[str, Any], draw: Draw) -> None:
 
 
 def _parts(found: dict[str, Any], draw: Draw) -> None:
-    """Add what a wall has besides bricks and mortar."""
+    """Add openings, dpc, control joints and loads."""
     wall = found["wall"]
     courses, length = round(wall["height"] / wall["block_height"]), wall["length"]
     if "dpc" in found:
@@ -194,7 +194,7 @@ def _parts(found: dict[str, Any], draw: Draw) -> None:
 
 
 def _movement(found: dict[str, Any], draw: Draw) -> None:
-    """Choose what moves: the wall's underside by a shape, its footing on jacks, or the soil under it."""
+    """Choose the movement: a prescribed shape of the wall's underside, a footing on jacks, or soil."""
     movement, length = found["movement"], found["wall"]["length"]
     shape = draw.one("three_loads", "parabola", "arc", "table", "jacks", "jacks", "mound", "mound")
     movement["shape"] = shape
@@ -277,7 +277,7 @@ def _mound(length: float, draw: Draw) -> dict[str, Any]:
 
 
 def _settings(found: dict[str, Any], draw: Draw) -> None:
-    """Draw settings of the solver and of the damage that change what is computed, or how."""
+    """Draw settings of the solver and of the damage."""
     solver = found.setdefault("solver", {})
     solver["blocks"] = str(draw.rng.choice(["rigid", "deformable", "auto"], p=[0.94, 0.03, 0.03]))
     if draw.chance(0.2):
@@ -309,7 +309,7 @@ def _settings(found: dict[str, Any], draw: Draw) -> None:
 
 
 def features(scene: Scene) -> tuple[str, ...]:
-    """Return what a scene has of the laws, movements and grounds."""
+    """Return the laws, movements and grounds of a scene."""
     joint, movement = scene.joint, scene.movement
     bare = joint.tensile_strength == 0.0
     names = {

@@ -1,4 +1,4 @@
-"""What the checks allow for: rounding, and the tolerances that the solvers state."""
+"""Tolerances of the checks: rounding, and the tolerances of the solvers."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ class Tolerances:
     Attributes
     ----------
     rounding : float
-        Share of the sum of the sizes of some terms that rounding makes of their difference.
+        Rounding error of a sum, relative to the sum of the sizes of its terms.
     unbalanced_slack : float
-        Ratio of the unbalanced force added up anew to the one that the archive states.
+        Ratio of the independently summed unbalanced force to the archived one.
     explicit_slack : float
         The same of the explicit solver, and to its tolerance: archived stresses are those one cycle later.
     fallback : float
         Unbalanced force that is accepted where no equilibrium exists (mean block weights).
     strength_share : float
-        Share of a strength by which a stress may pass it: the solver breaks bonds beyond 1e-6 of theirs.
+        Share of a strength by which a stress may exceed it: the solver breaks bonds beyond 1e-6 of theirs.
     stated_violation : float
         Share of the largest strength from which a stated violation of the law is reported.
     bond_without_strength : float
@@ -28,11 +28,11 @@ class Tolerances:
     elastic : float
         Share of the elastic stress by which an intact contact may differ from it.
     energy_rounding : float
-        Share of the work that went about by which energies may differ.
+        Share of the energy exchanged by which energies may differ.
     large_energy_error : float
         Share of the work put in from which an energy error is reported.
     work_slack : float
-        Share of the change of the ground's work in an increment by which the trapezoidal rule may miss it.
+        Error of the trapezoidal rule, as a share of the change of the ground's work in an increment.
     damage_rounding : float
         Share by which widths and lengths of the verdict may differ.
     confirmed_within : float

@@ -1,6 +1,6 @@
 """One archived wall as arrays: geometry, loads and laws, read from the dataset and from its scene alone.
 
-Nothing here calls the package. Which block lies on which side of a contact follows from the polygons, the law of each
+This module does not call the package. The blocks on both sides of a contact follow from the polygons, the law of each
 contact from the scene's tables.
 """
 
@@ -24,7 +24,7 @@ INTACT, CRACKED, SLIPPING = range(3)
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 UNLIMITED = 1e12
-"""Strength (Pa) from which a joint counts as one that does not break: sections of a footing, supports that hold."""
+"""Strength (Pa) from which a joint counts as unbreakable: sections of a footing, bilateral supports."""
 
 
 class Law(NamedTuple):
@@ -136,12 +136,12 @@ class ArchivedWall:
 
     @cached_property
     def in_footing(self) -> BoolArray:
-        """Which blocks are the footing's."""
+        """Blocks of the footing."""
         return self["block_course"] < 0
 
     @cached_property
     def deformable(self) -> BoolArray:
-        """Which blocks are cut into zones."""
+        """Blocks of zones."""
         zoned = np.zeros(self.n, dtype=bool)
         if "zone_block" in self.ds:
             zoned[np.unique(self["zone_block"])] = True
@@ -157,7 +157,7 @@ class ArchivedWall:
 
     @cached_property
     def roof(self) -> FloatArray:
-        """Roof load on each block (N), by the length that it offers at the top of the wall."""
+        """Roof load on each block (N), by its length at the top of the wall."""
         height = self.scene["wall"]["height"]
         at_top = np.array([p[:, 1].max() > height * (1 - 1e-9) for p in self.polygons])
         share = np.where(at_top, [np.ptp(p[:, 0]) for p in self.polygons], 0.0)
@@ -165,12 +165,12 @@ class ArchivedWall:
 
     @property
     def increments(self) -> int:
-        """Number of increments that the scene asks for."""
+        """Number of increments of the scene."""
         return int(self.scene["movement"]["increments"])
 
     @property
     def yardstick(self) -> float:
-        """Mean dead load of a block (N), by which forces out of balance are measured."""
+        """Mean dead load of a block (N), which scales unbalanced forces."""
         return float(self.ds.attrs["mean_block_weight"])
 
     def largest_motion(self, step: int) -> float:
@@ -202,7 +202,7 @@ class ArchivedWall:
 
     @cached_property
     def contact_area(self) -> FloatArray:
-        """Area that each contact stands for (m2)."""
+        """Tributary area of each contact (m2)."""
         return self["contact_length"] * self["contact_thickness"]
 
     @cached_property
@@ -258,7 +258,7 @@ class ArchivedWall:
         return a[self.interface], b[self.interface]
 
     def _part_bearings(self, kind: Int8Array, a: IntArray, b: IntArray) -> None:
-        """Give the second of two bearings at one place, where two segments meet, to the right one of them."""
+        """Assign the second of two bearings at one place, where two segments meet, to the right segment."""
         at = np.flatnonzero(kind == SUPPORT)
         for before, after in itertools.pairwise(at):
             if abs(self.middle[after, 0] - self.middle[before, 0]) > 1e-9:
@@ -344,9 +344,9 @@ class ArchivedWall:
         }
 
     def _support(self, bare: dict[str, float], held: dict[str, float]) -> dict[str, float]:
-        """Return the law of supports, whose stiffness for a bearing of 0.1 mm is that of the rig."""
+        """Return the law of supports with the stiffness of the rig for a bearing of 0.1 mm."""
         rig, movement = self.scene["rig"], self.scene["movement"]
-        # a path that ends where a support carries nothing holds it until then
+        # a path that ends where a support carries no load has bilateral supports until then
         ends = rig["stop_at_zero"] and (rig["control"] == "load" or movement["kind"] == "doming")
         holds = rig["support"] == "held" or ends
         stiffness = rig["support_stiffness"] / (1e-4 * self.scene["footing"]["width"])
@@ -373,7 +373,7 @@ class ArchivedWall:
         joints = self.scene.get("control_joint", [])
         gap = np.zeros(len(self.place))
         if joints:
-            # courses end at a control joint within half a brick of where it was asked for
+            # courses end at a control joint within half a brick of its given position
             nearest = np.abs(self.place[:, :1] - np.array([j["x"] for j in joints])).argmin(axis=1)
             gap = np.where(self["contact_kind"] == CONTROL, np.array([j["width"] for j in joints])[nearest], 0.0)
         return gap

@@ -2,10 +2,10 @@
 
     python studies/bryant_1993/stress_contours/run.py [--footing] [--explicit]
 
-The wall of data/bryant_dishing.toml, its bricks cut into 51 200 zones, is taken to 1 mm and on to 6 mm of dishing, in
+The wall of data/bryant_dishing.toml, its bricks cut into 51 200 zones, is solved at 1 mm and up to 6 mm of dishing, in
 steps of 1 mm, by the quasi-static or the explicit solver. With ``--footing`` it stands on a footing of zones whose
-underside follows the movement, instead of following it itself. Contours of the stress along the wall are drawn at both,
-and tables say how far the stresses have changed in between, and what it cost.
+underside follows the movement. Contours of the stress along the wall are drawn at both deflections; tables give the
+changes of the stresses, and the times.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def scene(increments: int = LATE, zone_size: float = FINE, footing: bool = False
         footing="deformable" if footing else "none",
     )
     if explicit:
-        # of a brick's weight: so many zones come to rest slowly
+        # in brick weights: many zones converge slowly
         solver = replace(solver, method="explicit", tolerance=1e-2, maximum_cycles=1_000_000)
     return replace(
         test,
@@ -57,7 +57,7 @@ def scene(increments: int = LATE, zone_size: float = FINE, footing: bool = False
 
 
 def solve(wall: Scene) -> xr.Dataset:
-    """Solve the wall; say what each increment took."""
+    """Solve the wall; print the time of each increment."""
     began = time.perf_counter()
 
     def tell(step: Step) -> None:
@@ -73,7 +73,7 @@ def solve(wall: Scene) -> xr.Dataset:
 
 
 def parts(ds: xr.Dataset) -> dict[str, BoolArray]:
-    """Return which zones lie above the dpc, which of them away from its ends, which below, which in the footing."""
+    """Return the zones above the dpc, those of them away from its ends, those below, and those of the footing."""
     course = ds["block_course"].values[ds["zone_block"].values]
     zones = Zones.of(ds)
     x = zones.points[zones.corners].mean(axis=1)[:, 0]
@@ -103,7 +103,7 @@ def table(ds: xr.Dataset) -> list[str]:
 
 
 def _middle(values: FloatArray, weight: FloatArray) -> str:
-    """Return the range that holds all but 2.5 % of the area at either end, and the root of the mean square."""
+    """Return the range without 2.5 % of the area at either end, and the root mean square."""
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / weight.sum()
     low, high = values[order][np.searchsorted(share, [0.025, 0.975])]
@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for the archive")
     parser.add_argument("--figures", type=Path, default=HERE, help="folder for the pictures")
     parser.add_argument("--zone-size", type=float, default=FINE, help="of the cells (m), to try it with fewer")
-    parser.add_argument("--explicit", action="store_true", help="by the explicit solver, step by step until it rests")
+    parser.add_argument("--explicit", action="store_true", help="with the explicit solver")
     parser.add_argument("--footing", action="store_true", help="with a footing of zones")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -146,10 +146,9 @@ def main() -> None:
 
 
 def two_ways(ds: xr.Dataset) -> float:
-    """Return how far the forces in the joints and the stress in the zones tell different mean stresses of the bricks.
+    """Return the relative difference of the bricks' mean stresses from joint forces and from zones.
 
-    Of the stress along the wall at the last increment: root of the mean square of the difference over that of the
-    stress.
+    It is the rms difference of the stress along the wall at the last increment, over its rms.
     """
     zones = Zones.of(ds)
     area = np.bincount(zones.block, zones.area)
@@ -166,13 +165,13 @@ def draw(ds: xr.Dataset, folder: Path, which: str) -> None:
 
 
 def small(wall: Scene) -> Scene:
-    """Return a small wall that takes the same kernels."""
+    """Return a small wall that uses the same kernels."""
     few = replace(wall.wall, length=0.96, height=0.3)
     return replace(wall, wall=few, movement=replace(wall.movement, central_deflection=1e-4, increments=1))
 
 
 def peak() -> float:
-    """Return the most memory this process has held so far (MB)."""
+    """Return the peak memory of this process (MB)."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
