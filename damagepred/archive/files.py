@@ -24,6 +24,9 @@ from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyErr
 _ONE_AT_A_TIME = threading.RLock()
 """The HDF5 library crashes when two threads use it at once, and a study may run in threads."""
 
+READER_ERRORS = (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+"""What the readers of netCDF raise for damaged files."""
+
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Write a file under a temporary name, bring it to the disk, then give it its name.
@@ -180,9 +183,7 @@ def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
     try:
         with _ONE_AT_A_TIME, xr.open_dataset(file, engine="netcdf4", mask_and_scale=False) as opened:
             ds = opened.load()
-    except MemoryError:
-        raise
-    except Exception as error:  # the readers' errors for damaged files have no common base class
+    except READER_ERRORS as error:
         raise DamagedError(f"{file}: is not a readable netCDF file: it is of another kind, or damaged.") from error
     version = ds.attrs.get("schema_version")
     if not isinstance(version, int | np.integer) or version < 1:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.checks import check_values
 from damagepred.archive.digest import NO_STUDY, check_study, signed, verified
-from damagepred.archive.files import read_dataset, write_whole
+from damagepred.archive.files import READER_ERRORS, read_dataset, write_whole
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError, InputError
@@ -179,9 +179,9 @@ def read_part(path: Path, names: Iterable[str] | None = None, study: str | None 
         return columns_of(read_dataset(path, study), wanted)
     try:
         version, columns = _from_classic(content, str(path), wanted)
-    except (InputError, MemoryError):
+    except InputError:
         raise
-    except Exception as error:  # the readers' errors for damaged files have no common base class
+    except READER_ERRORS as error:
         raise DamagedError(f"{path}: is damaged ({type(error).__name__}: {error}).") from None
     if study is not None:
         check_study(found, study, version, path)
